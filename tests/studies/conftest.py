@@ -1,4 +1,4 @@
-"""The paper's array driven to and fro at 8 Hz."""
+"""The paper's array with a periodic drive of 8 Hz."""
 
 import math
 
@@ -12,18 +12,18 @@ from scissordyn.model.scissor import scissor
 
 @pytest.fixture(scope="session")
 def periodic():
-    """The ideal array."""
+    """Return the ideal array."""
     drive = Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * 8.0)
     return scissor(units=2, angle=math.radians(45.0)).driven(drive)
 
 
 @pytest.fixture(scope="session")
 def frictional(periodic):
-    """With friction and little clearance it soon repeats itself in every cycle."""
+    """Return the array with friction and a small clearance, whose motion soon repeats in every cycle."""
     return periodic.with_clearance("A", Clearance(0.1e-3, friction=LuGre(kinetic=0.05)))
 
 
 @pytest.fixture(scope="session")
 def impacting(periodic):
-    """Without friction it does not."""
+    """Return the array without friction, whose motion does not repeat."""
     return periodic.with_clearance("A", Clearance(0.5e-3))

@@ -1,4 +1,4 @@
-"""A Slurm of this machine's own: munge, a controller and one node with its configuration in a temporary folder."""
+"""A local Slurm: munge, a controller and one node, with its configuration in a temporary folder."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def missing() -> str:
 
 
 def program(name: str) -> str | None:
-    """Path of a program; daemons are in folders that the path of a user does not have."""
+    """Return the path of a program; daemons are in folders that a user's path may lack."""
     return shutil.which(name, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
 
 
@@ -103,7 +103,7 @@ def running(folder: Path) -> Iterator[dict[str, str]]:
 
 
 def _munge(folder: Path) -> Path:
-    """Start munge with a key of its own."""
+    """Start munge with a new key."""
     place = folder / "munge"
     place.mkdir(mode=0o755)
     key = place / "munge.key"

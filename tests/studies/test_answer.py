@@ -1,4 +1,4 @@
-"""Answers of studies: fractions, disagreement, indices, risk and optimisers against known results, and pages printed as PDF."""
+"""Answers of studies: fractions, disagreement, indices, risk and optimisers by known results, and pages printed as PDF."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from studies.test_study import arm
 
 
 def study(**changes: Any) -> Study:
-    """Clearance and speed, the peak force required."""
+    """Return a study of clearance and speed with a requirement on the peak force."""
     fields: dict[str, Any] = {
         "mechanism": arm(),
         "options": Options(0.005),
@@ -52,7 +52,7 @@ def study(**changes: Any) -> Study:
 
 
 def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None, warnings: str = "") -> xr.Dataset:
-    """Results of a study, with given peaks."""
+    """Return results of a study with given peaks."""
     cases = np.arange(described.cases)
     variables: dict[str, Any] = {}
     for address, values in described.numbers(cases).items():
@@ -68,13 +68,13 @@ def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None
 
 
 def result_of(described: Study, results: xr.Dataset, store: str = "a.db") -> StudyResult:
-    """A study whose results are given."""
+    """Return a study with given results."""
     result = StudyResult(described, Store(store))
     result.dataset = results  # as it is read from a store
     return result
 
 
-def test_share_and_interval() -> None:
+def test_feasible_fraction_and_interval() -> None:
     """Cross-check: 30 of 40 points, with the interval of scipy's exact binomial test."""
     described = study(design=Design("random", 40))
     peak = np.where(np.arange(40) < 30, 400.0, 600.0)
@@ -100,7 +100,7 @@ def test_members_that_disagree_are_marked() -> None:
 
 
 def test_worst_cases_and_causes() -> None:
-    """Closed form: one case of each point, the farthest beyond the bound first; numbers make no other cause."""
+    """Closed form: one case per point, the farthest beyond the bound first; causes that differ by numbers are one."""
     described = study(design=Design("random", 3), members=2)
     worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 2)
     assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0)]
@@ -133,7 +133,7 @@ def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_sobol_indices_of_ishigami() -> None:
-    """Closed form: within the bootstrap intervals, and equal to SALib's on the same samples."""
+    """Closed form: indices within the bootstrap intervals, and equal to SALib's for the same samples."""
     from SALib.analyze import sobol
 
     sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
@@ -172,7 +172,7 @@ def test_morris_effects_of_a_linear_function() -> None:
 
 
 def test_risk_of_known_distributions() -> None:
-    """Closed form: mean, quantile and CVaR of a uniform and of a normal distribution by 10^5 equally probable values."""
+    """Closed form: mean, quantile and CVaR of a uniform and a normal distribution from 10^5 equally probable values."""
     u = (np.arange(100_000) + 0.5) / 100_000
     for values, quantile, cvar in (
         (u, 0.95, 0.975),
@@ -190,7 +190,7 @@ def test_risk_of_known_distributions() -> None:
 
 
 def rosenbrock(u: np.ndarray) -> np.ndarray:
-    """With its least value of 0 at (0.3, 0.6, 0.45)."""
+    """Return Rosenbrock's function with its minimum of 0 at (0.3, 0.6, 0.45)."""
     x = 1.0 + 4.0 * (u - np.array([0.3, 0.6, 0.45]))
     return np.asarray(np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1))
 
@@ -207,7 +207,7 @@ def rosenbrock(u: np.ndarray) -> np.ndarray:
 def test_cma_finds_known_optima(
     value: Any, missing: float, numbers: int, population: int, generations: int, least: float, within: float
 ) -> None:
-    """Published and closed optima: from the middle of the cube; of points whose product is at least so much; of one number."""
+    """Published number: optima of Rosenbrock's function, of a sum with a required product, and of one variable."""
     method = proposer(Optimisation((Goal("peak_force"),), population=population, seed=1), numbers)
     best = np.inf
     for _ in range(generations):
@@ -236,14 +236,14 @@ def test_nsga_finds_the_front_of_zdt1() -> None:
 
 
 def test_nondominated_against_every_pair() -> None:
-    """Cross-check: the definition."""
+    """Cross-check: nondominated points by comparison of every pair."""
     goals = np.round(np.random.default_rng(3).random((80, 3)), 1)
     expected = [not any(np.all(other <= one) and np.any(other < one) for other in goals) for one in goals]
     assert nondominated(goals).tolist() == expected
 
 
-def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
-    """Contract: stopped after two generations and continued, it has the points and results of one that was not."""
+def test_optimisation_is_continued_from_its_store(tmp_path: Path) -> None:
+    """Contract: stopped after two generations and continued, it has the points and results of an undisturbed one."""
     plan = Optimisation((Goal("peak_force"),), risk="worst", population=4, generations=4, seed=5)
     described = study(optimisation=plan, design=plan.design(1, 2), requirements=(Requirement("contact_count", "<=", 4.0),))
     whole = optimise(described, tmp_path / "whole.db", block=3)
@@ -261,7 +261,7 @@ def test_an_optimisation_is_taken_up_from_its_store(tmp_path: Path) -> None:
 
 
 def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: tables hold the results, a replayed case has the stored peak, a report has every picture."""
+    """Contract: tables hold the results, a replayed case has the stored peak, and a report has every picture."""
     import pandas as pd
 
     described = study(design=Design("grid"), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
@@ -303,7 +303,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert (tmp_path / name).read_text() == "mine\n"
 
 
-def test_pictures_show_what_is_there() -> None:
+def test_pictures_of_a_study() -> None:
     """Contract: cells of the map, marks of disagreeing members, the bound, bars and the front."""
     described = study(design=Design("grid"), members=2, factors=study().factors)
     peak = np.repeat(np.linspace(300.0, 700.0, 100), 2)
@@ -352,7 +352,7 @@ def test_pictures_show_what_is_there() -> None:
 
 
 def test_labels_of_bars_are_whole() -> None:
-    """Contract: a long label takes several lines that do not reach into the next one's; none is cut short."""
+    """Contract: a long label is wrapped without truncation, and labels do not overlap."""
     long = " ".join(["displacement"] * 12)
     (axes,) = requirement_bars([long, "short", long], np.array([0.1, 0.2, 1.0]), np.full((3, 2), np.nan))
     figure = axes.get_figure(root=True)
@@ -366,7 +366,7 @@ def test_labels_of_bars_are_whole() -> None:
 
 
 def test_counts_have_whole_ticks() -> None:
-    """Contract: no 2.5 contacts on an axis; neither is the unit typed by the user printed otherwise than others."""
+    """Contract: axes of counts have integer ticks; units typed by the user are printed as others."""
     counts = np.array([3.0, 18.0, 7.0, 11.0])
     about = {"role": "factor", "units": "N m", "shown_unit": "N m", "shown_scale": 1.0}
     points = xr.Dataset({"limit": ("point", np.arange(4.0), about), "disagrees": ("point", np.zeros(4, bool))})
@@ -377,7 +377,7 @@ def test_counts_have_whole_ticks() -> None:
 
 
 def test_warnings_are_counted_by_their_text() -> None:
-    """Closed form: numbers in a text do not make it another one; a case may have several."""
+    """Closed form: warnings that differ by numbers are one; a case may have several."""
 
     def warned(texts: list[str]) -> dict[str, list[int]]:
         return result_of(study(), xr.Dataset({"warnings": ("case", texts)})).warnings
@@ -389,8 +389,8 @@ def test_warnings_are_counted_by_their_text() -> None:
     assert result_of(study(), xr.Dataset()).warnings == {}
 
 
-def test_curves_of_many_numbers_are_of_those_that_matter() -> None:
-    """Limit: of 18 numbers five have curves, those that the response depends on among them; the picture says so."""
+def test_curves_of_the_most_important_factors() -> None:
+    """Limit: of 18 factors five have curves, those with an effect among them; the title gives both numbers."""
     chance = np.random.default_rng(4)
     numbers = {f"number {k}": ("point", chance.random(40), {"role": "factor", "units": "1"}) for k in range(18)}
     response = 3.0 * numbers["number 7"][1] - 2.0 * numbers["number 16"][1]
@@ -411,8 +411,8 @@ def test_curves_of_many_numbers_are_of_those_that_matter() -> None:
     assert figure.get_figwidth() < 15.0
 
 
-def test_many_numbers_of_a_worst_case_are_the_extreme_ones() -> None:
-    """Limit: of 19 numbers of a case the report writes six, the one farthest from its mean among them, and how many more."""
+def test_extreme_values_of_a_worst_case() -> None:
+    """Limit: of 19 values of a case the report has six, the one farthest from its mean among them."""
     chance = np.random.default_rng(5)
     names = [f"joint {k}.clearance" for k in range(19)]
     values = chance.random((40, 19))
@@ -429,7 +429,7 @@ PAGE = b"<!doctype html><html><title>Study</title><h1>first</h1><h1 style='break
 
 
 def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
-    """The only browser there is, as a shell script."""
+    """Replace the browser by a shell script."""
     path = folder / BROWSERS[0]
     path.write_text(f"#!/bin/sh\n{line}\n", encoding="utf-8")
     path.chmod(0o755)
@@ -437,23 +437,23 @@ def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
 
 
 @pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
-def test_a_page_is_printed() -> None:
-    """Contract: a PDF with the pages that were asked for."""
+def test_printed_page() -> None:
+    """Contract: the PDF has all pages."""
     found = print_pdf(PAGE)
     assert found.startswith(b"%PDF-")
     assert found.rstrip().endswith(b"%%EOF")
     assert len(re.findall(rb"/Type\s*/Page\b", found)) == 2
 
 
-def test_without_a_browser_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pdf_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the error says what to type."""
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(InputError, match=r"-o report\.html"):
         print_pdf(PAGE)
 
 
-def test_what_a_browser_does_not_print_is_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: nothing written, or something that is no PDF."""
+def test_failing_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: it is an error if the browser writes nothing, or no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
     with pytest.raises(ScissordynError, match="did not print"):
         print_pdf(PAGE)

@@ -34,7 +34,7 @@ until = "1 s"
 
 
 def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
-    """Bit for bit, but for the times taken."""
+    """Compare two diagrams bit for bit, except the computing times."""
     assert set(one) == set(other)
     for name in set(one) - TIMES:
         np.testing.assert_array_equal(one[name].values, other[name].values, err_msg=str(name))
@@ -42,12 +42,12 @@ def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
 
 @pytest.fixture(scope="module")
 def diagram(impacting):
-    """Three values, in this process."""
+    """Return a diagram of three values, computed in this process."""
     return bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=1)
 
 
 def test_each_value_is_a_run(impacting, diagram):
-    """Identity: the last cycles of `cycle`, bit for bit."""
+    """Identity: each value has the last cycles of `cycle`, bit for bit."""
     assert diagram.sizes["value"] == 3
     assert diagram["value"].attrs["units"] == "m"
     assert set(diagram["status"].values) == {"complete"}
@@ -60,7 +60,7 @@ def test_each_value_is_a_run(impacting, diagram):
 
 
 def test_warnings(diagram):
-    """Contract: what several values warn of stands once among those of the diagram, with the first of them."""
+    """Contract: a warning of several values appears once among those of the diagram, with the first value."""
     said = [str(text) for text in diagram["warnings"].values]
     assert all("contacts start faster than" in text for text in said[1:])
     (warning,) = (text for text in json.loads(diagram.attrs["warnings"]) if "contacts start faster than" in text)
@@ -69,11 +69,11 @@ def test_warnings(diagram):
 
 
 def test_two_threads_give_the_same(impacting, diagram):
-    """Identity: bit for bit."""
+    """Identity: two threads give the same diagram, bit for bit."""
     assert_same(bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=2), diagram)
 
 
-def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
+def test_interrupted_diagram_is_continued(impacting, diagram, tmp_path):
     """Contract: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
     store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "engine": 1}
 
@@ -97,7 +97,7 @@ def test_interrupted_and_taken_up(impacting, diagram, tmp_path):
 
 
 def test_following(impacting):
-    """Contract: each value continues from the one before, and an interrupted diagram is the same."""
+    """Contract: with `follow` each value continues from the end of the previous one."""
     chain = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
     mechanisms = [impacting.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
     options = cycle_options(impacting)
@@ -110,15 +110,15 @@ def test_following(impacting):
 
 
 def cycle_options(mechanism):
-    """As `bifurcation` makes them."""
+    """Return options as `bifurcation` makes them."""
     from scissordyn.model.options import Options
     from scissordyn.periodic.stroboscope import drive_period
 
     return Options(drive_period(mechanism), samples=2, rtol=1e-6, atol=1e-6, most_steps=1_000_000)
 
 
-def test_following_is_taken_up(impacting, tmp_path):
-    """Contract: a diagram continues from the stored end of the value before."""
+def test_interrupted_following_is_continued(impacting, tmp_path):
+    """Contract: a diagram with `follow` continues from the stored end of the previous value."""
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
     whole = bifurcation(impacting, over="A.clearance", **asked)
 
@@ -130,8 +130,8 @@ def test_following_is_taken_up(impacting, tmp_path):
     assert_same(bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
 
 
-def test_a_carried_state_stands_where_it_stood(frictional):
-    """Identity: from a mechanism to itself nothing changes; to a heavier one, bodies keep position and speed to round-off."""
+def test_transferred_state(frictional):
+    """Identity: a transfer to the same mechanism changes nothing; to a wider clearance only the contact opens."""
     options = cycle_options(frictional)
     end = run_cycles(frictional, options, cycles=2).end
     same = transfer_state(frictional, end, frictional)
@@ -144,7 +144,7 @@ def test_a_carried_state_stands_where_it_stood(frictional):
 
 
 def test_values_that_fail(impacting):
-    """Contract: they say why, are NaN, and cost the others nothing."""
+    """Contract: failed values have a cause and NaN, and do not affect the others."""
     found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=1)
     states = found["status"].values.tolist()
     assert "failed" in states
@@ -156,7 +156,7 @@ def test_values_that_fail(impacting):
 
 
 def test_drive_and_function(impacting):
-    """Contract: the period follows the frequency of the drive; a function of the value does the same as a path."""
+    """Contract: the period follows the frequency of the drive; a function of the value is equal to a path."""
     frequencies = (40.0, 60.0)
     one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=1)
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
@@ -167,8 +167,8 @@ def test_drive_and_function(impacting):
     assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, engine=1), one)
 
 
-def test_what_cannot_be_used(impacting):
-    """Contract: one-line errors."""
+def test_refused_diagrams(impacting):
+    """Contract: wrong arguments are refused in one line."""
     for options, words in (
         ({"values": ()}, "values that are empty"),
         ({"values": (1e-4,), "keep": 300}, "keep = 300"),
@@ -181,7 +181,7 @@ def test_what_cannot_be_used(impacting):
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """Contract: file and picture are there; a value without a unit is refused."""
+    """Contract: the command writes file and picture; a value without a unit is refused."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     asked = {"points": 2, "cycles": 2, "threads": 1, "output": tmp_path / "d.nc", "plot": tmp_path / "d.png"}

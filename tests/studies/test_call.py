@@ -1,4 +1,4 @@
-"""`sd.study` and its result: plain values stand for what they say, and every answer is that of the store."""
+"""`sd.study` and its result: plain values as arguments, and answers that agree with the store."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ VARIED: dict[str, Any] = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": (10.0
 
 
 def peak(run: xr.Dataset) -> float:
-    """Largest force."""
+    """Return the largest force."""
     return float(run["normal_force"].max())
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
-    """Twelve points with two samples each."""
+    """Return a study of twelve points with two samples each."""
     return sd.study(
         arm(),
         VARIED,
@@ -49,7 +49,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
 
 
 def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> None:
-    """Contract: description and every byte of the store but the times are those of the classes."""
+    """Contract: description and store, except the times, are those made with the classes."""
     by_hand = Study(
         arm(),
         sd.Options(UNTIL),
@@ -77,7 +77,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
         ("0.1..0.4 mm, 4 values, log", sd.Interval(0.1e-3, 0.4e-3, 4, logarithmic=True)),
     ],
 )
-def test_what_numbers_vary_over(given: object, meant: object) -> None:
+def test_meaning_of_ranges(given: object, meant: object) -> None:
     """Contract: a pair is a range, a list levels, a number one level, a text that of a study file."""
     (factor,) = asked({"A.clearance": given}).factors
     assert type(factor.variation) is type(meant)
@@ -85,7 +85,7 @@ def test_what_numbers_vary_over(given: object, meant: object) -> None:
 
 
 def asked(factors: Any = VARIED, **options: Any) -> Study:
-    """What a call asks for, without computing it."""
+    """Return the study that a call describes, without computing it."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("scissordyn.config.studies.computed", lambda study, *_, **__: StudyResult(study, None))  # type: ignore[arg-type]
         result: StudyResult = sd.study(arm(), factors, **{"until": UNTIL, "store": "never.db", **options})
@@ -93,7 +93,7 @@ def asked(factors: Any = VARIED, **options: Any) -> Study:
 
 
 def test_measures_requirements_and_goals() -> None:
-    """Contract: names, functions and bounds stand for what a study file says."""
+    """Contract: names, functions and bounds have the meaning of a study file."""
     named = asked(measures=["contact_count", peak])
     assert named.measures == ("contact_count",)
     assert named.own_measures == (OwnMeasure("peak", peak),)
@@ -113,7 +113,7 @@ def test_measures_requirements_and_goals() -> None:
 
 
 def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a mechanism, a case, a case file and a study file give the same stores, and so does the command line."""
+    """Contract: a mechanism, a case, a case file, a study file and the command line give the same stores."""
     monkeypatch.chdir(tmp_path)
     case = sd.write_case(arm(), "arm.toml", run=sd.Options(UNTIL))
     Path("study.toml").write_text(
@@ -135,7 +135,7 @@ def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
-    """Cross-check: fractions, best point and worst case by hand from the peaks."""
+    """Cross-check: fractions, best point and worst case, computed from the peaks."""
     peaks = found.dataset["peak_force"].max("joint").values.reshape(12, 2)
     assert found.counts == {"complete": 24, "failed": 0, "pending": 0}
     assert found.feasible.fraction == pytest.approx(np.mean(peaks < BOUND))
@@ -156,7 +156,7 @@ def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
 
 
 def test_pictures(found: StudyResult, tmp_path: Path) -> None:
-    """Contract: each picture is there, on given Axes; a report has the tables."""
+    """Contract: each picture is drawn, also on given Axes; a report has the tables."""
     import matplotlib.pyplot as plt
 
     _, axes = plt.subplots()
@@ -171,8 +171,8 @@ def test_pictures(found: StudyResult, tmp_path: Path) -> None:
         found.plot.map("speed")
 
 
-def test_going_on(tmp_path: Path) -> None:
-    """Contract: extended and reopened, the result is that of a whole study; reading executes nothing."""
+def test_extended_and_reopened_study(tmp_path: Path) -> None:
+    """Contract: an extended and reopened study is equal to one computed at once; reading executes nothing."""
     asked_for: dict[str, Any] = {"until": UNTIL, "measures": {"peak [N]": peak}, "block": 2}
     whole = sd.study(arm(), VARIED, points=6, store=tmp_path / "whole.db", **asked_for)
     part = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.db", **asked_for)
@@ -194,7 +194,7 @@ def test_going_on(tmp_path: Path) -> None:
 
 
 def test_failed_cases_are_done_again(tmp_path: Path) -> None:
-    """Contract: causes are named, and with `retry` they are computed anew."""
+    """Contract: causes are listed, and `retry` computes failed cases again."""
     file = tmp_path / "mine.py"
     file.write_text(
         f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n"
@@ -209,8 +209,8 @@ def test_failed_cases_are_done_again(tmp_path: Path) -> None:
     assert sd.open_study(tmp_path / "a.db", allow_code=file).resume(retry=True).counts["complete"] == 2
 
 
-def test_a_search(found: StudyResult, tmp_path: Path) -> None:
-    """Cross-check: the best point is the least of the points tried that meet all; more generations go on."""
+def test_search(found: StudyResult, tmp_path: Path) -> None:
+    """Cross-check: the best point is the minimum of the feasible points tried; more generations continue the search."""
     search = found.optimise("minimise peak_force", store=tmp_path / "best.db", population=4, generations=2, risk="worst")
     peaks = search.dataset["peak_force"].max("joint").values.reshape(8, 2).max(axis=1)
     assert search.best["A.clearance"] == float(search.points["A.clearance"][int(np.argmin(peaks))])
@@ -231,7 +231,7 @@ def test_a_search(found: StudyResult, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_sensitivity() -> None:
-    """Limit: a number that nothing depends on has no effect; the clearance has."""
+    """Limit: a factor without effect has a small index, the clearance a large one."""
     result = sd.study(arm(), {**VARIED, "gravity": (9.8, 9.82)}, until=UNTIL, design="morris", points=8, measures="peak_force")
     one = result.sensitivity("peak_force")
     assert isinstance(one, xr.Dataset)
@@ -240,8 +240,8 @@ def test_sensitivity() -> None:
     assert len(result.plot.sensitivity()) == 1
 
 
-def test_a_store_of_its_own_ends_with_the_result() -> None:
-    """Contract: without a store the results lie in a temporary folder, which is removed."""
+def test_temporary_store() -> None:
+    """Contract: without a store the results are in a temporary folder, which is removed with the result."""
     result = sd.study(arm(), {"A.clearance": [1e-4]}, until=UNTIL)
     file = Path(result.store.path)
     assert file.is_file()
@@ -252,7 +252,7 @@ def test_a_store_of_its_own_ends_with_the_result() -> None:
 
 @pytest.mark.parametrize("engine", [2, sd.Processes(1)])
 def test_engines(engine: Any, found: StudyResult) -> None:
-    """Identity: the same numbers wherever they are computed, and nothing is left running."""
+    """Identity: every engine gives the same results, and leaves nothing running."""
     before = threading.active_count()
     here = sd.study(arm(), VARIED, until=UNTIL, points=2, seed=1, measures=["peak_force"], engine=engine)
     again = sd.study(arm(), VARIED, until=UNTIL, points=2, seed=1, measures=["peak_force"])
@@ -288,8 +288,8 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"block": 0}, "block = 0"),
     ],
 )
-def test_what_cannot_be_used(options: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: one line, and no store."""
+def test_refused_studies(options: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: wrong arguments give one line, and no store."""
     monkeypatch.chdir(tmp_path)
     with pytest.raises(sd.InputError, match=says) as error:
         sd.study(arm(), **{"factors": VARIED, "until": UNTIL, "store": "a.db", **options})
@@ -297,8 +297,8 @@ def test_what_cannot_be_used(options: dict[str, Any], says: str, tmp_path: Path,
     assert os.listdir(tmp_path) == []
 
 
-def test_what_a_result_does_not_have(found: StudyResult) -> None:
-    """Contract: one line that says what to type."""
+def test_missing_answers(found: StudyResult) -> None:
+    """Contract: the error about a missing answer says what to type."""
     plain = StudyResult(asked(measures=["peak_force"]), found.store)
     for ask, says in (
         (lambda: plain.feasible, "without requirements; .*for example requirements="),

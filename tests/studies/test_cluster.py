@@ -1,4 +1,4 @@
-"""Engines: threads, processes and a scheduler give the same bytes; what is lost or killed is done again."""
+"""Engines: threads, processes and a scheduler give the same bytes; lost or killed work is done again."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=
 
 
 def process_of(_: int) -> int:
-    """The process that does a task."""
+    """Return the process of a task."""
     return os.getpid()
 
 
 def study(cases: int = 24) -> Study:
-    """A few cases."""
+    """Return a study of a few cases."""
     return Study(arm(), Options(0.002), (Factor("A.clearance", Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
-    """Contract: and a process that dies costs nothing but time."""
+    """Contract: processes give the rows of threads, also when one dies."""
     whole = execute(study(), tmp_path / "threads.db", block=3, engine=1)
     with Processes(2) as engine:
         victims = [outcome.value for outcome in outcomes(engine, process_of, [1])]
@@ -67,8 +67,8 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
-    """Contract: one whose package differs in a line ends the study with one that names it; nothing of it is in the store."""
+def test_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
+    """Contract: a worker whose package differs ends the study with its path, and stores nothing."""
     package = tmp_path / "other" / "scissordyn"
     shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "run" / "measure.py").open("a") as file:
@@ -101,8 +101,8 @@ def test_a_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
     assert not Store(tmp_path / "a.db").status().any()
 
 
-def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: one line within the time that is given to it."""
+def test_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: the error comes within the waiting time."""
     monkeypatch.setattr("scissordyn.studies.compute.cluster.PATIENCE", 1.0)
     with socket.socket() as taken:  # listens, and never says a word
         taken.bind(("127.0.0.1", 0))
@@ -142,7 +142,7 @@ def _greet(server: socket.socket) -> None:
     ],
 )
 def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: one line."""
+    """Contract: a wrong cluster file is refused in one line."""
     queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
     file.write_text(text)
@@ -154,7 +154,7 @@ def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: py
 
 
 def queueing_system(folder: Path, monkeypatch: pytest.MonkeyPatch, submit: str) -> Path:
-    """A queueing system with one machine, this one: it keeps the text of each job and starts it at once."""
+    """Install a queueing system of this machine, which keeps the text of each job and starts it at once."""
     binaries, jobs = folder / "bin", folder / "jobs"
     binaries.mkdir()
     jobs.mkdir()
@@ -179,7 +179,7 @@ true
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize(("kind", "submit", "asks"), [("slurm", "sbatch", "#SBATCH -t 00:05:00")])
 def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: jobs are submitted as the file says, their workers do the study, and none is left."""
+    """Contract: jobs are submitted as the file says, their workers compute the study, and none is left."""
     jobs = queueing_system(tmp_path, monkeypatch, submit)
     monkeypatch.chdir(tmp_path)  # where the certificates of the jobs are
     file = tmp_path / "cluster.yaml"
@@ -196,7 +196,7 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
 
 
 def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:
-    """The command line in a process group of its own."""
+    """Start the command line in a new process group."""
     command = [sys.executable, "-m", "scissordyn.cli.main", *map(str, arguments)]
     return subprocess.Popen(
         command,
@@ -209,7 +209,7 @@ def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:
 
 
 def wait_for(condition: object, seconds: float = 120.0) -> None:
-    """Until a condition holds."""
+    """Wait until a condition holds."""
     until = time.monotonic() + seconds
     while not condition():  # type: ignore[operator]
         assert time.monotonic() < until
@@ -217,17 +217,17 @@ def wait_for(condition: object, seconds: float = 120.0) -> None:
 
 
 def said(error: str) -> list[str]:
-    """Lines of stderr without those on the progress."""
+    """Return lines of stderr without those about progress."""
     return [line for line in error.splitlines() if not re.match(r"\d+ of \d+ cases, ", line)]
 
 
 def written(store: Path) -> int:
-    """Blocks that are written."""
+    """Return the number of blocks in a store."""
     return int(np.count_nonzero(Store(store).times()["attempts"])) if Store(store).begun() else 0
 
 
 def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
-    """Contract: exit status 130 and one line; resumed, no finished block is written again."""
+    """Contract: Ctrl-C gives status 130 and one line; `resume` does not compute finished blocks again."""
     case, store = tmp_path / "case.toml", tmp_path / "a.db"
     case.write_text(paper_case("20 ms"))
     process = run_command("sweep", case, *SWEEP, "-o", store, "--threads", "1")
@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
 
 
 def test_killed_at_random_moments(tmp_path: Path) -> None:
-    """Contract: killed with -9 at 20 moments the rows are those of an undisturbed run; no finished block is done twice."""
+    """Contract: after 20 kills the rows are those of an undisturbed run, and no finished block is computed twice."""
     found = killed_at_random(tmp_path, KILLS)
     assert [kill.victim for kill in found] == [*(VICTIMS[k % 3] for k in range(KILLS)), ""]
     assert [kill.rewritten for kill in found] == [0] * len(found)

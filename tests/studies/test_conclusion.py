@@ -1,4 +1,4 @@
-"""What a study says: trends, recommendation and next steps of responses with known laws, in the units of the reader."""
+"""Conclusions of a study: trends, recommendation and next steps for responses with known laws, in the reader's units."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_exponents_are_recovered() -> None:
     assert law.value({"c": needed_value, "v": 15.0}) == pytest.approx(500.0, rel=1e-9)
 
 
-def test_a_line_with_an_offset_is_a_line() -> None:
+def test_line_with_an_offset() -> None:
     """Closed form: 4 + 3 x predicts better than a power law, and no x > 0 gives 2."""
     x = np.linspace(0.1, 3.0, 12)[:, None]
     line = fitted(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
@@ -56,7 +56,7 @@ def test_a_line_with_an_offset_is_a_line() -> None:
 
 
 def test_intervals_of_exponents_cover() -> None:
-    """Closed form: of 400 samples of a law with noise, about 95 % of the intervals hold the exponent."""
+    """Closed form: in 400 samples of a law with noise, about 95 % of the intervals contain the exponent."""
     rng, hits = np.random.default_rng(2), 0
     for _ in range(400):
         x = np.stack([rng.uniform(1.0, 8.0, 24), rng.uniform(1.0, 5.0, 24)], axis=1)
@@ -67,7 +67,7 @@ def test_intervals_of_exponents_cover() -> None:
 
 
 def test_cross_validation_finds_no_trend_in_noise() -> None:
-    """Closed form: pure noise is predicted worse than by its mean; samples of a point are left out together."""
+    """Closed form: noise is predicted worse than by its mean; samples of a point are left out together."""
     rng = np.random.default_rng(3)
     x = np.repeat(rng.uniform(1.0, 2.0, (15, 3)), 4, axis=0)
     values = np.repeat(rng.uniform(1.0, 2.0, 15), 4)  # the same in all samples: a fit by rows would seem to predict it
@@ -75,7 +75,7 @@ def test_cross_validation_finds_no_trend_in_noise() -> None:
 
 
 def test_too_few_points_have_no_trend() -> None:
-    """Identity: nothing is fitted to three points, to constants, or to failed cases."""
+    """Contract: three points, constants and failed cases are not fitted."""
     x = np.array([[1.0], [2.0], [3.0]])
     assert fitted(x, x[:, 0], np.arange(3), ("x",)) == ()
     x = np.linspace(1.0, 2.0, 9)[:, None]
@@ -84,7 +84,7 @@ def test_too_few_points_have_no_trend() -> None:
 
 
 def proportional(bound: float, points: int = 24) -> tuple:
-    """Peak force = 4e6 N/m times the clearance of 0.1 to 0.5 mm: 400 to 2000 N; the speed has no effect."""
+    """Return a study and results with a peak force of 4e6 N/m times the clearance, 400 to 2000 N, for any speed."""
     described = study(
         factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
         design=Design("sobol", points, 1),
@@ -94,8 +94,8 @@ def proportional(bound: float, points: int = 24) -> tuple:
     return described, found
 
 
-def test_nowhere_met_is_said_with_what_is_missing() -> None:
-    """Closed form: 100 N needs 25 um, which is beyond 0.1 mm; the nearest point is that of the least clearance."""
+def test_conclusion_of_an_infeasible_study() -> None:
+    """Closed form: 100 N needs 25 um, below the range; the nearest point is that of the smallest clearance."""
     described, found = proportional(100.0)
     one = recommended(described, found)
     assert one is not None
@@ -122,8 +122,8 @@ def test_nowhere_met_is_said_with_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize("bound", [100.0, 500.0, 1000.0, 1e4])
-def test_the_least_margin_is_said_with_its_size(bound: float) -> None:
-    """Closed form: the margin is 1 - F/bound at the least clearance, met by far, just met or missed; nothing met binds."""
+def test_smallest_margin(bound: float) -> None:
+    """Closed form: the margin is 1 - F/bound at the smallest clearance, for met and missed bounds."""
     described, found = proportional(bound)
     said = " ".join(map(str, conclude(result_of(described, found), "a.db").verdict))
     margin = 1.0 - 4e6 * float(found["A.clearance"].min()) / bound
@@ -131,8 +131,8 @@ def test_the_least_margin_is_said_with_its_size(bound: float) -> None:
     assert "binds" not in said
 
 
-def test_what_holds_or_not_has_no_trend() -> None:
-    """Limit: a response that is 0 or 1 has no power and no line; beside its requirement stands what its function says."""
+def test_yes_or_no_responses_have_no_trend() -> None:
+    """Contract: a response of 0 or 1 has no trend; its requirement is shown with the function's description."""
     described, _ = proportional(1000.0)
     held = Requirement("holds", ">", 0.5, text="holds > 0.5")
     described = dataclasses.replace(described, requirements=(held,), own_measures=(OwnMeasure("holds", float),))
@@ -147,7 +147,7 @@ def test_what_holds_or_not_has_no_trend() -> None:
 
 
 def test_cases_that_never_settle_are_failures() -> None:
-    """Closed form: above 0.3 mm nothing settles; no trend is stated from the others, and the worst case is not one of those."""
+    """Closed form: above 0.3 mm nothing settles; there is no trend of the others, and the worst case is an unsettled one."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
     settled = Requirement("settling_time", "<", 2.0, text="settling_time < 2 s")
@@ -177,7 +177,7 @@ def test_cases_that_never_settle_are_failures() -> None:
 
 
 def test_words_of_facts() -> None:
-    """Identity: what is not known is not said, and every fact has words in which all fields have names."""
+    """Contract: unknown values are left out, and all fields of every fact's text have names."""
     about = {"tried": 8, "high": None}
     assert str(Fact("met nowhere", numbers=about)) == "No point meets all requirements (0 of 8)."
     assert "at most 12.0%" in str(Fact("met nowhere", numbers={**about, "high": 0.12}))
@@ -188,7 +188,7 @@ def test_words_of_facts() -> None:
 
 
 def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
-    """Closed form: samples of 100 to 432 N at one point have these ends, not their mean three times."""
+    """Closed form: the range of samples of 100 to 432 N at one point has these ends."""
     described = study(factors=(), uncertain=(Factor("A.clearance", Uniform(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
     peak = np.linspace(100.0, 432.0, 12)
     found = made_up(described, peak)
@@ -196,8 +196,8 @@ def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
     assert [float(cell) for cell in row[1:4]] == pytest.approx([100.0, np.sort(peak)[5], 432.0], rel=1e-3)
 
 
-def test_extrapolations_without_sense_are_not_said() -> None:
-    """Closed form: 1e12 N needs 250 km: the trend meets it over the whole range; 1 N needs 0.25 um: not near it."""
+def test_meaningless_extrapolations_are_left_out() -> None:
+    """Closed form: bounds met at 250 km or 0.25 um are described without these values."""
     for bound, words in (
         (1e12, "according to this trend, met at every A.clearance of the range"),
         (1.0, "no A.clearance in or near the range"),
@@ -209,7 +209,7 @@ def test_extrapolations_without_sense_are_not_said() -> None:
 
 
 def test_joints_are_ranked_from_any_sampling() -> None:
-    """Closed form: of 19 numbers in 16 samples the one that acts is first and beyond chance; in noise 5 % have any."""
+    """Closed form: of 19 factors in 16 samples the effective one is first and beyond chance; in noise 5 % have any."""
     rng = np.random.default_rng(5)
     numbers = rng.random((16, 19))
     known, order, first, chance = ranked(numbers, np.where(numbers[:, 7] > 0.9, np.inf, numbers[:, 7]))
@@ -236,7 +236,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
 
 
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:
-    """Contract: a fit that predicts no point that it has not seen leaves the ranks; one that does is the answer itself."""
+    """Contract: factors are ranked only if the trend does not predict points left out."""
     described = study(design=Design("random", 20), measures=("peak_force",))
     numbers = described.numbers(np.arange(20))["A.clearance"]
     noise = np.random.default_rng(3).lognormal(size=20)
@@ -246,8 +246,8 @@ def test_numbers_of_an_unclear_trend_are_ranked() -> None:
         assert len(rankings(described, found, trends(described, found))) == tables
 
 
-def test_where_they_are_met_is_said() -> None:
-    """Closed form: below 1000 N where the clearance is below 0.25 mm; 0.25 mm is within the data."""
+def test_conclusion_of_a_feasible_study() -> None:
+    """Closed form: the bound is met below 0.25 mm, which is within the data."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
     said = conclude(result_of(described, found), "a.db")
@@ -261,8 +261,8 @@ def test_where_they_are_met_is_said() -> None:
     assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
 
 
-def test_many_numbers_make_no_wall_of_text() -> None:
-    """Limit: of eight numbers six are in a sentence, those of the narrowest ranges; the exponents have a row for each."""
+def test_conclusion_with_many_factors() -> None:
+    """Limit: of eight factors six are in a sentence, those with the narrowest ranges; the table has all."""
     bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
     numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
     described = study(
@@ -307,8 +307,8 @@ def test_probability_of_the_recommended_point() -> None:
     assert conclude(result_of(described, all_failed), "a.db").verdict == (Fact("unknown"),)
 
 
-def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
-    """Contract: verdict, margins, trends and commands, by the store's name alone, come before tables of what was computed."""
+def test_order_of_a_report(tmp_path: Path) -> None:
+    """Contract: verdict, margins, trends and commands come before tables; paths are those of the store's name alone."""
     described, found = proportional(100.0)
     far = result_of(described, found, str(tmp_path / "far" / "a.db"))
     page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
@@ -327,7 +327,7 @@ def test_the_report_begins_with_the_answer(tmp_path: Path) -> None:
     assert "in the folder that has a.db" in page
 
 
-def test_a_point_that_meets_them_by_interpolation_is_proposed() -> None:
+def test_interpolated_point_is_proposed() -> None:
     """Closed form: 1000 N (1 + 3 r^2), above 1004 N at all points; the bottom of the valley is proposed."""
     described = study(
         factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
@@ -350,14 +350,14 @@ CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
 
 
 def of_two_members(**changes: Any) -> Study:
-    """The clearance of the paper's array on a grid, the peak force required, two members."""
+    """Return a study of the clearance on a grid with two members and a requirement on the peak force."""
     bound = Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN")
     fields = {"factors": (CLEARANCE,), "design": Design(), "measures": ("peak_force",), "members": 2, "requirements": (bound,)}
     return study(**(fields | changes))
 
 
 def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
-    """Results with given peaks [N], each for both members."""
+    """Return results with given peaks [N], the same for all members."""
     return made_up(described, np.repeat(peak, described.members), warnings=warnings)
 
 
@@ -376,14 +376,14 @@ def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dat
 )
 @pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
 def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
-    """Contract: in the unit of the user, or with an engineering prefix."""
+    """Contract: ranges are in the user's unit, or with an engineering prefix."""
     described = of_two_members(factors=(Factor("A.clearance", variation, *unit),))
     found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
     assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
 
 
 def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Identity: the same numbers with the same prefixes, and warnings with the number of their cases and a command."""
+    """Contract: terminal and report have the same values with the same units, and warnings with counts and commands."""
     described = of_two_members()
     found = with_peaks(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
     result = result_of(described, found)
@@ -429,7 +429,7 @@ def test_fronts_and_effects_have_units() -> None:
 
 
 def test_agreement_is_counted() -> None:
-    """Contract: one point of five is not called none."""
+    """Contract: the text gives the number of points at which members disagree."""
     described = of_two_members()
     found = with_peaks(described, np.full(5, 30e3))
     assert "at all points" in str(agreement(described, by_point(described, found)))
@@ -438,8 +438,8 @@ def test_agreement_is_counted() -> None:
     assert "at none of them" in str(agreement(described, by_point(described, found)))
 
 
-def test_no_median_of_a_few_points() -> None:
-    """Contract: points of a single factor are joined; a dozen of two factors have two medians, not twelve."""
+def test_medians_of_curves() -> None:
+    """Contract: points of a single factor are joined; a dozen points of two factors have two medians."""
     described = of_two_members()
     (one,) = response_curves(by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5))))
     assert next(line.get_label() for line in one.lines if line.get_linestyle() == "-").startswith("_")

@@ -1,4 +1,4 @@
-"""Which tolerance a number of a run needs."""
+"""The tolerance that a quantity of a run needs."""
 
 import itertools
 import json
@@ -16,12 +16,12 @@ from scissordyn.studies.compute.convergence import Level, _agrees, _tried, read_
 
 @pytest.fixture(scope="module")
 def arm():
-    """The paper's array."""
+    """Return the paper's array."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
 
 
-def test_the_tolerance_is_enough(arm):
-    """Limit: the number with the tolerance found is within what was asked for of a run at 1e-11; less needs a tighter one."""
+def test_chosen_tolerance_is_enough(arm):
+    """Limit: the quantity is within the wanted error of a run at 1e-11; a smaller error needs a tighter tolerance."""
     options = Options(0.01)
     exact = float(sd.simulate(arm, until=0.01, rtol=1e-11, atol=1e-11)["peak_force"].max())
     found = {within: sd.convergence(arm, options, "A.peak_force", within=within) for within in (1e-2, 1e-6)}
@@ -36,7 +36,7 @@ def test_the_tolerance_is_enough(arm):
 
 
 def test_agreement():
-    """Closed form: two finer levels have to agree, within the wish or within the noise of members; failed ones never do."""
+    """Closed form: two finer levels must agree within the wanted error or the spread of members; failed ones never do."""
 
     def level(value, error=0.0, cause=""):
         return Level(1e-3, value, 0.0, error, 1.0, cause)
@@ -49,8 +49,8 @@ def test_agreement():
     assert not _agrees(level(math.nan), [level(1.0), level(1.0)], 0.01)
 
 
-def test_chaos_is_said():
-    """Limit: a ball in a wide clearance forgets its start; members at one tolerance differ, and the result says so."""
+def test_chaotic_motion_is_reported():
+    """Limit: members of a chaotic motion differ, and the result says so."""
     arm = sd.scissor(units=2).with_clearance("all", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     found = sd.convergence(arm, Options(0.12), "contact_count", within=0.001, members=3)
     assert found.chaotic
@@ -58,7 +58,7 @@ def test_chaos_is_said():
 
 
 def test_steps_of_hard_contact(arm):
-    """Limit: with hard contact steps are halved; the error of the number at the step found is within the wish of the finest."""
+    """Contract: with hard contact the step is halved from level to level."""
     hard = arm.replace("A.contact", "hard")
     found = sd.convergence(hard, Options(0.01), "peak_drive_torque", within=0.05)
     assert found.varied == "step"
@@ -68,8 +68,8 @@ def test_steps_of_hard_contact(arm):
         assert found.options == {"step": found.setting}
 
 
-def test_steps_around_the_one_that_was_asked_for(arm):
-    """Limit: a shorter step than the chosen one is in the middle of those that are tried, a longer one changes nothing."""
+def test_steps_around_a_given_one(arm):
+    """Contract: a shorter given step is in the middle of those tried; a longer one has no effect."""
     hard = arm.replace("A.contact", "hard")
     steps = {
         asked: [each[0] for each in _tried(hard, Options(0.01, step=asked), "accuracy")[1]] for asked in (None, 1e-8, 1e-2)
@@ -86,22 +86,22 @@ def test_steps_around_the_one_that_was_asked_for(arm):
         (" unit 1/pivot.peak_force within 2 %", ("unit 1/pivot.peak_force", 0.02)),
     ],
 )
-def test_what_is_asked(text, wanted):
-    """Contract: a measure and a percentage; 1 % without one."""
+def test_text_of_a_wanted_error(text, wanted):
+    """Contract: a measure and a percentage, 1 % by default."""
     assert read_wanted(text)[0] == wanted[0]
     assert read_wanted(text)[1] == pytest.approx(wanted[1])
     assert read_wanted(wanted[0])[1] == 0.01
 
 
 @pytest.mark.parametrize("text", ["", "tip.error within", "tip.error within 0 %", "tip.error within 3 mm", "two words"])
-def test_what_cannot_be_asked(text):
-    """Limit: anything else is refused in one line."""
+def test_refused_texts(text):
+    """Contract: any other text is refused in one line."""
     with pytest.raises(InputError, match="to converge"):
         read_wanted(text)
 
 
 def test_unknown_measures(arm):
-    """Limit: a measure or a joint that there is not is refused before anything runs."""
+    """Contract: an unknown measure or joint is refused before a run."""
     with pytest.raises(InputError, match="unknown measure"):
         sd.convergence(arm, Options(0.01), "peak_forces")
     with pytest.raises(InputError, match="no joint"):
@@ -109,7 +109,7 @@ def test_unknown_measures(arm):
 
 
 def test_command(arm, tmp_path, capsys):
-    """Contract: `check --converge` says what Python finds, and the command to run it so."""
+    """Contract: `check --converge` gives the result of Python, and the command to run with it."""
     sd.write_case(arm, tmp_path / "case.toml", run=Options(0.005))
     case = str(tmp_path / "case.toml")
     assert status_of(["check", case, "--converge", "peak_force within 2 %", "--json"]) == 0

@@ -33,24 +33,24 @@ PERIOD = 0.125
 
 @pytest.fixture(scope="module")
 def settled(frictional):
-    """Fifteen cycles at default tolerance."""
+    """Return fifteen cycles at default tolerance."""
     return cycle(frictional, cycles=15)
 
 
 @pytest.fixture(scope="module")
 def tight(frictional):
-    """Four cycles at a tight tolerance."""
+    """Return four cycles at a tight tolerance."""
     return cycle(frictional, cycles=4, rtol=1e-9, atol=1e-9)
 
 
 @pytest.fixture(scope="module")
 def dense(frictional):
-    """The same by `simulate`, with samples at quarters of the cycles."""
+    """Return the four cycles by `simulate`, with samples at quarters of the cycles."""
     return simulate(frictional, until=4 * PERIOD, samples=17, rtol=1e-9, atol=1e-9)
 
 
 def test_same_states_as_a_dense_run(frictional, tight, dense):
-    """Cross-check: samples of `simulate` at the same instants, whose steps do not end there.
+    """Cross-check: states equal samples of `simulate`, whose steps do not end at these instants.
 
     Measured: 2e-7 of the clearance at a tolerance of 1e-9; 1e-5 leaves room for another compiler. The slider's acceleration is
     the contact force over its mass, which magnifies by the stiffness of the contact.
@@ -66,7 +66,7 @@ def test_same_states_as_a_dense_run(frictional, tight, dense):
 
 
 def test_phase(frictional, tight, dense):
-    """Cross-check: at another phase too; and statistics of cycles and the end do not depend on it."""
+    """Cross-check: states at another phase; statistics of cycles and the end do not depend on the phase."""
     shifted = cycle(frictional, cycles=4, phase=0.25, rtol=1e-9, atol=1e-9)
     apart = shifted["eccentricity"].values - dense["eccentricity"].sel(joint=["A"]).values[1:17:4]
     assert np.max(np.abs(apart)) < 1e-5 * 0.1e-3
@@ -95,15 +95,15 @@ def test_energy_balance(tight):
 
 
 def test_one_orbit_per_cycle(settled):
-    """Limit: with friction and a small clearance the map has a fixed point; a perturbation shrinks, so that it stays."""
+    """Limit: with friction and a small clearance the motion settles to one orbit."""
     late = settled["slider_velocity"].values[-3:]
     assert np.ptp(late) < 1e-5
     assert np.ptp(settled["slider_velocity"].values[:3]) > 1e-4
     np.testing.assert_array_equal(settled["impacts"].values[-3:], 5)
 
 
-def test_going_on_is_bit_for_bit(impacting, tmp_path):
-    """Contract: five cycles and seven from a file, and twelve one by one, are the twelve of one call."""
+def test_continued_cycles_are_the_same(impacting, tmp_path):
+    """Identity: five cycles and seven from a file, and twelve single ones, equal twelve of one call bit for bit."""
     whole = cycle(impacting, cycles=12)
     save(cycle(impacting, cycles=5), tmp_path / "five.nc")
     rest = cycle(impacting, cycles=7, start=load(tmp_path / "five.nc"))
@@ -118,7 +118,7 @@ def test_going_on_is_bit_for_bit(impacting, tmp_path):
 
 
 def test_keep(impacting):
-    """Contract: the last cycles of a run; those before them take fewer evaluations, as nothing is monitored there."""
+    """Contract: `keep` returns the last cycles; the others take fewer evaluations, as they are not monitored."""
     whole, kept = cycle(impacting, cycles=4), cycle(impacting, cycles=4, keep=2)
     rates = COUNTS.names.index("rates")
     assert kept["end_counts"].values[rates] < whole["end_counts"].values[rates]
@@ -127,12 +127,12 @@ def test_keep(impacting):
 
 
 def of_joint(run: xr.Dataset) -> list[str]:
-    """The warnings about the laws of joint A."""
+    """Return warnings about the laws of joint A."""
     return [text for text in json.loads(run.attrs["warnings"]) if text.startswith("joint 'A'")]
 
 
 def test_warnings(impacting):
-    """Cross-check: those about the laws are the ones of a run over the same time; cycles not kept have no part in them."""
+    """Cross-check: warnings about laws are those of a run over the kept cycles."""
     options = {"rtol": 1e-9, "atol": 1e-9}
     whole = cycle(impacting, cycles=2, **options)
     assert of_joint(whole) == of_joint(simulate(impacting, until=2 * PERIOD, **options))
@@ -142,8 +142,8 @@ def test_warnings(impacting):
     assert of_joint(last) != of_joint(whole)
 
 
-def test_a_cycle_that_fails(impacting):
-    """Contract: a failed run has time and cause, and the complete cycles before, without NaN."""
+def test_failed_cycle(impacting):
+    """Contract: a failed run has time and cause, and the complete cycles without NaN."""
     whole = cycle(impacting, cycles=6)
     steps = whole["steps"].values
     # rejected steps count too, so that the first cycle that takes more than the median is not the first that fails
@@ -171,7 +171,7 @@ def test_ideal_mechanism(periodic):
 
 
 def test_units(settled, tmp_path):
-    """Contract: units are such that pint reads them; where entries of a variable differ, names say what they are."""
+    """Contract: pint reads all units; variables with different entries have names for them."""
     for run in (settled, load(save(settled, tmp_path / "cycles.nc"))):
         for values in run.variables.values():
             pint.application_registry.parse_units(values.attrs.get("units", "1"))
@@ -181,8 +181,8 @@ def test_units(settled, tmp_path):
         assert "units" not in run["end_y"].attrs
 
 
-def test_what_cannot_be_used(periodic, impacting, frictional, upright):
-    """Contract: one-line errors."""
+def test_refused_cycles(periodic, impacting, frictional, upright):
+    """Contract: wrong arguments are refused in one line."""
     ideal = cycle(periodic, cycles=1)
     table = Tabulated(tuple(0.1 * k for k in range(7)), tuple(0.7 + 0.01 * k for k in range(7)))
     two = periodic.driven(Harmonic(-0.7, 0.1, 10.0), body="unit 1/bar 2")
@@ -213,21 +213,21 @@ def test_what_cannot_be_used(periodic, impacting, frictional, upright):
             call()
 
 
-def test_result_says_why_its_method_was_chosen(settled):
-    """Identity: the statistics hold the method and the reason for it, as those of a run."""
+def test_reason_of_the_method(settled):
+    """Contract: the statistics have the method and its reason, as those of a run."""
     statistics = json.loads(settled.attrs["statistics"])
     assert statistics["method"] == "rodas5p"
     assert "internal states" in statistics["reason"]
 
 
 def test_replay_of_cycles_is_refused(settled):
-    """Contract: cycles are no run; the message says what makes them again."""
+    """Contract: the error says which function repeats cycles."""
     with pytest.raises(InputError, match=r"replay of 'scissordyn cycles'.*for example cycle"):
         replay(settled)
 
 
 def test_cycles_with_a_clearance_guide_alone_are_classified():
-    """Contract: the map has the clearance of every contact point, by which distances are measured."""
+    """Contract: the map has the clearance of every contact point, which scales distances."""
     block = slider_crank(crank=0.05, rod=0.12, slider_inertia=2.3e-5)
     block = block.with_clearance("guide", GuideClearance(1e-4, length=0.04, width=0.02)).driven(speed=20.0)
     found = cycle(block, cycles=4)
@@ -238,12 +238,12 @@ def test_cycles_with_a_clearance_guide_alone_are_classified():
 
 @pytest.fixture(scope="module")
 def diverging(impacting):
-    """Four members of an irregular motion."""
+    """Return four members of an irregular motion."""
     return ensemble(impacting, members=4, cycles=8, skip=2, engine=1)
 
 
 def test_irregular_motion_diverges(impacting, diverging):
-    """Limit: round-off of 1e-14 grows to a thousandth of the clearance within some cycles, and never at once."""
+    """Limit: round-off of 1e-14 grows to a thousandth of the clearance within some cycles, but not in the first."""
     assert set(diverging["status"].values) == {"complete"}
     assert 1 <= diverging.attrs["trusted_cycles"] < 8
     assert diverging.attrs["trusted_until"] == pytest.approx(0.125 * (diverging.attrs["trusted_cycles"] - 1))
@@ -254,7 +254,7 @@ def test_irregular_motion_diverges(impacting, diverging):
 
 
 def test_warnings_of_members(impacting, diverging):
-    """Cross-check: what members warn of stands once, as the first of them says it."""
+    """Cross-check: a warning of several members appears once, as in the first member."""
     alone = cycle(impacting, cycles=8)
     said = json.loads(diverging.attrs["warnings"])
     assert said == json.loads(alone.attrs["warnings"])
@@ -262,7 +262,7 @@ def test_warnings_of_members(impacting, diverging):
 
 
 def test_means_and_spread(diverging):
-    """Contract: numpy's mean and standard deviation over what is counted."""
+    """Closed form: numpy's mean and standard deviation over the counted cycles."""
     means = diverging["impacts"].values[:, 2:, 0].mean(axis=1)
     np.testing.assert_allclose(diverging["mean_impacts"].values[:, 0], means, rtol=1e-14)
     assert float(diverging["spread_impacts"][0]) == pytest.approx(np.std(means, ddof=1), rel=1e-12)
@@ -270,7 +270,7 @@ def test_means_and_spread(diverging):
 
 
 def test_regular_motion_stays_together(frictional):
-    """Limit: where a perturbation shrinks, all members agree to the end."""
+    """Limit: where perturbations decay, all members agree to the end."""
     found = ensemble(frictional, members=3, cycles=6, engine=1)
     assert found.attrs["trusted_cycles"] == 6
     np.testing.assert_array_equal(found["agreeing"], 1.0)
@@ -289,7 +289,7 @@ def test_seed_of_members(impacting):
 
 @pytest.fixture(scope="module")
 def upright():
-    """A uniform bar of 1 m that stands on its pin."""
+    """Return a uniform bar of 1 m that stands on its pin."""
     return Mechanism(
         bodies=(bar("bar", length=1.0, mass=2.0, position=(0.0, 0.0), angle=0.5 * math.pi),),
         joints=(Revolute("pin", ("bar", "start"), (GROUND, "origin")),),
@@ -302,10 +302,10 @@ def upright():
     [(separation_exponent, {"distance": 1e-7}, 1e-6), (variational_exponent, {"substeps": 50}, 1e-5)],
 )
 def test_inverted_pendulum(upright, road, options, error):
-    """Closed form: sqrt(3 g/(2 L)) where a bar stands upright; measured 7e-9 and 2e-6.
+    """Closed form: sqrt(3 g/(2 L)) where a bar stands upright; measured errors 7e-9 and 2e-6.
 
-    Round-off makes it fall after some ten times 1/sqrt(3 g/(2 L)), longer than is looked at. The error of the implicit
-    midpoint rule is (h lambda)^2/12 = 1.9e-6.
+    Round-off makes it fall after about ten times 1/sqrt(3 g/(2 L)), after the run. The error of the implicit midpoint rule is
+    (h lambda)^2/12 = 1.9e-6.
     """
     found = road(upright, cycles=4, period=1.0, skip=2, **options)
     assert float(found["exponent"]) == pytest.approx(math.sqrt(1.5 * 9.81), rel=error)
@@ -313,10 +313,10 @@ def test_inverted_pendulum(upright, road, options, error):
 
 
 def test_both_methods_agree(periodic):
-    """Cross-check by a second formulation: growth in the first six 32nds of a cycle of an undamped joint, during impacts.
+    """Second formulation: growth in the first six 32nds of a cycle of an undamped joint, during impacts.
 
     The midpoint rule meets kinks of dF/d delta at every touch; measured 0.008 in the worst interval, 0.006 in the sum of 12.2.
-    After twice that time neither follows the other's trajectory, which is what the exponent says.
+    After twice that time the two trajectories have diverged, as the exponent predicts.
     """
     mechanism = periodic.with_clearance("A", Clearance(0.2e-3, damping=NoDamping()))
     options = {"cycles": 1, "intervals": 32, "rtol": 1e-12, "atol": 1e-12}
@@ -326,15 +326,15 @@ def test_both_methods_agree(periodic):
     np.testing.assert_allclose(two, one, rtol=0.0, atol=0.02)
 
 
-def test_a_settled_orbit_attracts(frictional):
-    """Limit: with friction, where the map has a fixed point, the exponent is negative."""
+def test_exponent_of_a_settled_orbit(frictional):
+    """Limit: where the motion settles to one orbit the exponent is negative."""
     found = separation_exponent(frictional, cycles=8, intervals=4, skip=4, distance=1e-2, rtol=1e-8, atol=1e-8)
     assert float(found["exponent"]) < 0.0
 
 
 @pytest.mark.parametrize("measure", [separation_exponent, variational_exponent])
 def test_tables_that_end_early_are_refused(measure):
-    """Contract: no cycle is computed beyond the end of a table, as in runs and maps."""
+    """Contract: cycles beyond the end of a table are refused, as in runs and maps."""
     instants = tuple(np.linspace(0.0, 0.1, 7).tolist())
     load = Torque("load", "crank", torque=1.0, time_function=Tabulated(instants, tuple(0.0 * t for t in instants)))
     crank = dataclasses.replace(slider_crank(crank=0.05, rod=0.12, angle=0.4), components=(load,)).driven(speed=20.0)

@@ -1,4 +1,4 @@
-"""Damaged stores: nothing wrong is shown, what is whole is kept, the rest is computed anew."""
+"""Damaged stores: no wrong value is shown, intact rows are kept, and the others are computed again."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FLIPS, ALL_FLIPS = 60, 2000  # Bits of a file that are flipped, one at a time
 
 
 def study() -> Study:
-    """Eight clearances, of which all meet the requirement."""
+    """Return a study of eight clearances that all meet the requirement."""
     return Study(
         arm(),
         Options(0.005),
@@ -51,7 +51,7 @@ def study() -> Study:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store that is complete."""
+    """Return a complete store."""
     path = tmp_path_factory.mktemp("whole") / "a.db"
     execute(study(), path, block=BLOCK, engine=1)
     return path
@@ -59,19 +59,19 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def store(whole: Path, tmp_path: Path) -> Path:
-    """A copy of it."""
+    """Return a copy of the complete store."""
     return Path(shutil.copy(whole, tmp_path / "a.db"))
 
 
 def change(path: Path, *commands: str) -> None:
-    """Change a store behind the back of the program."""
+    """Change a store without the program."""
     with closing(sqlite3.connect(path)) as connection, connection:
         for text in commands:
             connection.execute(text)
 
 
 def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """After one `resume` the store has the rows of the undisturbed one."""
+    """Check that `resume` gives the rows of the undisturbed store."""
     assert status_of(["study", "resume", str(store), "--threads", "1"]) == 0, capfd.readouterr().err
     assert rows(store) == rows(whole)
 
@@ -87,10 +87,8 @@ def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None
         ("DELETE FROM cases WHERE number = 5", "missing"),
     ],
 )
-def test_a_changed_row_is_named_and_computed_anew(
-    text: str, why: str, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Contract: whatever of a row is changed, its case alone is pending, and said to be."""
+def test_changed_row(text: str, why: str, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: if a row is changed, its case alone is pending and reported."""
     change(store, text)
     assert status_of(["study", "status", str(store)]) == 0
     said = capfd.readouterr().out
@@ -109,10 +107,8 @@ def test_a_changed_row_is_named_and_computed_anew(
 
 
 @pytest.mark.parametrize(("flips", "costs"), [(FLIPS, {0}), pytest.param(ALL_FLIPS, {0, 1}, marks=pytest.mark.slow)])
-def test_no_flipped_bit_is_shown_as_a_number(
-    flips: int, costs: set[int], whole: Path, store: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Contract: whichever bit of the file is flipped, no other number is read, and what is lost is said and computed anew."""
+def test_flipped_bits(flips: int, costs: set[int], whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: no flipped bit changes a value that is read; lost rows are reported and computed again."""
     expected, content, lost = Store(whole).results(), whole.read_bytes(), set[int]()
     chance = random.Random(1)
     for bit in chance.sample(range(8 * len(content)), flips):
@@ -138,8 +134,8 @@ def test_no_flipped_bit_is_shown_as_a_number(
 
 
 @pytest.mark.parametrize("size", [0.1, 0.5, 0.9])
-def test_a_file_that_was_cut(size: float, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: as of an interrupted copy: one line, or the rows that are there."""
+def test_truncated_store(size: float, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: a truncated file gives one line, or its intact rows."""
     store.write_bytes(whole.read_bytes()[: int(size * whole.stat().st_size)])
     status = status_of(["study", "status", str(store)])
     shown = capfd.readouterr()
@@ -147,8 +143,8 @@ def test_a_file_that_was_cut(size: float, whole: Path, store: Path, capfd: pytes
     assert status == 0 or shown.err.count("\n") == 1
 
 
-def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None:
-    """Contract: of a thousand rows on many pages, those on the broken page are pending, the others keep their values."""
+def test_unreadable_page(tmp_path: Path) -> None:
+    """Contract: only the rows of an unreadable page are pending."""
     path = tmp_path / "a.db"
     long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
     execute(long, path, engine=1, block=100)
@@ -165,8 +161,8 @@ def test_a_page_that_cannot_be_read_costs_its_rows_alone(tmp_path: Path) -> None
     xr.testing.assert_equal(execute(long, path, engine=1).results(), expected)
 
 
-def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Contract: a changed note is refused in one line, not read as another study."""
+def test_changed_description(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: a changed description is refused in one line."""
     change(store, "UPDATE notes SET value = replace(value, '0.005', '0.006') WHERE name = 'study'")
     assert status_of(["study", "status", str(store)]) == 2
     said = capfd.readouterr().err
@@ -190,10 +186,8 @@ def test_the_description_is_checked(store: Path, capfd: pytest.CaptureFixture[st
         ("cases", 10**15),
     ],
 )
-def test_a_rewritten_note_with_a_right_digest_is_refused(
-    name: str, value: object, store: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Contract: what another program has written with the right digest is one line with status 2, whatever it says."""
+def test_rewritten_notes(name: str, value: object, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: invalid notes with a valid digest give one line with status 2."""
     text = json.dumps(value)
     with closing(sqlite3.connect(store)) as connection, connection:
         connection.execute("UPDATE notes SET value = ?, digest = ? WHERE name = ?", (text, digest(name, text), name))
@@ -207,7 +201,7 @@ def test_a_rewritten_note_with_a_right_digest_is_refused(
 
 
 @pytest.mark.parametrize("command", ["resume", "retry", "extend --points 8", "refine --vary A.clearance=0.1..0.2mm -o"])
-def test_a_place_that_can_only_be_read_has_one_status(
+def test_read_only_folder(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Contract: status 2 and one line, before anything is computed."""
@@ -225,7 +219,7 @@ def test_a_place_that_can_only_be_read_has_one_status(
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    """Contract: a text, a database of somebody else and a folder stay, byte for byte."""
+    """Contract: a text, another database and a folder are not changed."""
     (tmp_path / "text.db").write_text("of the user" * 100)
     change(tmp_path / "other.db", "CREATE TABLE cases (number INTEGER)")
     (tmp_path / "folder.db").mkdir()
@@ -237,8 +231,8 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.db", "other.db", "text.db"]
 
 
-def test_a_store_behind_a_link(tmp_path: Path) -> None:
-    """Contract: the store is where the link leads, and goes on through it."""
+def test_store_behind_a_link(tmp_path: Path) -> None:
+    """Contract: the store is at the target of a link, and continues there."""
     (tmp_path / "a.db").symlink_to(tmp_path / "b.db")
     execute(study(), tmp_path / "a.db", block=BLOCK, engine=1)
     assert (tmp_path / "a.db").is_symlink()
@@ -246,10 +240,8 @@ def test_a_store_behind_a_link(tmp_path: Path) -> None:
     assert (execute(study(), tmp_path / "a.db", engine=1).status() == COMPLETE).all()
 
 
-def test_ctrl_c_before_there_is_a_store_promises_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """Contract: what is typed after it works."""
+def test_ctrl_c_before_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: the message of an early Ctrl-C names a command that works."""
     import scissordyn.studies.compute.execute as module
 
     def stop(*_: Any) -> None:
@@ -271,8 +263,8 @@ def test_ctrl_c_before_there_is_a_store_promises_nothing(
     assert status_of(sweep) == 0
 
 
-def test_a_worker_with_another_program_computes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: one line that names the worker."""
+def test_worker_with_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: a worker with other sources is refused in one line."""
     ours = study().fingerprint()
     monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
     with pytest.raises(ProgramError, match=r"would compute other numbers \(differs in program\); expected the same sources"):
@@ -286,7 +278,7 @@ def _hold(address: str, held: Any, release: Any) -> None:
 
 
 def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
-    """Contract: another process is refused while one writes; those who read do not notice."""
+    """Contract: a second writer is refused; readers are not affected."""
     context = multiprocessing.get_context("spawn")
     held, release = context.Event(), context.Event()
     process = context.Process(target=_hold, args=(str(store), held, release))
@@ -301,8 +293,8 @@ def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
         pass
 
 
-def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
-    """Contract: of two processes that find no store the second does not replace what the first has made and computes."""
+def test_creation_by_two_processes(whole: Path, tmp_path: Path) -> None:
+    """Contract: of two processes that find no store, the second does not replace the first's."""
     described, path = study(), tmp_path / "a.db"
     first, second = Store(path), Store(path)
     runs = simulated(described, np.array([0]))
@@ -315,7 +307,7 @@ def test_a_store_is_made_by_one(whole: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("moment", ["fsync", "link", "unlink"])
-def test_a_kill_while_a_study_is_created_leaves_nothing(moment: str, whole: Path, tmp_path: Path) -> None:
+def test_kill_during_creation(moment: str, whole: Path, tmp_path: Path) -> None:
     """Contract: at most one hidden file is left; the same command removes it and computes the study."""
     path = tmp_path / "a.db"
     other = multiprocessing.get_context("spawn").Process(target=_die_at, args=(str(path), moment))
@@ -331,7 +323,7 @@ def test_a_kill_while_a_study_is_created_leaves_nothing(moment: str, whole: Path
 
 
 def _die_at(address: str, moment: str) -> None:
-    """Create a store and kill this process when it calls a function of the system."""
+    """Create a store and kill this process at a system call."""
     described = study()
     runs = simulated(described, np.array([0]))
 
@@ -343,8 +335,8 @@ def _die_at(address: str, moment: str) -> None:
     Store(address).create(described, runs, BLOCK)
 
 
-def test_a_writer_that_dies_between_rows_leaves_none_of_them(whole: Path, store: Path) -> None:
-    """Contract: a block is there or not, whatever instant its process is killed at."""
+def test_killed_writer(whole: Path, store: Path) -> None:
+    """Contract: a block is stored completely or not at all."""
     change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
     before = rows(store)
     other = multiprocessing.get_context("spawn").Process(target=_die, args=(str(store),))
@@ -368,8 +360,8 @@ def _die(address: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of the size of a file")
-def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -> None:
-    """Contract: one line that names the store; afterwards the study goes on."""
+def test_full_disk(whole: Path, tmp_path: Path) -> None:
+    """Contract: the error names the store; afterwards the study continues."""
     path, soft = tmp_path / "a.db", resource.getrlimit(resource.RLIMIT_FSIZE)
     many = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
 
@@ -387,8 +379,8 @@ def test_a_full_disk_stops_with_what_is_done_kept(whole: Path, tmp_path: Path) -
     assert not (execute(many, path).status() == PENDING).any()
 
 
-def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> None:
-    """Contract: the row is computed anew and the search ends with the same rows."""
+def test_damaged_optimisation(tmp_path: Path) -> None:
+    """Contract: the row is computed again and the search ends with the same rows."""
     plain = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),))
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
     searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))
@@ -401,8 +393,8 @@ def test_an_optimisation_with_a_damaged_early_row_goes_on(tmp_path: Path) -> Non
     assert rows(path) == expected
 
 
-def test_more_numbers_than_a_table_has_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the bytes of one column give the numbers of a column each."""
+def test_many_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Identity: values packed in one column equal those of separate columns."""
     narrow = execute(study(), tmp_path / "a.db", engine=1).results()
     monkeypatch.setattr("scissordyn.studies.compute.table.MOST_COLUMNS", 1)
     wide = execute(study(), tmp_path / "b.db", engine=1).results()

@@ -1,4 +1,4 @@
-"""Designs and distributions: points that depend on their number only, and quantile functions against scipy."""
+"""Designs and distributions: points that depend on their number only, and quantile functions compared with scipy."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ BASE = np.array([2.5, 6.0])
 
 
 @pytest.mark.parametrize("kind", [kind for kind in DESIGNS if kind not in ("adaptive", "zip")])
-def test_a_point_depends_on_its_number_only(kind: str) -> None:
-    """Contract: any selection of points, in any order, has the values that the whole design has there."""
+def test_point_depends_on_its_number_only(kind: str) -> None:
+    """Contract: any selection of points, in any order, has the values of the whole design."""
     design = Design(kind, 8, seed=3)
     size = design_size(design, TWO)
     whole = design_values(design, TWO, BASE, np.arange(size))
@@ -38,7 +38,7 @@ def test_a_point_depends_on_its_number_only(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["random", "sobol", "saltelli"])
-def test_more_points_leave_those_before_as_they_are(kind: str) -> None:
+def test_larger_designs_keep_their_first_points(kind: str) -> None:
     """Contract: the first points of a larger design are those of the smaller one."""
     small, large = Design(kind, 16, seed=1), Design(kind, 64, seed=1)
     at = np.arange(design_size(small, TWO))
@@ -54,7 +54,7 @@ def test_more_points_leave_those_before_as_they_are(kind: str) -> None:
     ],
 )
 def test_points_at_levels(kind: str, variations: tuple[Variation, ...], points: list[list[float]]) -> None:
-    """Closed form: every combination, the last factor fastest; lists side by side; the mechanism, then each level alone."""
+    """Closed form: every combination, the last factor fastest; paired lists; the mechanism, then each level alone."""
     size = design_size(Design(kind), variations)
     assert design_values(Design(kind), variations, BASE, np.arange(size)).tolist() == points
 
@@ -69,7 +69,7 @@ def test_latin_hypercube_and_sobol_fill_every_stratum() -> None:
 
 
 def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cross-check: the sample that SALib makes of the same Sobol sequence."""
+    """Cross-check: the sample of SALib from the same Sobol sequence."""
     from SALib.sample import sobol
     from scipy.stats import qmc
 
@@ -83,7 +83,7 @@ def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_random_numbers_by_place() -> None:
-    """Contract: streams and seeds differ, the mean of many is 1/2 within five standard errors."""
+    """Contract: streams and seeds differ, and the mean of many is 1/2 within five standard errors."""
     at = np.arange(20_000)
     one = uniform_numbers(1, 0, 3, at)
     assert not np.any(one == uniform_numbers(1, 1, 3, at))
@@ -108,7 +108,7 @@ def test_random_numbers_by_place() -> None:
     ],
 )
 def test_quantiles(ours: Variation, theirs: stats.rv_continuous, within: float) -> None:
-    """Cross-check: scipy's quantile functions and ends; finite at all probabilities; the way to JSON and back."""
+    """Cross-check: scipy's quantile functions and ends; finite at all probabilities; converted to JSON and back."""
     u = np.array([*np.linspace(0.0, 0.999, 50)[1:], 0.0001, 0.1, 0.5, 0.9, 0.9999])
     np.testing.assert_allclose(ours.quantile(u), theirs.ppf(u), rtol=within)
     assert np.all(np.isfinite(ours.quantile(np.array([0.0, 1.0 - 2**-53]))))
@@ -116,7 +116,7 @@ def test_quantiles(ours: Variation, theirs: stats.rv_continuous, within: float) 
     assert from_plain(to_plain(ours)) == ours
 
 
-def test_a_table_gives_its_own_values_back() -> None:
+def test_quantiles_of_a_table() -> None:
     """Closed form: linear between the sorted values."""
     table = Empirical((3.0, 1.0, 2.0))
     np.testing.assert_allclose(table.quantile(np.array([0.0, 0.25, 0.5, 1.0])), [1.0, 1.5, 2.0, 3.0])
@@ -138,14 +138,14 @@ def test_a_table_gives_its_own_values_back() -> None:
     ],
 )
 def test_bad_designs(make: object, says: str) -> None:
-    """Contract: one line each."""
+    """Contract: wrong designs and distributions are refused."""
     with pytest.raises(sd.InputError, match=says):
         make()  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("kind", ["sobol", "saltelli", "random", "grid"])
 def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: str) -> None:
-    """Contract: drawn anew at each point, each quarter of one meets each quarter of the other equally often."""
+    """Contract: chosen and uncertain factors are independent: each pair of quarters occurs equally often."""
     levels = Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else Interval(0.1e-3, 0.4e-3)
     study = Study(
         arm(),

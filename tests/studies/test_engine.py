@@ -1,4 +1,4 @@
-"""Engines: what becomes of tasks, and of those in work when nobody wants their results."""
+"""Engines: outcomes of tasks, and tasks in work whose results are no longer needed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LONG = 2000.0  # Simulated time that takes minutes [s]
 
 
 def divided(task: object) -> float:
-    """Some of the ways in which a task may end."""
+    """Return a value or raise an error, depending on the task."""
     if task == "refuse":
         raise sd.InputError("what came", "what is allowed")
     return 1.0 / task  # type: ignore[operator]
@@ -31,7 +31,7 @@ def divided(task: object) -> float:
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_every_task_has_its_outcome(threads: int) -> None:
-    """Contract: a value, or the error that was raised; with one thread in the order of the tasks."""
+    """Contract: each task has a value or its error; one thread keeps the order of the tasks."""
     tasks = [4.0, 0.0, "refuse", "text", 8.0]
     found = list(outcomes(threads, divided, tasks))
     assert sorted(tasks.index(one.task) for one in found) == [0, 1, 2, 3, 4]
@@ -45,14 +45,14 @@ def test_every_task_has_its_outcome(threads: int) -> None:
 
 
 def simulated(task: int) -> int:
-    """The number at once for the first task, after minutes for others."""
+    """Return the first task at once, and others after minutes."""
     if task:
         sd.simulate(sd.four_bar().driven(speed=1.0), until=LONG, samples=2, most_steps=10**9)
     return task
 
 
-def test_leaving_interrupts_what_is_in_work() -> None:
-    """Contract: threads that simulate end after the slice that they are in, and no task is begun any more."""
+def test_closed_results_interrupt_running_tasks() -> None:
+    """Contract: simulating threads end after their current slice, and no other task begins."""
     sd.simulate(sd.four_bar().driven(speed=1.0), until=0.1)  # with all kernels loaded
     begun = threading.active_count()
     results = outcomes(2, simulated, [0, 1, 2, 3])
@@ -61,8 +61,8 @@ def test_leaving_interrupts_what_is_in_work() -> None:
     assert threading.active_count() == begun
 
 
-def test_a_thread_looks_at_its_own_event() -> None:
-    """Contract: only where it was asked to, and only once the event is set."""
+def test_interrupt_of_one_thread() -> None:
+    """Contract: a thread is interrupted only where it watches an event, and only once the event is set."""
     stop = threading.Event()
     with interrupted_by(stop):
         check_interrupt()
@@ -74,14 +74,14 @@ def test_a_thread_looks_at_its_own_event() -> None:
 
 @pytest.mark.parametrize("threads", [0, -1, True, 1.5])
 def test_bad_numbers_of_threads(threads: int) -> None:
-    """Contract: one line."""
+    """Contract: a wrong number of threads is refused in one line."""
     with pytest.raises(sd.InputError, match=f"(threads|engine) = {threads}"):
         workers_of(threads)
     assert workers_of(None) >= 1
 
 
 def test_any_executor_is_an_engine() -> None:
-    """Contract: threads and processes of the standard library that the caller has begun; others are refused."""
+    """Contract: executors of the standard library are engines; other objects are refused."""
     with ThreadPoolExecutor(2) as pool:
         assert sorted(outcome.value for outcome in outcomes(pool, abs, [-1, -2, -3])) == [1, 2, 3]
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
@@ -94,41 +94,41 @@ def test_any_executor_is_an_engine() -> None:
 
 @pytest.mark.parametrize(("threads", "workers"), [({"one": 2, "two": 3}, 5), ({}, 1)])
 def test_workers_of_a_cluster(threads: dict[str, int], workers: int) -> None:
-    """Contract: as many tasks at once as the workers of dask's executor have threads, and one while there is none."""
+    """Contract: the number of tasks at once is that of all workers' threads, and at least one."""
     with ThreadPoolExecutor(1) as pool:
         pool._client = SimpleNamespace(nthreads=lambda: threads)  # type: ignore[attr-defined]
         assert workers_of(pool) == workers
 
 
 def getpid(_: int) -> int:
-    """The process that does a task, some time after it was given it."""
+    """Return the process of a task, after a delay."""
     time.sleep(0.2)
     return os.getpid()
 
 
 def fatal(task: int) -> int:
-    """A task that ends its process, if it is the second."""
+    """Kill the process of the second task."""
     if task == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     return task
 
 
 class UnsentError(Exception):
-    """An error that cannot be made anew from its arguments."""
+    """Error that cannot be pickled from its arguments."""
 
     def __init__(self, first: int, second: int) -> None:
         super().__init__(f"{first} {second}")
 
 
 def failing(task: int) -> int:
-    """Each task fails in its own way."""
+    """Raise a different error for each task."""
     if task == 1:
         raise sd.InputError("a bar of 0 m", "more", "1 m")
     raise UnsentError(task, 3)
 
 
-def test_what_becomes_of_tasks_in_processes() -> None:
-    """Contract: values, errors, and a task whose process dies each time, which costs no other task its value."""
+def test_outcomes_of_processes() -> None:
+    """Contract: values, errors, and a task whose process always dies, without loss of the others."""
     with sd.Processes(2) as engine:
         died: list[Outcome[int, int]] = sorted(outcomes(engine, fatal, [1, 2, 3, 4]), key=lambda one: one.task)
         errors: list[Outcome[int, int]] = sorted(outcomes(engine, failing, [1, 2]), key=lambda one: one.task)
@@ -147,7 +147,7 @@ def test_what_becomes_of_tasks_in_processes() -> None:
 
 
 def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
-    """Contract: also where that is killed in the middle of a task."""
+    """Contract: worker processes end when their parent is killed."""
     script = tmp_path / "killed.py"
     script.write_text(KILLED)
     with subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True) as started:
@@ -161,7 +161,7 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
 
 
 def is_running(process: int) -> bool:
-    """Whether a process is there and no zombie that nobody has waited for."""
+    """Return whether a process exists and is not a zombie."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -187,8 +187,8 @@ with Processes(1) as engine:
 """
 
 
-def test_a_script_without_a_guard(tmp_path: Path) -> None:
-    """Contract: a script that its own processes would execute again ends with an error that says so, and starts no others."""
+def test_script_without_a_guard(tmp_path: Path) -> None:
+    """Contract: a script that its processes would execute again ends with an error that explains it."""
     script = tmp_path / "unguarded.py"
     script.write_text(UNGUARDED)
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)

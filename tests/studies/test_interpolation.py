@@ -1,4 +1,4 @@
-"""Kriging against brute force and known functions, and as the third model of an estimate between cheap runs."""
+"""Kriging compared with brute force and known functions, and as the third model of an estimate from cheap runs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FORCE = Response("peak_force")
 
 
 def curved(x: np.ndarray) -> np.ndarray:
-    """A response with a jump, of the mean `MEAN`."""
+    """Return a response with a jump, of the mean `MEAN`."""
     return np.asarray(np.exp(x[:, 0]) * (1.0 + x[:, 1] ** 2) + 0.2 * (x[:, 0] + x[:, 1] > 1.2))
 
 
@@ -46,13 +46,13 @@ MEAN = (math.e - 1.0) * 4.0 / 3.0 + 0.2 * 0.32
 
 
 def between(x: np.ndarray, further: np.ndarray) -> Interpolation:
-    """Between runs whose response is `curved`."""
+    """Return an interpolation between runs whose response is `curved`."""
     runs = xr.Dataset({"peak_force": (("case", "joint"), curved(x)[:, None], {"role": "measure"})}, {"joint": ["A"]})
     return Interpolation(x, further, np.zeros(2, bool), runs)
 
 
-def test_a_perfect_prediction_is_the_mean_of_all_others() -> None:
-    """Limit: of exact predictions the mean is that of the further cases; of ones that say nothing, that of the runs."""
+def test_mean_with_perfect_and_useless_predictions() -> None:
+    """Limit: with exact predictions the mean is that of the further cases, with useless ones that of the runs."""
     numbers = np.random.default_rng(1)
     cheap, others = numbers.standard_normal(100), numbers.standard_normal(5000)
     value, variance = population_mean(cheap, Predicted(cheap, others))
@@ -66,7 +66,7 @@ def test_a_perfect_prediction_is_the_mean_of_all_others() -> None:
 
 
 def test_no_run_predicts_itself() -> None:
-    """Contract: what a run answers changes what is predicted of the other groups, and nothing of its own."""
+    """Contract: the result of a run changes the predictions of the other groups only."""
     numbers = np.random.default_rng(2)
     x, further = numbers.random((40, 2)), numbers.random((80, 2))
     plain, changed = between(x, further), between(x, further)
@@ -79,7 +79,7 @@ def test_no_run_predicts_itself() -> None:
 
 
 def test_intervals_cover() -> None:
-    """Limit: of 40 repetitions 95 % hold the truth (within 3 standard deviations), with less than a third of the width."""
+    """Limit: in 40 repetitions 95 % of the intervals hold the truth (within 3 standard deviations), at a third of the width."""
     numbers, held, narrower = np.random.default_rng(3), [0, 0], []
     truth = float(np.mean(curved(numbers.random((400_000, 2))) < 2.0))
     for _ in range(40):
@@ -96,8 +96,8 @@ def test_intervals_cover() -> None:
     assert min(held) >= least_held(40)
 
 
-def test_a_study_is_interpolated(tmp_path) -> None:
-    """Contract: further cases are spread over all that varies as its runs are; few runs are not interpolated."""
+def test_interpolated_study(tmp_path) -> None:
+    """Contract: further cases cover the ranges of the runs; few runs are not interpolated."""
     found = sd.study(
         arm(),
         {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"},
@@ -121,8 +121,8 @@ def test_a_study_is_interpolated(tmp_path) -> None:
         np.testing.assert_array_equal(np.histogramdd(part, bins=4)[0], part.shape[0] / 64)
 
 
-def test_cheap_runs_that_are_predicted_are_needed_less() -> None:
-    """Closed form: with a hundredth of the variance left a tenth as many cheap runs for each accurate one."""
+def test_number_of_predicted_cheap_runs() -> None:
+    """Closed form: with a hundredth of the variance left, a tenth as many cheap runs are needed for each accurate one."""
     assert cost_ratio(0.99, 10.0, 0.1, 0.01) == pytest.approx(0.1 * cost_ratio(0.99, 10.0, 0.1), rel=1e-12)
 
 
@@ -130,18 +130,18 @@ PLAIN = np.array([False, False])
 
 
 def points(count: int, seed: int = 1) -> np.ndarray:
-    """Of a Sobol sequence on [1, 3] x [10, 20]."""
+    """Return points of a Sobol sequence on [1, 3] x [10, 20]."""
     drawn = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count)
     return np.array([1.0, 10.0]) + drawn * np.array([2.0, 10.0])
 
 
 def smooth(x: np.ndarray) -> np.ndarray:
-    """Between 1 and 3."""
+    """Return a smooth function with values between 1 and 3."""
     return 2.0 + np.sin(x[:, 0]) * np.cos(0.3 * x[:, 1])
 
 
-def test_a_smooth_function_is_predicted() -> None:
-    """Closed form: 32 points predict others of sin x cos y to 2 %, and what they were given themselves."""
+def test_prediction_of_a_smooth_function() -> None:
+    """Closed form: 32 points predict others of sin x cos y to 2 %, and reproduce themselves."""
     x = points(32)
     found = Kriging(x, smooth(x), PLAIN)
     new = points(256, 2)
@@ -154,7 +154,7 @@ def test_a_smooth_function_is_predicted() -> None:
 
 
 def test_points_left_out_are_those_of_brute_force() -> None:
-    """Cross-check: the closed form is what a process with the same correlation predicts without the point."""
+    """Cross-check: predictions without a point equal those of a process fitted without it."""
     x = points(16)
     y = smooth(x) + 0.05 * np.random.default_rng(3).standard_normal(16)
     found = Kriging(x, y, PLAIN)
@@ -178,7 +178,7 @@ def test_intervals_cover_noise() -> None:
 
 
 def test_noise_is_not_predicted_and_far_points_are_uncertain() -> None:
-    """Closed form: pure noise has no predicted share; beyond the data the deviation grows."""
+    """Limit: noise has no predicted share; outside the data the deviation grows."""
     x = points(32)
     assert Kriging(x, 1.0 + np.random.default_rng(5).random(32), PLAIN).predicted < 0.3
     found = Kriging(x, smooth(x), PLAIN)
@@ -196,7 +196,7 @@ def test_powers_are_interpolated_by_logarithms() -> None:
 
 
 def test_maps_of_few_points_are_filled() -> None:
-    """Closed form: peak force 4e6 c over clearance and speed; the line of 1000 N is at 0.25 mm, and the field is the plane."""
+    """Closed form: with peak force 4e6 c the line of 1000 N is at 0.25 mm, and the field is a plane."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
     field, bounds = surfaces(result_of(described, found), "peak_force")
@@ -214,8 +214,8 @@ def test_maps_of_few_points_are_filled() -> None:
     assert surfaces(result_of(described, noise), "peak_force") == (None, [])
 
 
-def test_members_that_disagree_are_marked_beside_the_lines() -> None:
-    """Contract: a picture has both legends, that of the requirement's line and that of the marks."""
+def test_legends_of_lines_and_marks() -> None:
+    """Contract: a picture has legends of the requirement's line and of the marks."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
     points["disagrees"] = points["disagrees"].copy(data=np.arange(24) == 3)

@@ -1,4 +1,4 @@
-"""Jobs of a queueing system without one: what the command does when they wait, end or cannot be submitted."""
+"""Jobs of a queueing system, without one: jobs that wait, end or cannot be submitted."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ with open(sys.argv[1], "r+b") as file:
 
 
 class Job:
-    """A job of a queue that gives numbers, or refuses."""
+    """Job of a queue that returns numbers, or refuses."""
 
     submit_command, cancel_command, refusal = "sbatch", "true", ""
 
@@ -35,7 +35,7 @@ class Job:
         self.name = name
 
     def job_script(self) -> str:
-        """Its text."""
+        """Return its text."""
         return "#!/bin/sh\n"
 
     def _submit_job(self, file: str) -> str:
@@ -49,7 +49,7 @@ class Job:
 
 
 class Queue:
-    """Jobs that are watched with states that a test gives, at times that it gives."""
+    """Jobs watched with given states at given times."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, count: int = 2) -> None:
         self.now, self.told = 0.0, list[str]()
@@ -67,14 +67,14 @@ class Queue:
         monkeypatch.setattr(self.jobs, "_query", lambda: self.states)
 
     def watch(self, finished: int, **states: Any) -> None:
-        """Ask the queue once more; states are by number, as in j1="RUNNING"."""
+        """Query the queue once more; states are by number, as in j1="RUNNING"."""
         self.now += 10.0
         self.states = {name[1:]: state if isinstance(state, tuple) else (state, "None") for name, state in states.items()}
         self.jobs.watch(finished)
 
 
 def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: as long as blocks are finished, one new job for each that ended; else three times as many, and no more."""
+    """Contract: ended jobs are replaced while blocks are finished; else at most three times as many are submitted."""
     queue = Queue(tmp_path, monkeypatch)
     queue.watch(0, j1="RUNNING", j2=("PENDING", "Resources"))
     assert queue.told == ["jobs: 1 running, 1 waiting (Resources), 0 ended; 0 workers connected"]
@@ -93,7 +93,7 @@ def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_jobs_that_can_never_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a reason that does not pass ends the command after a minute; one that passes does not."""
+    """Contract: a permanent reason ends the command after a minute; a temporary one does not."""
     queue = Queue(tmp_path, monkeypatch)
     for _ in range(100):
         queue.watch(0, j1=("PENDING", "Priority"), j2=("PENDING", "PartitionConfig"))
@@ -106,8 +106,8 @@ def test_jobs_that_can_never_start(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         queue.watch(0, **lasting)
 
 
-def test_a_job_that_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: the line of the queueing system, without that of the library."""
+def test_refused_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: the error has the line of the queueing system, not that of the library."""
     line = "sbatch: error: invalid partition specified: gpu"
     said = f"Command exited with non-zero exit code.\nstdout:\n\nstderr:\n{line}\nmore\n"
     monkeypatch.setattr(Job, "refusal", said)
@@ -116,7 +116,7 @@ def test_a_job_that_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
-    """Contract: certificates and scripts of a command that is gone; those of one that runs stay, as others do."""
+    """Contract: certificates and scripts of a killed command are removed, those of a running one stay."""
     names = [f"{CERTIFICATE_PREFIX}{key}.x" for key in ("ca_file", "cert", "key")] + [
         f"{SCRIPT_PREFIX}0.sh",
         "study.db",
@@ -135,8 +135,8 @@ def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["slurm-1.out", "study.db"]
 
 
-def test_the_handlers_of_the_user_are_kept() -> None:
-    """Contract: after dask_jobqueue is imported, whose own handler exits with status 0."""
+def test_signal_handlers_are_kept() -> None:
+    """Contract: importing dask_jobqueue does not change the user's signal handlers."""
     pytest.importorskip("dask_jobqueue")
     text = (
         "import signal, sys\n"
@@ -152,10 +152,10 @@ def test_the_handlers_of_the_user_are_kept() -> None:
 
 
 @pytest.mark.parametrize(("received", "status", "says"), [([signal.SIGINT], 130, "interrupted"), ([], 1, "SystemExit(0)")])
-def test_an_exit_in_the_middle_is_not_success(
+def test_early_exit_is_not_success(
     received: list[int], status: int, says: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Contract: a function that exits, as a handler of a library does, ends the command in one line, and not with status 0."""
+    """Contract: a function that exits, as a library's signal handler does, gives one line and a nonzero status."""
     monkeypatch.setattr(main, "app", lambda *_, **__: sys.exit(0))
     monkeypatch.setattr(main, "_received", received)
     assert main.status_of(["laws"]) == status

@@ -1,4 +1,4 @@
-"""Lifts: measures of statics in batches and studies against closed forms, and the shipped study of the lightest bars."""
+"""Lifts: measures of statics in batches and studies by closed forms, and the example study of the lightest bars."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ G, ARMS = 9.81, 36.0
 
 
 def jack_force(payload: np.ndarray) -> np.ndarray:
-    """Of the lift of three stages with its arms as low as they are, across its foot [N]."""
+    """Return the jack's force across the foot of the lowest lift of three stages [N]."""
     foot = 0.9397
     return 3.0 * G * (payload + 0.5 * ARMS) * foot / math.sqrt(1.0 - foot**2)
 
 
 def test_batch_is_statics_of_each_case() -> None:
-    """Identity: the largest sizes are those of statics; nothing is integrated if no measure asks for it."""
+    """Identity: the largest forces are those of statics; without other measures nothing is integrated."""
     lift = sd.read_case(EXAMPLES / "lift.toml").mechanism
     names = ("static_rod_force", "static_reaction", "static_component_force")
     batch = sd.simulate_many(lift, {"gravity": [4.0, 9.81]}, until=0.9, start="static", measures=(*names, "mass"))
@@ -45,7 +45,7 @@ def test_batch_is_statics_of_each_case() -> None:
 
 
 def test_measures_of_couplings_servos_and_bars() -> None:
-    """Identity: couplings, drives, servos and bars that bend have the numbers of statics."""
+    """Identity: measures of couplings, drives, servos and bending bars are those of statics."""
     entry = sd.zoo["screw-driven-array"]
     forces = sd.statics(entry.mechanism, until=0.5)
     names = ("static_drive_torque", "static_coupling_force")
@@ -65,7 +65,7 @@ def test_measures_of_couplings_servos_and_bars() -> None:
 
 
 def test_friction_counts_as_the_drives_move() -> None:
-    """Closed form: a bearing of radius R adds its friction circle to the torque of a crank that presses."""
+    """Identity: the drive torque includes friction in the direction of motion."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0).driven(sd.Polynomial((0.5, 1.0)))
     parts = (sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)), sd.PinFriction("bearing", "crank", 0.02, 0.2))
     rubbed = crank.with_parts({"components": parts})
@@ -103,7 +103,7 @@ bearing = "unit 3/bar 1.end"
 
 
 def test_study_sizes_the_jack(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Closed form: the force of each sample of the payload, and how many meet the bound."""
+    """Closed form: the force of each sample of the payload, and the fraction that meets the bound."""
     text = (EXAMPLES / "lift.toml").read_text()
     payload, rod = text.index("[[payload]]"), text.index("[[rod]]")
     (tmp_path / "lift.toml").write_text(text[:payload] + LOAD + text[rod:])
@@ -121,19 +121,19 @@ LOOSER = ["run.rtol=1e-6", "run.atol=1e-6"]
 
 
 def bars(material: str, section: str) -> list[str]:
-    """Changes of the case."""
+    """Return changes of material and section."""
     return [f"structure.bars.material={material}", f"structure.bars.section={section}", *LOOSER]
 
 
 def test_mass_is_density_times_area() -> None:
-    """Closed form: four bars of a metre, and the 15 kg of table and slider."""
+    """Closed form: four bars of a metre, and 15 kg of table and slider."""
     chosen = read_case(CASE, bars("aluminium", "tube 80x80x2 mm")).mechanism
     area = 0.08**2 - 0.076**2
     assert sum(body.mass for body in chosen.bodies) == pytest.approx(15.0 + 4 * 2700.0 * area, rel=1e-12)
 
 
 def test_sag_at_rest_is_that_of_other_beams() -> None:
-    """Second formulation: chains of beam elements in place of modes, in static equilibrium."""
+    """Second formulation: chains of beam elements instead of modes, in static equilibrium."""
     sag = []
     for also in ([], ["structure.bars.modes=auto", "structure.bars.elements=4"]):
         case = read_case(CASE, [*bars("aluminium", "tube 80x80x2 mm"), *also])
@@ -152,8 +152,8 @@ def test_sag_at_rest_is_that_of_other_beams() -> None:
         ("steel", "tube 80x80x1 mm", 10.34e-3, 0.528),
     ],
 )
-def test_what_is_chosen_and_what_misses(material: str, section: str, off: float, stress: float) -> None:
-    """The numbers of docs/decisions/measured/study_results.md."""
+def test_numbers_of_the_measured_page(material: str, section: str, off: float, stress: float) -> None:
+    """Cross-check: deviation and utilisation are those of docs/decisions/measured/study_results.md."""
     case = read_case(CASE, bars(material, section))
     run = sd.simulate(case.mechanism, **case.run.keywords)
     assert float(run["track_deviation"].max()) == pytest.approx(off, rel=2e-3)

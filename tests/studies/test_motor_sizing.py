@@ -1,4 +1,4 @@
-"""Torque over speed against the curve of a motor, in a run, in a study, and the least limit that is enough."""
+"""Torque over speed compared with a motor's curve, in a run and in a study, and the smallest sufficient limit."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ reference = { harmonic = { mean = "30 deg", amplitude = "2 deg", angular_frequen
 
 
 def needed(torque: list[float], speed: list[float]) -> xr.Dataset:
-    """Torques at speeds."""
+    """Return torques at speeds."""
     return xr.Dataset({"torque": ("time", torque), "speed": ("time", speed)})
 
 
-def test_a_curve_is_linear_between_its_points() -> None:
-    """Closed form: 60 N m up to 10 rad/s, 30 N m at 20 rad/s, nothing beyond 30 rad/s, in both senses."""
+def test_motor_curve() -> None:
+    """Closed form: 60 N m up to 10 rad/s, 30 N m at 20 rad/s, none beyond 30 rad/s, in both directions."""
     np.testing.assert_allclose(CURVE.available(np.array([0.0, 10.0, -20.0, 30.0, 40.0])), [60.0, 60.0, 30.0, 0.0, 0.0])
     share = CURVE.fraction(needed([30.0, -30.0, 15.0, 0.0, 0.0, 1.0], [0.0, 20.0, -20.0, 30.0, 31.0, 30.0]))
     np.testing.assert_allclose(share, [0.5, 1.0, 0.5, 0.0, np.inf, np.inf])
 
 
-def test_a_gear_multiplies_torque_and_divides_speed() -> None:
-    """Closed form: with 5 turns of the motor for one of the joint 300 N m up to 2 rad/s, and none beyond 6 rad/s."""
+def test_motor_with_a_gear() -> None:
+    """Closed form: a ratio of 5 gives 300 N m up to 2 rad/s, and none beyond 6 rad/s."""
     geared = sd.MotorCurve(CURVE.speeds, CURVE.torques, ratio=5.0)
     np.testing.assert_allclose(geared.available(np.array([0.0, 2.0, 4.0, 6.5])), [300.0, 300.0, 150.0, 0.0])
     assert geared.fraction(needed([75.0], [4.0]))[0] == pytest.approx(0.5)
@@ -69,13 +69,13 @@ def test_a_gear_multiplies_torque_and_divides_speed() -> None:
     ],
 )
 def test_wrong_curves_are_refused(speeds: tuple[float, ...], torques: tuple[float, ...], ratio: float, what: str) -> None:
-    """Contract: one line says what came."""
+    """Contract: the error gives the wrong values."""
     with pytest.raises(sd.InputError, match=what):
         sd.MotorCurve(speeds, torques, ratio=ratio)
 
 
 def test_texts_of_a_curve() -> None:
-    """Contract: units of speed and torque; a point without a comma or with a wrong unit is refused."""
+    """Contract: points have units of speed and torque; a missing comma or a wrong unit is refused."""
     found = read_motor(["0 rpm, 60 N m", "300 rpm, 0.04 kN m", "600 rpm, 0 N m"], "servo", 2.0)
     np.testing.assert_allclose(found.speeds, np.array([0.0, 10.0, 20.0]) * np.pi)
     assert (found.torques, found.of, found.ratio) == (pytest.approx((60.0, 40.0, 0.0)), "servo", 2.0)
@@ -85,7 +85,7 @@ def test_texts_of_a_curve() -> None:
 
 
 def test_torque_and_speed_of_a_drive() -> None:
-    """Contract: the driving torque at every sample, its located maximum between them, and the prescribed speed."""
+    """Contract: the driving torque at every sample and at its located maximum, and the prescribed speed."""
     run = sd.simulate(arm(), until=UNTIL)
     found = sd.torque_over_speed(run)
     assert found.attrs == {"of": "drive", "body": str(arm().drives[0].body)}
@@ -101,8 +101,8 @@ def test_torque_and_speed_of_a_drive() -> None:
         sd.torque_over_speed(run, "servo")
 
 
-def test_a_motor_in_a_study(tmp_path: Path) -> None:
-    """Contract: the measure is the fraction of each case's run; a store keeps the curve, and goes on with it."""
+def test_motor_in_a_study(tmp_path: Path) -> None:
+    """Contract: the store keeps the curve, and continues with it."""
     (tmp_path / "case.toml").write_text(CASE)
     file = tmp_path / "study.toml"
     file.write_text(
@@ -125,8 +125,8 @@ def test_a_motor_in_a_study(tmp_path: Path) -> None:
             read_study(file)
 
 
-def test_a_motor_in_a_study_is_that_of_the_replayed_case(tmp_path: Path) -> None:
-    """Identity: with samples = "auto" a fraction is that of equally spaced samples and of the replayed case, bit for bit."""
+def test_motor_fraction_of_a_replayed_case(tmp_path: Path) -> None:
+    """Identity: the fraction does not depend on samples = "auto", and is that of the replayed case bit for bit."""
     text = CASE.replace('until = "5 ms"', 'until = "20 ms"\nsamples = SAMPLES').replace('[drive]\nspeed = "150 rpm"\n', CONTROL)
     values: list[list[float]] = []
     for samples in ('"auto"', "2001"):
@@ -145,7 +145,7 @@ def test_a_motor_in_a_study_is_that_of_the_replayed_case(tmp_path: Path) -> None
 
 
 def test_least_value() -> None:
-    """Cross-check: runs at the value and at the one that fails are on the two sides of the requirement, 1 % apart."""
+    """Cross-check: runs at the value and 1 % beyond it are on both sides of the requirement."""
     case = sd.Case(arm(), sd.Options(UNTIL))
     forces = sd.simulate_many(arm(), {"A.clearance": np.array([0.05e-3, 0.4e-3])}, until=UNTIL)["peak_force"].values.ravel()
     bound = float(forces.mean())
@@ -161,7 +161,7 @@ def test_least_value() -> None:
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: what is needed, whether the motor is enough, the picture, and the least value with its unit."""
+    """Contract: the required torque, whether the motor is sufficient, the picture, and the smallest value with its unit."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)
     weak = ["0 rpm, 1 N m", "200 rpm, 1 N m"]

@@ -1,4 +1,4 @@
-"""Names in studies: every combination is the mechanism of a case file with these names, and nothing treats them as numbers."""
+"""Named factors: every combination is the mechanism of a case file with these names, and names are not treated as numbers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ TWELVE: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """An array of one unit whose bars bend."""
+    """Write an array of one unit whose bars bend."""
     path = tmp_path_factory.mktemp("names") / "case.toml"
     path.write_text(CASE)
     return path
@@ -59,12 +59,12 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def found(case: Path) -> StudyResult:
-    """Three materials, two sections and two clearances."""
+    """Return a study of three materials, two sections and two clearances."""
     return sd.study(case, **TWELVE, store=case.parent / "names.db")
 
 
 def test_each_case_is_the_run_of_its_case_file(case: Path, found: StudyResult) -> None:
-    """Identity, bit for bit: a run of the case file with these names by `simulate`, which knows nothing of studies."""
+    """Identity: a run of the case file with these names by `simulate`, bit for bit."""
     table = found.table
     assert list(table[MATERIAL].unique()) == MATERIALS
     for row in (0, 5, 11):
@@ -87,8 +87,8 @@ def test_mass_is_that_of_sections_and_materials(found: StudyResult) -> None:
     assert rest == pytest.approx(rest[0], rel=1e-12)
 
 
-def test_answers_name_names(found: StudyResult) -> None:
-    """Texts, tables and the mechanism of the best point have names, and no place of one."""
+def test_names_in_answers(found: StudyResult) -> None:
+    """Contract: texts, tables and the mechanism of the best point have names, not their indices."""
     assert found.best[MATERIAL] == "aluminium"
     assert found.worst(1)[0].numbers[MATERIAL] == "steel"
     assert [part.youngs_modulus for part in found.design.components] == [70e9, 70e9]  # type: ignore[attr-defined]
@@ -99,14 +99,14 @@ def test_answers_name_names(found: StudyResult) -> None:
 
 
 def test_trends_are_ratios_of_names(found: StudyResult) -> None:
-    """Closed form: the mass without that of the slider would go as the density; with it the factor is between."""
+    """Limit: the ratio of masses is between that of the densities and one, because of the slider."""
     trend = found.trends["mass"]
     k = trend.numbers.index(f"{MATERIAL} = aluminium instead of steel")
     assert 2700.0 / 7850.0 < np.exp(trend.slopes[k]) < 1.0
 
 
-def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> None:
-    """Contract: the same call finds everything there; a store alone knows the names; a refined study has some of them."""
+def test_store_with_names(case: Path, found: StudyResult) -> None:
+    """Contract: the same call finds all cases; the store knows the names; a refined study has some of them."""
     again = sd.study(case, **TWELVE, store=found.store.path, compute=False)
     assert again.counts["pending"] == 0
     opened = sd.open_study(found.store.path)
@@ -118,7 +118,7 @@ def test_a_store_is_read_resumed_and_refined(case: Path, found: StudyResult) -> 
 
 
 def test_export_writes_names(found: StudyResult, tmp_path: Path) -> None:
-    """CSV has the names, NetCDF their places and the names beside them."""
+    """Contract: CSV has the names, NetCDF their indices and the names as an attribute."""
     table = pd.read_csv(found.export(tmp_path / "names.csv"))
     assert list(table[SECTION][:4]) == [*SECTIONS, *SECTIONS]
     data = xr.open_dataset(found.export(tmp_path / "names.nc"))
@@ -126,7 +126,7 @@ def test_export_writes_names(found: StudyResult, tmp_path: Path) -> None:
 
 
 def test_pictures_have_names_at_their_axes(found: StudyResult) -> None:
-    """Ticks are the names, a median stands at each, and maps of two kinds of names have a cell for each pair."""
+    """Contract: ticks are the names, each with a median, and maps have a cell for each pair."""
     axes = response_curves(found.points)
     assert [label.get_text() for label in axes[-3].get_xticklabels()] == MATERIALS
     medians = next(line for line in axes[0].lines if line.get_label() == "median")
@@ -136,15 +136,15 @@ def test_pictures_have_names_at_their_axes(found: StudyResult) -> None:
     assert drawn.collections[0].get_array().size == 6
 
 
-def test_a_search_over_names_tries_all(case: Path) -> None:
-    """Closed form: the lightest of all pairs is aluminium with the smaller area."""
+def test_search_over_names_tries_all(case: Path) -> None:
+    """Closed form: the lightest pair is aluminium with the smaller area."""
     found = sd.study(case, {MATERIAL: MATERIALS, SECTION: SECTIONS}, measures="mass", goals="minimise mass")
     assert found.counts["complete"] == 6
     assert found.best == {MATERIAL: "aluminium", SECTION: SECTIONS[0]}
 
 
 def test_names_may_stand_for_objects() -> None:
-    """Contract: laws by name are those of the objects, beside numbers, chosen and uncertain."""
+    """Contract: named laws are the given objects, for chosen and uncertain factors."""
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=5.0)
     laws = {"none": sd.NoFriction(), "lugre": sd.LuGre(kinetic=0.1)}
     dampings = {"lankarani-nikravesh": sd.LankaraniNikravesh(0.9), "flores": sd.Flores(0.9)}
@@ -156,8 +156,8 @@ def test_names_may_stand_for_objects() -> None:
         assert found.mechanism(row) == made
 
 
-def test_a_wall_is_the_text_of_its_section(case: Path) -> None:
-    """Identity, bit for bit: mass and stress of each wall and material are those of ``tube 60x60xW mm``; it stays a number."""
+def test_wall_thickness_as_a_factor(case: Path) -> None:
+    """Identity: mass and stress of each wall are those of ``tube 60x60xW mm`` bit for bit; the wall is a number."""
     wall = f"{SECTION}.wall"
     found = sd.study(
         case,
@@ -186,7 +186,7 @@ def test_a_wall_is_the_text_of_its_section(case: Path) -> None:
 
 
 def test_numbers_of_the_structure_vary(case: Path) -> None:
-    """Closed form: the bars of an array are as long as their number in the case file says, and their mass goes with it."""
+    """Closed form: mass grows linearly with the bar length of the case file."""
     found = sd.study(case, {"structure.bar_length": "1, 2, 4 m"}, measures="mass")
     mass = found.table["mass [kg]"].values
     assert (mass[2] - mass[1]) == pytest.approx(2.0 * (mass[1] - mass[0]), rel=1e-12)
@@ -194,7 +194,7 @@ def test_numbers_of_the_structure_vary(case: Path) -> None:
 
 
 def test_names_by_probability() -> None:
-    """Closed form: equal parts, or those of the probabilities."""
+    """Closed form: names have equal or given probabilities."""
     u = np.linspace(0.0, 1.0, 10, endpoint=False) + 0.05
     assert list(Names(("a", "b")).quantile(u)) == [0.0] * 5 + [1.0] * 5
     assert list(Names(("a", "b", "c"), (0.2, 0.7, 0.1)).quantile(u)) == [0.0] * 2 + [1.0] * 7 + [2.0]
@@ -220,7 +220,7 @@ def test_names_by_probability() -> None:
         ({"structure.units": list("12")}, {"measures": "peak_bar_stress"}, "measures of each bar"),
     ],
 )
-def test_what_cannot_be_is_said(case: Path, vary: dict[str, object], more: dict[str, object], said: str) -> None:
-    """One line, before anything is computed."""
+def test_refused_names(case: Path, vary: dict[str, object], more: dict[str, object], said: str) -> None:
+    """Contract: wrong names are refused before anything is computed."""
     with pytest.raises(InputError, match=said):
         sd.study(case, vary, **more)  # type: ignore[arg-type]

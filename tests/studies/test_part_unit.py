@@ -1,4 +1,4 @@
-"""Units of what components exert: a force or a torque, in requirements, tables, reports, pictures and exports."""
+"""Units of component forces: force or torque, in requirements, tables, reports, pictures and exports."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)
 
 
 def study(*components: Any, **changes: Any) -> Study:
-    """The paper's array with components, over its clearance."""
+    """Return a study of the paper's array with components, over its clearance."""
     fields: dict[str, Any] = {"factors": (Factor("A.clearance", Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
     return Study(replace(arm(), components=components), Options(0.001), **(fields | changes))
 
 
 def results(described: Study) -> xr.Dataset:
-    """Made-up results: the first component 1, 2, 3; the second ten times as much."""
+    """Return made-up results: the first component 1, 2, 3; the second ten times as much."""
     units = component_units(described.mechanism)
     about = {"units": " or ".join(dict.fromkeys(units.values())), "role": "measure"}
     exerted = (("case", "component"), np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(units))), about)
@@ -48,8 +48,8 @@ def results(described: Study) -> xr.Dataset:
 
 
 @pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])
-def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
-    """Contract: of one component, that of its port's output."""
+def test_unit_of_one_component(component: Any, unit: str) -> None:
+    """Contract: the unit is that of the port's output."""
     described = study(component)
     found = results(described)
     assert found[MEASURE].attrs["units"] == unit
@@ -57,8 +57,8 @@ def test_the_unit_is_the_declared_one(component: Any, unit: str) -> None:
     assert f"{component.name}.{MEASURE} [{unit}]" in table(found).columns
 
 
-def test_a_batch_and_its_store_have_the_unit() -> None:
-    """Contract: simulated, not made up."""
+def test_unit_in_a_batch() -> None:
+    """Contract: simulated results have the units."""
     described = study(SPRING, HINGE)
     found = simulated(described, np.array([0]))
     assert found["component_unit"].values.tolist() == ["N", "N m"]
@@ -68,7 +68,7 @@ def test_a_batch_and_its_store_have_the_unit() -> None:
 
 
 def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: no table, picture or export compares a force with a torque, or has no unit."""
+    """Contract: tables, pictures and exports separate forces and torques, each with its unit."""
     described = study(SPRING, HINGE, requirements=(read_requirement(f"{MEASURE} < 25 N m"),))
     found = results(described)
     points = by_point(described, found)
@@ -92,8 +92,8 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     ("text", "bound", "unit"),
     [("< 0.5 kN", 500.0, "N"), ("< 500 N mm", 0.5, "N m"), ("< 2 J/rad", None, None), ("< 5", None, None)],
 )
-def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float | None, unit: str | None) -> None:
-    """Contract: in SI, and which of both it is; neither is an error."""
+def test_unit_of_a_bound(text: str, bound: float | None, unit: str | None) -> None:
+    """Contract: a bound is a force or a torque; other units are refused."""
     if bound is None:
         with pytest.raises(sd.InputError, match=r"N or|N\] or"):
             read_requirement(f"{MEASURE} {text}")
@@ -102,8 +102,8 @@ def test_a_bound_has_the_unit_of_a_force_or_of_a_torque(text: str, bound: float 
     assert (read.bound, read.unit) == (bound, unit)
 
 
-def test_a_bound_in_python_is_shown_with_its_unit() -> None:
-    """Contract: with a prefix, as numbers from texts are."""
+def test_label_of_a_bound() -> None:
+    """Contract: a bound given in Python is shown with unit and prefix."""
     labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
     assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
     assert Requirement("contact_count", "<", 5.0).label == "contact_count < 5"
@@ -122,7 +122,7 @@ def test_a_bound_in_python_is_shown_with_its_unit() -> None:
     ],
 )
 def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) -> None:
-    """Contract: one line before anything is computed, which lists the components with their units."""
+    """Contract: the error lists the components with their units."""
     with pytest.raises(sd.InputError, match=says) as error:
         study(*components, **changes)
     assert "[N" in str(error.value) or not components

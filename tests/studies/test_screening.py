@@ -1,4 +1,4 @@
-"""Studies of cheap runs that accurate ones verify: estimates from both, pairing, budget, searches, resuming, reports."""
+"""Studies of cheap runs verified by accurate ones: estimates, pairing, budget, searches, resuming and reports."""
 
 import math
 
@@ -25,19 +25,19 @@ MEDIAN, SPREAD = 1.0, 0.5
 
 
 def pairs(numbers: np.random.Generator, count: int, correlated: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lognormal responses of accurate and cheap runs."""
+    """Return lognormal responses of accurate and cheap runs."""
     z, noise = numbers.standard_normal((2, count))
     other = correlated * z + math.sqrt(1.0 - correlated**2) * noise
     return MEDIAN * np.exp(SPREAD * z), 1.3 * MEDIAN * np.exp(SPREAD * other)
 
 
 def least_held(repetitions: int, less: float = 0.0) -> float:
-    """How many 95 % intervals hold the truth at least: within 3 standard deviations, and less for small samples."""
+    """Return the smallest accepted number of 95 % intervals that hold the truth: 3 standard deviations below the mean."""
     return repetitions * (0.95 - 3.0 * math.sqrt(0.95 * 0.05 / repetitions) - less)
 
 
-def test_equal_runs_are_the_cheap_ones():
-    """Limit: where cheap runs are accurate, the mean and the fraction are those of all cheap runs."""
+def test_cheap_runs_that_are_accurate():
+    """Limit: if cheap runs are accurate, mean and fraction are those of all cheap runs."""
     _, cheap = pairs(np.random.default_rng(1), 400, 0.9)
     found = mean_estimate(cheap[:20], cheap[:20], cheap)
     assert found.value == pytest.approx(cheap.mean(), rel=1e-12)
@@ -50,15 +50,15 @@ def test_equal_runs_are_the_cheap_ones():
     assert fraction_by_margins(margins[:20], margins[:20], margins).value == pytest.approx(met.mean(), rel=1e-12)
 
 
-def test_a_linear_relation_is_removed():
-    """Contract: of accurate = 2 + 3 cheap the mean is 2 + 3 times that of all cheap runs, whatever the pairs."""
+def test_linear_relation_is_removed():
+    """Limit: for accurate = 2 + 3 cheap the mean is 2 + 3 times that of all cheap runs."""
     _, cheap = pairs(np.random.default_rng(2), 300, 0.9)
     found = mean_estimate(2.0 + 3.0 * cheap[:10], cheap[:10], cheap)
     assert found.value == pytest.approx(2.0 + 3.0 * cheap.mean(), rel=1e-12)
 
 
 def test_useless_cheap_runs_do_no_harm():
-    """Limit: with cheap runs that say nothing, or the same of all, the answer is that of the accurate runs."""
+    """Limit: with constant cheap runs the answer is that of the accurate runs."""
     accurate, _ = pairs(np.random.default_rng(3), 30, 0.9)
     alone = stats.t.interval(0.95, 29, accurate.mean(), stats.sem(accurate))
     found = mean_estimate(accurate, np.ones(30), np.ones(500))
@@ -84,7 +84,7 @@ def test_strata():
 
 @pytest.mark.parametrize("met", [False, True])
 def test_ends_of_fractions(met):
-    """Limit: where no accurate run is, or every one is, the interval ends at 0 or 1."""
+    """Limit: if no accurate run or every one meets the bound, the interval ends at 0 or 1."""
     met = np.full(20, met)
     found = fraction_estimate(met, met, np.full(200, met[0]))
     assert (found.high if met[0] else found.low) == float(met[0])
@@ -93,7 +93,7 @@ def test_ends_of_fractions(met):
 
 @pytest.mark.parametrize("correlated", [0.6, 0.95])
 def test_intervals_cover(correlated):
-    """Limit: of 200 repetitions 95 % hold the truth (within 3 standard deviations, and 2 % for small samples)."""
+    """Limit: in 200 repetitions 95 % of the intervals hold the truth (within 3 standard deviations and 2 %)."""
     numbers = np.random.default_rng(5)
     mean, below = MEDIAN * math.exp(0.5 * SPREAD**2), float(stats.norm.cdf(math.log(1.5) / SPREAD))
     held = {"mean": 0, "fraction": 0, "median": 0}
@@ -123,8 +123,8 @@ def test_quantiles_need_enough_runs():
     assert found.low in accurate[:10]
 
 
-def test_the_split_of_a_budget():
-    """Closed form: sqrt(rho^2/(1 - rho^2) w/w_cheap) cheap runs for each accurate one, and the variance is least there."""
+def test_split_of_a_budget():
+    """Closed form: sqrt(rho^2/(1 - rho^2) w/w_cheap) cheap runs per accurate one minimise the variance."""
     rho, accurate, cheap, budget = 0.9, 2.0, 0.02, 1000.0
     ratio = cost_ratio(rho, accurate, cheap)
     assert ratio == pytest.approx(math.sqrt(0.81 / 0.19 * 100.0))
@@ -169,7 +169,7 @@ WORLDS = [_blurred, _biased, _with_strangers, _worse_far_away, _whole_numbers]
 @pytest.mark.parametrize("world", WORLDS)
 @pytest.mark.parametrize(("pairs", "screened"), [(16, 200), (48, 800)])
 def test_intervals_of_margins_cover(world, pairs, screened):
-    """Limit: of 120 repetitions 95 % hold the truth (within 3 standard deviations, and 1 % for small samples)."""
+    """Limit: in 120 repetitions 95 % of the intervals hold the truth (within 3 standard deviations and 1 %)."""
     numbers = np.random.default_rng(3)
     truth = float(np.mean(world(numbers.standard_normal(400_000) - 0.4, numbers)[0] > 0.0))
     held, repetitions = 0, 120
@@ -180,8 +180,8 @@ def test_intervals_of_margins_cover(world, pairs, screened):
     assert held >= least_held(repetitions, 0.01)
 
 
-def test_margins_say_more_than_yes_and_no():
-    """Limit: where runs differ little, the interval is hardly wider than that of the cheap runs alone."""
+def test_margins_are_more_informative():
+    """Limit: if runs differ little, the interval is hardly wider than that of the cheap runs alone."""
     numbers = np.random.default_rng(4)
     accurate, cheap = _blurred(numbers.standard_normal(6000) - 0.4, numbers)
     by_margins = fraction_by_margins(accurate[:96], cheap[:96], cheap)
@@ -202,8 +202,8 @@ def test_margins_say_more_than_yes_and_no():
     ],
     ids=["few", "infinite", "unlike", "contradicted"],
 )
-def test_where_margins_say_nothing(spoilt):
-    """Limit: few pairs, infinite margins, weak correlation or pairs that contradict leave the estimate of yes and no."""
+def test_useless_margins(spoilt):
+    """Limit: few pairs, infinite margins, weak correlation or contradicting pairs leave the estimate by strata."""
     numbers = np.random.default_rng(5)
     accurate, paired = spoilt(*_blurred(np.abs(numbers.standard_normal(400)), numbers))
     cheap = np.append(paired, np.abs(numbers.standard_normal(300)))
@@ -217,13 +217,13 @@ CHEAP = {"rtol": 1e-3, "atol": 1e-3}
 
 
 def study(tmp_path, **options):
-    """A study of the first contacts of an array."""
+    """Return a study of the first contacts of an array."""
     given = {"until": 0.003, "seed": 1, "requirements": {"peak_force": 30e3}, "screen": CHEAP, "engine": 1, **options}
     return sd.study(arm(), RANGES, store=tmp_path / "study.db", **given)
 
 
 def test_pairs(tmp_path):
-    """Identity: accurate runs have the numbers of the first points bit for bit, and the options of the case."""
+    """Identity: accurate runs have the factors of the first points bit for bit, and the options of the case."""
     found = study(tmp_path, points=40, verify=10, design="random")
     accurate = found.verified
     assert found.study.options.rtol == 1e-3
@@ -237,7 +237,7 @@ def test_pairs(tmp_path):
 
 
 def test_estimates_and_report(tmp_path):
-    """Contract: cheap and accurate columns are those of both stores; terminal, report and a reopened store say the same."""
+    """Contract: cheap and accurate columns are those of both stores; report and reopened store agree."""
     found = study(tmp_path, points=64, verify=16, design="random")
     fraction, every, mean, median, _ = found.estimates
     assert fraction.estimate.cheap == found.requirements[0].fraction
@@ -257,7 +257,7 @@ def test_estimates_and_report(tmp_path):
 
 
 def test_uncertain_samples(tmp_path):
-    """Contract: of one point with uncertain numbers the trials are its samples."""
+    """Contract: at one point with uncertain factors the trials are its samples."""
     found = sd.study(
         arm(),
         uncertain={"A.clearance": sd.Uniform(0.05e-3, 0.4e-3)},
@@ -273,8 +273,8 @@ def test_uncertain_samples(tmp_path):
     assert (found.estimates[0].estimate.screened, found.estimates[0].estimate.verified) == (24, 8)
 
 
-def test_a_budget(tmp_path):
-    """Limit: a budget decides both numbers of points; the same call again computes nothing, and keeps to them."""
+def test_budget(tmp_path):
+    """Contract: a budget decides both numbers of points; the same call again computes nothing."""
     found = study(tmp_path, points=1, design="random", budget=1.5)
     sizes = found.dataset.sizes["case"], found.verified.dataset.sizes["case"]
     assert sizes[0] >= sizes[1] >= 8
@@ -284,8 +284,8 @@ def test_a_budget(tmp_path):
     np.testing.assert_array_equal(again.store.times()["seconds"], times)
 
 
-def test_a_search(tmp_path):
-    """Contract: the front of a search by cheap runs is run accurately; further generations keep what was."""
+def test_search(tmp_path):
+    """Contract: the front of a search by cheap runs is run accurately; further generations keep these runs."""
     goals = ["minimise peak_force", "maximise drive.speed"]
     found = study(tmp_path, goals=goals, population=8, generations=2, verify=8, requirements={"peak_force": 300e3})
     table = found.confirmed
@@ -299,7 +299,7 @@ def test_a_search(tmp_path):
     assert "confirmed by accurate" in more.report(tmp_path / "search.html").read_text()
 
 
-def test_the_best_of_one_goal_is_an_accurate_one(tmp_path):
+def test_best_point_of_one_goal(tmp_path):
     """Contract: with one goal the best point is the best of the accurate runs."""
     found = study(tmp_path, goals="minimise peak_force", population=6, generations=2, verify=8)
     table = found.confirmed.sort_values(["accurate violation", "accurate minimise peak_force"])
@@ -317,8 +317,8 @@ def test_the_best_of_one_goal_is_an_accurate_one(tmp_path):
         ({"goals": "minimise peak_force", "budget": 60.0}, "budget of an optimisation"),
     ],
 )
-def test_what_cannot_be(tmp_path, options, said):
-    """Limit: designs whose first points are no sample, unknown options and budgets without a split are refused in one line."""
+def test_refused_screening(tmp_path, options, said):
+    """Contract: unsuitable designs, unknown options and budgets without cheap runs are refused in one line."""
     with pytest.raises(InputError, match=said) as error:
         study(tmp_path, **options)
     assert "\n" not in str(error.value)
@@ -326,7 +326,7 @@ def test_what_cannot_be(tmp_path, options, said):
 
 
 def test_without_accurate_runs(tmp_path):
-    """Limit: a study of one kind of runs has no estimates of both, and says what it lacks."""
+    """Contract: a study of one kind of runs has no estimates, and the error says why."""
     found = study(tmp_path, points=8, design="random", screen=None)
     assert found.verified is None
     with pytest.raises(InputError, match="without accurate runs"):
@@ -334,8 +334,8 @@ def test_without_accurate_runs(tmp_path):
     assert verified_path("a/b.db") == "a/b.verified.db"
 
 
-def test_a_study_file(tmp_path):
-    """Contract: the table [screen] gives the same study as Python does, and --budget is a time."""
+def test_study_file(tmp_path):
+    """Contract: the table [screen] gives the study of the Python call."""
     sd.write_case(arm(), tmp_path / "case.toml")
     text = """
 case = "case.toml"
@@ -361,7 +361,7 @@ verify = 8
 
 @pytest.mark.slow
 def test_two_hundred_studies_cover():
-    """Limit: of 200 studies of an array, 120 cheap and 24 accurate runs each, 95 % hold what all accurate runs give."""
+    """Limit: in 200 studies of 120 cheap and 24 accurate runs, 95 % of the intervals hold the result of all accurate runs."""
     studies, cheap_runs, accurate_runs = 200, 120, 24
     numbers = np.random.default_rng(7)
     count = studies * cheap_runs

@@ -1,4 +1,4 @@
-"""The commands of docs/howto/cluster.md on a real Slurm, which the test starts; a test takes a minute or two."""
+"""The commands of docs/howto/cluster.md on a real Slurm that the test starts; each test takes a minute or two."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SWEEP = (
 
 @pytest.fixture(scope="module")
 def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
-    """The environment in which commands reach the queue."""
+    """Start Slurm and return the environment in which commands reach the queue."""
     with slurm.running(tmp_path_factory.mktemp("slurm")) as environment:
         yield environment
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder with a case and the file of the page."""
+    """Return a folder with a case and the file of the page."""
     text = PAGE.read_text()
     (tmp_path / "cluster.yaml").write_text(text.partition("```yaml\n")[2].partition("```")[0])
     case = [sys.executable, "-m", "scissordyn.cli.main", "new", "scissor"]
@@ -45,33 +45,33 @@ def folder(tmp_path: Path) -> Path:
 
 
 def change(folder: Path, **options: str) -> None:
-    """Change lines of the file of the page, or add some."""
+    """Change or add lines of the file of the page."""
     lines = (folder / "cluster.yaml").read_text().splitlines()
     kept = [line for line in lines if line.partition(":")[0] not in options]
     (folder / "cluster.yaml").write_text("\n".join([*kept, *(f"{name}: {value}" for name, value in options.items())]))
 
 
 def started(folder: Path, system: dict[str, str], *words: str) -> subprocess.Popen[str]:
-    """A command of the page, with the queue."""
+    """Start a command of the page, with the queue."""
     command = [sys.executable, "-m", "scissordyn.cli.main", *words, "--cluster", "cluster.yaml"]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, cwd=folder, env=system, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
 def ended(process: subprocess.Popen[str], seconds: float = 300.0) -> tuple[int, str]:
-    """Status and what was said."""
+    """Return status and stderr."""
     _, error = process.communicate(timeout=seconds)
     return process.returncode, error
 
 
 def jobs(system: dict[str, str], state: str = "all") -> list[str]:
-    """Numbers of jobs."""
+    """Return numbers of jobs."""
     asked = ["squeue", "--noheader", "--format=%i", f"--states={state}"]
     return subprocess.run(asked, env=system, capture_output=True, text=True, check=True).stdout.split()
 
 
 def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seconds: float = 120.0) -> None:
-    """Until a condition holds, while a command runs."""
+    """Wait until a condition holds while a command runs."""
     until = time.monotonic() + seconds
     while not condition():
         assert process.poll() is None, process.communicate()
@@ -80,13 +80,13 @@ def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seco
 
 
 def blocks(folder: Path) -> int:
-    """Blocks that are written."""
+    """Return the number of stored blocks."""
     store = Store(folder / "study.db")
     return int((store.times()["attempts"] > 0).sum()) if store.begun() else 0
 
 
 def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:
-    """No job and no certificate is left; the output of each job is next to the study."""
+    """Check that no job and no certificate is left, and that outputs of jobs are next to the study."""
     until = time.monotonic() + 30.0
     while jobs(system, "PENDING,RUNNING,COMPLETING"):
         assert time.monotonic() < until
@@ -98,7 +98,7 @@ def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:
 
 
 def check_rows(folder: Path) -> None:
-    """The study is complete, with the rows of threads."""
+    """Check that the study is complete, with the rows of threads."""
     assert (Store(folder / "study.db").status() == COMPLETE).all()
     words = [("threads.db" if word == "study.db" else word) for word in SWEEP]
     command = [sys.executable, "-m", "scissordyn.cli.main", *words, "--threads", "1"]
@@ -106,8 +106,8 @@ def check_rows(folder: Path) -> None:
     assert rows(folder / "threads.db") == rows(folder / "study.db")
 
 
-def test_the_page_and_a_lost_job(folder: Path, system: dict[str, str]) -> None:
-    """Contract: the page's example starts on a node of two cores; a lost job is replaced, the rows are those of threads."""
+def test_example_of_the_page_with_a_lost_job(folder: Path, system: dict[str, str]) -> None:
+    """Contract: the page's example runs on a node of two cores; a lost job is replaced; rows are those of threads."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
     subprocess.run(["scancel", jobs(system, "RUNNING")[0]], env=system, check=True)
@@ -119,7 +119,7 @@ def test_the_page_and_a_lost_job(folder: Path, system: dict[str, str]) -> None:
 
 
 def test_all_jobs_lost(folder: Path, system: dict[str, str]) -> None:
-    """Contract: all cancelled, all replaced."""
+    """Contract: all jobs are cancelled, and all are replaced."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
     subprocess.run(["scancel", *jobs(system, "RUNNING,PENDING")], env=system, check=True)
@@ -143,7 +143,7 @@ def test_ctrl_c(folder: Path, system: dict[str, str]) -> None:
     check_left(folder, system, 2)
 
 
-def test_a_killed_command(folder: Path, system: dict[str, str]) -> None:
+def test_killed_command(folder: Path, system: dict[str, str]) -> None:
     """Contract: the next command removes the certificates of the killed one, and completes its study."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
@@ -156,7 +156,7 @@ def test_a_killed_command(folder: Path, system: dict[str, str]) -> None:
     check_left(folder, system, 4)
 
 
-def test_the_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
+def test_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
     """Contract: a job whose time is over is replaced; the study has work for ten times the walltime."""
     change(folder, jobs="1", walltime='"00:01:00"')
     words = [word.replace("200 values", "30000 values").replace("20 ms", "60 ms") for word in SWEEP]
@@ -181,7 +181,7 @@ def test_the_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
     ],
 )
 def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Path, system: dict[str, str]) -> None:
-    """Contract: status 3 and the reason of the queue."""
+    """Contract: status 3 with the queue's reason."""
     change(folder, **options)
     status, said = ended(started(folder, system, *SWEEP))
     assert status == 3
@@ -189,8 +189,8 @@ def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Pat
     check_left(folder, system, 2)
 
 
-def test_a_queue_that_is_not_there(folder: Path, system: dict[str, str]) -> None:
-    """Contract: a job that the queue does not take is one line with status 2, in its words."""
+def test_missing_queue(folder: Path, system: dict[str, str]) -> None:
+    """Contract: a refused job gives one line with status 2, in the queue's words."""
     change(folder, queue="nowhere")
     status, said = ended(started(folder, system, *SWEEP))
     assert status == 2

@@ -1,4 +1,4 @@
-"""Studies: what a store holds equals single runs, however it came about."""
+"""Studies: the store holds single runs, independent of the way they were computed."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ UNTIL = 0.005
 
 
 def arm() -> sd.Mechanism:
-    """The paper's array with joint A."""
+    """Return the paper's array with clearance at joint A."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
 
 
 def study(**changes: Any) -> Study:
-    """Clearance and speed on a grid, restitution uncertain, two members."""
+    """Return a study of clearance and speed on a grid, uncertain restitution, two members."""
     fields: dict[str, Any] = {
         "mechanism": arm(),
         "options": Options(UNTIL),
@@ -47,13 +47,13 @@ def study(**changes: Any) -> Study:
 
 
 def rows(path: str | Path) -> list[Any]:
-    """All rows of cases of a store, as any tool reads them."""
+    """Return all rows of cases of a store, as any tool reads them."""
     with closing(sqlite3.connect(path)) as connection:
         return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
-def test_a_store_holds_the_runs(tmp_path: Path) -> None:
-    """Identity: peaks of member 0 equal those of `simulate` with the same numbers, bit for bit."""
+def test_store_holds_single_runs(tmp_path: Path) -> None:
+    """Identity: peaks of member 0 equal those of `simulate` with the same values, bit for bit."""
     store = execute(study(), tmp_path / "study.db", block=7)
     found = store.results()
     assert found.sizes["case"] == 24
@@ -74,7 +74,7 @@ def test_a_store_holds_the_runs(tmp_path: Path) -> None:
 
 
 def test_members_differ_by_round_off_only() -> None:
-    """Limit: before chaos has had time to act, members agree to nine digits and are not the same."""
+    """Limit: early in a run members differ, and agree to nine digits."""
     numbers = {"A.clearance": np.full(3, 2e-4)}
     found = sd.simulate_many(arm(), numbers, until=UNTIL, members=[0, 1, 2], measures=("peak_force",))
     peaks = found["peak_force"].values[:, 0]
@@ -85,7 +85,7 @@ def test_members_differ_by_round_off_only() -> None:
 
 
 def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
-    """Contract: whatever order and number of threads, stopped or not; finished blocks are not written again."""
+    """Contract: rows do not depend on interruptions and threads; finished blocks are not written again."""
     whole = execute(study(), tmp_path / "whole.db", block=5, engine=1)
     stopped = tmp_path / "stopped.db"
 
@@ -105,7 +105,7 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
 
 
 def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
-    """Contract: 8 points and 8 more are the study of 16 points; the cases that were done are not done again."""
+    """Contract: 8 points and 8 more are the study of 16 points; finished cases are not computed again."""
     sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)),), "members": 1}
     store = execute(study(**sobol), tmp_path / "a.db", block=6)
     larger = extend(store.study(), tmp_path / "a.db", 16)
@@ -117,7 +117,7 @@ def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
 
 
 def test_another_study_is_refused(tmp_path: Path) -> None:
-    """Contract: the fingerprint names what differs."""
+    """Contract: the error names the difference."""
     execute(study(), tmp_path / "a.db", block=24)
     for changes, differs in (
         ({"members": 1}, "design"),
@@ -133,7 +133,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
 
 
 def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
-    """Contract: they have their cause, are done again on request only, and the others are complete."""
+    """Contract: failed cases have their cause and are computed again on request only; the others are complete."""
     broken = study(options=Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
     store = execute(broken, tmp_path / "a.db", block=2)
     status = store.status()
@@ -150,7 +150,7 @@ def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
 
 
 def test_measures_of_the_user(tmp_path: Path) -> None:
-    """Contract: a function of the Dataset and one of the accumulators give what the measures give; a fault fails its case."""
+    """Contract: functions of the Dataset and of the accumulators are measures; an error fails its case."""
     file = tmp_path / "mine.py"
     file.write_text(
         "def largest(run):\n    return float(run['peak_force'].max())\n\n\n"
@@ -190,8 +190,8 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; expected another"
 
 
-def test_a_function_whose_file_has_other_lines_by_now(tmp_path: Path) -> None:
-    """Limit: where its source is no Python, the function itself stands for it."""
+def test_function_without_readable_source(tmp_path: Path) -> None:
+    """Contract: the digest of a function without readable source is that of the function itself."""
     space: dict[str, Any] = {}
     (tmp_path / "page.md").write_text("(\n" * 9)
     exec(compile("\n\ndef late(run):\n    return 1.0\n", tmp_path / "page.md", "exec"), space)
@@ -217,7 +217,7 @@ def test_requirements_and_responses() -> None:
 
 
 def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
-    """Cross-check: EI of all bars gives the torques and the largest forces of runs, also without clearance."""
+    """Identity: bending stiffness of all bars is varied as in single runs, also without clearance."""
     bent = sd.with_bending(
         sd.scissor(units=1, bar_length=1.0, bar_mass=1.0), bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
     )
@@ -234,7 +234,7 @@ def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
     assert torques[0] != torques[1]
 
 
-def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_store_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: a disk that is full from the first byte leaves nothing."""
 
     def full(*_: Any) -> None:
@@ -249,8 +249,8 @@ def test_a_store_that_could_not_be_made_is_none(tmp_path: Path, monkeypatch: pyt
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
-def test_a_store_in_no_folder(tmp_path: Path) -> None:
-    """Contract: one line, before anything is computed."""
+def test_store_in_a_missing_folder(tmp_path: Path) -> None:
+    """Contract: the error comes before anything is computed."""
     with pytest.raises(sd.InputError, match="no study at"):
         Store(tmp_path / "a.db").status()
     with pytest.raises(sd.InputError, match=r"no folder .*; expected a folder that exists"):
@@ -258,13 +258,13 @@ def test_a_store_in_no_folder(tmp_path: Path) -> None:
 
 
 def test_blocks_are_longer_for_very_many_workers() -> None:
-    """Limit: a few seconds on a machine; with a thousand workers the scheduler still has half of its time."""
+    """Limit: blocks take a few seconds; with a thousand workers the scheduler is busy half of its time."""
     assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
     assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)
 
 
-def test_the_cost_of_a_task_is_the_measured_one() -> None:
-    """Contract: the length of blocks is chosen for no less than was measured, and for no more than ten times as much."""
+def test_cost_of_a_task() -> None:
+    """Contract: the assumed cost is between one and ten times the measured one."""
     page = (Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "studies.md").read_text(encoding="utf-8")
     words = " ".join(page.split())
     (measured,) = re.findall(r"([\d.]+) ms of it processor time of the scheduler", words)

@@ -1,4 +1,4 @@
-"""docs/studies.md: what it shows runs, and what it lists is there."""
+"""docs/studies.md: its code runs, and its lists are complete."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="u
 
 
 def snippets(language: str) -> list[str]:
-    """The blocks of code in a language."""
+    """Return the blocks of code in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the case and the function that the page names."""
+    """Return a folder with the case and the function of the page."""
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
         (tmp_path / name).write_text(paper_case("2 ms"))
@@ -67,14 +67,14 @@ def _written(folder: Path, text: str) -> list[str]:
 
 
 def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: the lines for Python run and print a share."""
+    """Contract: the Python code runs and prints a fraction."""
     exec(snippets("python")[1], {})
     assert re.match(r"all requirements: \d+% of the range \(\d+% to \d+%\)\n\{'A\.clearance'", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_studies(file: Path) -> None:
-    """Contract: each can be read, its functions are there, and the page names it."""
+    """Contract: each example study can be read, its functions exist, and the gallery names it."""
     described = study_of(read_study(file))
     assert described.cases >= 64 or (described.optimisation is not None and described.optimisation.every)
     assert all(callable(own.callable()) for own in described.own_measures)
@@ -83,7 +83,7 @@ def test_shipped_studies(file: Path) -> None:
 
 
 def test_every_design_is_listed() -> None:
-    """Contract: the table of designs."""
+    """Contract: the table of designs is complete."""
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
 
 
@@ -160,7 +160,7 @@ until = "2 ms"
 """
 
 
-def test_the_question_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: one value of all clearances, torque limits as levels, the error of a tracked point, a required force."""
     (folder / "case.toml").write_text(SERVO)
     arguments = ["sweep", "case.toml", "--vary", "clearance.all.clearance=0.05..0.4 mm"]
@@ -189,8 +189,8 @@ def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
     assert axes.get_ylim()[0] < 101.0 < 199.0 < axes.get_ylim()[1] < 300.0
 
 
-def test_the_life_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: sweep, status, extend, retry, export, replay; another study and a case beyond the last are refused."""
+def test_commands_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: sweep, status, extend, retry, export and replay; another study and an unknown case are refused."""
     sweep = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
     assert status_of(sweep) == 0
     assert status_of([*sweep, "--set", "run.until=1 ms"]) == 2

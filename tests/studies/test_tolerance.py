@@ -36,7 +36,7 @@ NUMBER = Quantity("1", minimum=0.0, maximum=1.0)
     ],
 )
 def test_limits_of_known_fits(fit: str, diameter: float, hole: tuple[int, int], shaft: tuple[int, int]) -> None:
-    """Known values: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it."""
+    """Published numbers: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it."""
     found = read_fit(fit, diameter * 1e-3)
     np.testing.assert_allclose(np.array([found.hole, found.pin]) * 1e6, [hole, shaft], atol=1e-9)
     clearance = found.clearance()
@@ -92,7 +92,7 @@ def test_clearance_is_half_of_the_difference_of_the_diameters() -> None:
     ],
 )
 def test_texts_of_tolerances(text: str, found: Uniform) -> None:
-    """Contract: nominal values, tolerances, fits and distributions in SI."""
+    """Contract: nominal values, tolerances, fits and distributions, in SI."""
     read = read_variation(text, LENGTH, parameter="A.clearance")
     assert type(read) is type(found)
     ours, theirs = to_plain(read), to_plain(found)
@@ -121,8 +121,8 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
         ("beta(0, 2, 0.1, 0.2) mm", "shapes 0, 2"),
     ],
 )
-def test_wrong_texts_are_one_line(text: str, what: str) -> None:
-    """Contract: what came, what is allowed, what to type."""
+def test_wrong_texts(text: str, what: str) -> None:
+    """Contract: the error has the wrong text and what is allowed."""
     with pytest.raises(sd.InputError) as error:
         read_variation(text, LENGTH, parameter="A.clearance")
     assert what in str(error.value)
@@ -131,7 +131,7 @@ def test_wrong_texts_are_one_line(text: str, what: str) -> None:
 
 
 def test_deviations_from_a_chosen_value() -> None:
-    """Contract: a fraction, or a number with a unit; a pure number has none."""
+    """Contract: a deviation is a fraction or a value with a unit; that of a pure number has none."""
     assert read_deviation("+- 20 %", LENGTH) == (Uniform(-0.2, 0.2), True)
     assert read_deviation("± 0.02 mm, normal", LENGTH) == (Normal(0.0, 0.02e-3 / 3.0, -0.02e-3, 0.02e-3), False)
     assert read_deviation("+- 0.05", NUMBER) == (Uniform(-0.05, 0.05), False)
@@ -141,8 +141,8 @@ def test_deviations_from_a_chosen_value() -> None:
         read_deviation("+- 0.02 mm", NUMBER, parameter="A.damping.restitution")
 
 
-def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
-    """Contract: the store has the chosen value and the deviation, the mechanism their product; runs are those of that value."""
+def test_chosen_and_uncertain_factor(tmp_path: Path) -> None:
+    """Contract: the store has the chosen value and the deviation, the mechanism their product."""
     asked = {
         "until": UNTIL,
         "uncertain": {"A.clearance": "+- 10 %"},
@@ -171,12 +171,12 @@ def test_a_number_is_chosen_and_uncertain(tmp_path: Path) -> None:
 
 
 def two_joints() -> sd.Mechanism:
-    """The paper's array with clearance at two joints."""
+    """Return the paper's array with clearance at two joints."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.2e-3)).with_clearance("unit 1/pivot", sd.Clearance(0.3e-3))
 
 
 def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
-    """A study of two joints by texts, not computed."""
+    """Return a study of two joints from texts, without computing it."""
     from scissordyn.config.study import StudyText
     from scissordyn.studies.ask.design import Sampling
 
@@ -185,7 +185,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
 
 
 def test_each_joint_has_its_own_tolerance() -> None:
-    """Identity: with `each` the joints of a pattern are drawn independently, without it they have the same value."""
+    """Contract: with `each` the joints of a pattern are drawn independently; without it they have the same value."""
     joints = single(two_joints(), "clearance.all.clearance")
     assert joints == ["clearance.A.clearance", "clearance.unit 1/pivot.clearance"]
     apart = described({"drive.speed": "10, 20 rad/s"}, {"clearance.all.clearance": "0.3 mm +- 20 %, each"})
@@ -203,7 +203,7 @@ def test_each_joint_has_its_own_tolerance() -> None:
 
 
 def test_deviations_that_fit_nothing_are_refused() -> None:
-    """Contract: a deviation of what is not chosen, and one that leads out of bounds."""
+    """Contract: a deviation needs a chosen value, and may not leave the bounds."""
     with pytest.raises(sd.InputError, match="deviates from a value that is not chosen"):
         described({"drive.speed": "10, 20 rad/s"}, {"A.clearance": "+- 20 %"})
     with pytest.raises(sd.InputError, match=r"'A.clearance' up to -"):
@@ -220,8 +220,8 @@ def test_each_in_a_study_file(tmp_path: Path) -> None:
         read_study(file)
 
 
-def test_a_chosen_pattern_with_own_tolerances_is_computed(tmp_path: Path) -> None:
-    """Identity: each case is the run of its own clearances, and the replay has them."""
+def test_study_with_tolerances_of_each_joint(tmp_path: Path) -> None:
+    """Identity: each case has the clearances drawn for its joints."""
     found = sd.study(
         two_joints().driven(speed=sd.rpm(150)),
         {"clearance.all.clearance": "0.1, 0.2 mm"},

@@ -1,4 +1,4 @@
-"""Scissor arrays of one to eight units, clearance in five places each, against other equations and another integrator."""
+"""Scissor arrays of one to eight units with clearance at five places, compared with other equations and integrators."""
 
 import math
 
@@ -14,13 +14,13 @@ from scissordyn.run.simulate import simulate
 
 PIN = Clearance(5e-4)
 START, SPEED = math.pi / 6.0, math.radians(60.0)  # 10 rpm: the joints move apart under their loads, not by inertia
-ROAD = 1e-11  # Tolerance of both roads
+TOLERANCE = 1e-11  # Tolerance of both formulations
 CLOSE = 1e-7  # Errors of 1e-11 in a step, over some hundred steps and one contact, which magnifies them up to 300 times
 CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: round-off of 1e-12 of it shifts the peak by 1e-6 of the contact's length
 
 
 def places(units: int) -> list[tuple[str, ...]]:
-    """Five positions in an array: ground pin, slider joint, a pivot, an end joint inside the array, and two joints at once."""
+    """Return five positions: ground pin, slider joint, a pivot, an inner end joint, and two joints at once."""
     inner = (units + 1) // 2
     if units == 1:
         # one unit has three joints only
@@ -35,7 +35,7 @@ def places(units: int) -> list[tuple[str, ...]]:
 
 
 def label(value: object) -> str:
-    """A case's name in reports."""
+    """Return a case's name for reports."""
     return "+".join(value) if isinstance(value, tuple) else str(value)
 
 
@@ -43,12 +43,12 @@ CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
 
 
 def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
-    """The package's run has the contacts of a reference model: time, speed, position, peak, length and rebound."""
-    reference = March(model, rtol=ROAD, atol=ROAD, max_step=2e-4).run(0.1, most_contacts=contacts)
+    """Compare contacts of a run with those of a reference model: time, speed, position, peak, length and rebound."""
+    reference = March(model, rtol=TOLERANCE, atol=TOLERANCE, max_step=2e-4).run(0.1, most_contacts=contacts)
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
     assert len(ended) == contacts
     # a microsecond more, so that the last contact has ended in this formulation too
-    run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=ROAD, atol=ROAD, samples=11)
+    run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE, samples=11)
     assert run.attrs["status"] == "complete"
     assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]
 
@@ -70,7 +70,7 @@ def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list
     ("units", "joints"), CASES, ids=lambda value: str(value) if isinstance(value, int) else "+".join(value)
 )
 def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
-    """Cross-check: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
+    """Second formulation: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
     mechanism = scissor(units=units, angle=START).driven(speed=SPEED).with_clearance(joints, PIN)
     model = Multipliers(mechanism)
     assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.clearance_joints], contacts=2)
@@ -79,7 +79,7 @@ def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
 @pytest.mark.parametrize("units", range(1, 9))
 def test_clearance_at_the_slider_joint(units: int, driven_bar: str) -> None:
-    """Cross-check: Lagrange's equations in minimal coordinates have the same first two contacts at joint A, to 1e-7."""
+    """Second formulation: Lagrange's equations in minimal coordinates have the same first two contacts, to 1e-7."""
     mechanism = scissor(units=units, angle=START, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", PIN)
     array = Array(clearance_joint(PIN), constant_speed(START, SPEED), units, driven_bar)
     assert_first_contacts_agree(mechanism, array, ["A"], contacts=2)

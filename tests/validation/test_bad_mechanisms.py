@@ -1,4 +1,4 @@
-"""Mechanisms that cannot be: each is refused in one line that names its bodies and joints, and none is computed wrongly."""
+"""Impossible mechanisms are refused in one line that names their bodies and joints; possible ones run."""
 
 import math
 from collections.abc import Callable
@@ -16,41 +16,41 @@ GROUND = (("O", (0.0, 0.0)), ("P", (1.0, 0.0)), ("Q", (2.0, 0.0)))
 
 
 def part(name: str, *, x: float = 0.0, length: float = 1.0, **changed) -> sd.Body:
-    """A bar with points "a", "c" (its middle) and "b"."""
+    """Return a bar with points "a", "c" (its middle) and "b"."""
     points = {"a": (0.0, 0.0), "b": (length, 0.0), "c": (0.5 * length, 0.0)}
     facts = {"mass": 1.0, "inertia": 0.1, "points": points, "centre": (0.5 * length, 0.0), "position": (x, 0.0)}
     return sd.Body(name, **{**facts, **changed})
 
 
 def pin(name: str, journal: str, bearing: str, clearance: sd.Clearance | None = None) -> sd.Revolute:
-    """A joint between points that are written as "body.point"."""
+    """Return a joint between points written as "body.point"."""
     (one, here), (other, there) = journal.split("."), bearing.split(".")
     return sd.Revolute(name, (one, here), (other, there), clearance)
 
 
 HUNG = pin("hook", "u.a", "ground.O")
 PENDULUM = part("bob")
-"""A body that can move whatever the others do: what holds them is not refused because nothing is left to move."""
+"""Body that can always move, so that a mechanism is not refused because nothing is left to move."""
 
 
 def mechanism(*bodies: sd.Body, **parts) -> sd.Mechanism:
-    """Bodies, one that hangs free beside them, and the ground's points."""
+    """Return bodies with a free pendulum and the ground's points."""
     return sd.Mechanism(bodies=(*bodies, PENDULUM), **{"ground": GROUND, **parts})
 
 
 def welded(**parts) -> sd.Mechanism:
-    """Two bars welded end to end, hung up at one end."""
+    """Return two bars welded end to end, pinned to the ground at one end."""
     weld = sd.Weld("seam", ("u", "b"), ("v", "a"))
     return mechanism(part("u"), part("v", x=1.0), joints=(HUNG, *parts.pop("joints", ())), welds=(weld,), **parts)
 
 
 def spoke(name: str, x: float, stretch: float = 1.0) -> sd.Body:
-    """A bar from (x, 0) to (0.5, 1)."""
+    """Return a bar from (x, 0) to (0.5, 1)."""
     return part(name, x=x, length=stretch * math.hypot(0.5 - x, 1.0), angle=math.atan2(1.0, 0.5 - x))
 
 
 def tripod(stretch: float) -> sd.Mechanism:
-    """Three bars from the ground to one pin, one more than it needs, and a bar that hangs there."""
+    """Return three bars from the ground to one pin, one of them redundant, with a bar that hangs there."""
     joints = [pin(f"foot {n}", f"{n}.a", f"ground.{p}") for n, p in zip("uvw", "OPQ", strict=True)]
     joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("hinge", "x.a", "u.b")]
     hanging = part("x", position=(0.5, 1.0))
@@ -58,7 +58,7 @@ def tripod(stretch: float) -> sd.Mechanism:
 
 
 def braced_frame(spin: float) -> sd.Mechanism:
-    """Four corners, each joined to each by a bar: one redundant; all of it rotates about the origin."""
+    """Return four corners joined by six bars, one of them redundant, rotating about the origin."""
     corners = ((0.0, 0.0), (1.0, 0.0), (1.1, 1.2), (-0.1, 0.9))
     bodies, joints, first = [], [], dict[int, str]()
     for i, j in combinations(range(4), 2):
@@ -75,13 +75,13 @@ def braced_frame(spin: float) -> sd.Mechanism:
 
 
 def driven_twice(array: sd.Mechanism, first: str, second: str, ratio: float) -> sd.Mechanism:
-    """Two bodies driven, beside one that hangs free."""
+    """Return an array with drives of two bodies, and a free pendulum."""
     twice = array.driven(speed=1.0, body=first).driven(speed=ratio, body=second)
     return twice.replace("bodies", (*twice.bodies, PENDULUM))
 
 
 def refused(build: Callable[[], object], *names: str) -> None:
-    """Building, or running what was built, raises an `InputError` of one line with these names ("this|or that") in it."""
+    """Check that building or running raises an `InputError` of one line with these names ("this|or that")."""
 
     def build_and_run() -> None:
         sd.simulate(build(), until=1e-3, samples=2, most_steps=100)
@@ -280,8 +280,8 @@ REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_is_refused(case: str) -> None:
-    """Contract: refused in one line that names the parts, or the part and its body."""
+def test_impossible_mechanisms(case: str) -> None:
+    """Contract: the error has one line and names the parts, or the part and its body."""
     build, names = REFUSED[case]
     refused(build, *names)
 
@@ -311,10 +311,10 @@ ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
 
 
 @pytest.mark.parametrize("case", ALLOWED)
-def test_what_is_allowed(case: str) -> None:
+def test_possible_mechanisms(case: str) -> None:
     """Identity: under-constrained, disconnected and consistently over-constrained mechanisms run.
 
-    Energy balances to 1e-8 J, joints stay closed, nothing but reactions that are not determined is NaN, and that is said.
+    Energy balances to 1e-8 J and joints stay closed; only undetermined reactions are NaN, with a warning.
     """
     build, determined = ALLOWED[case]
     allowed = build()

@@ -1,4 +1,4 @@
-"""Runs that cannot go on, or cannot say all: they end with the names of those who stopped them, never with NaN."""
+"""Runs that end early or leave reactions undetermined: they name the cause, without NaN in the motion."""
 
 import dataclasses
 import json
@@ -18,17 +18,17 @@ KNEE = pin("knee", "u.b", "v.a")
 
 
 def shrinking(rate: float) -> Rod:
-    """A rod from 0.3 m on."""
+    """Return a rod of 0.3 m whose length changes at a rate."""
     return Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
 
 
 def two_bars(*rods: Rod) -> sd.Mechanism:
-    """Two bars with a knee, and rods."""
+    """Return two bars with a knee, and rods."""
     return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), rods=rods)
 
 
 def latched_rocker() -> sd.Mechanism:
-    """A driven four-bar whose rocker reaches the angle of a latch."""
+    """Return a driven four-bar whose rocker reaches the angle of a latch."""
     linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
     return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
 
@@ -61,11 +61,11 @@ ENDS = {
 
 
 @pytest.mark.parametrize("case", ENDS)
-def test_run_ends_where_it_must(case: str) -> None:
+def test_end_of_a_run(case: str) -> None:
     """Closed form: a run ends at the instant of the singular position, names the cause, and has no NaN.
 
-    The rope is gone after 0.3 s, the bars are straight at 1.8 m + 0.2 m; the latch's instant is that at which the rocker of a
-    run without it has turned by 0.05 rad (interpolated).
+    The rope has no length after 0.3 s, and the bars are straight at 1.8 m + 0.2 m. The latch's instant is that at which the
+    rocker of a run without it has turned by 0.05 rad (interpolated).
     """
     build, end, names = ENDS[case]
     run = sd.simulate(build(), until=1.0, samples=101, rtol=1e-10, atol=1e-10)
@@ -79,7 +79,7 @@ def test_run_ends_where_it_must(case: str) -> None:
 
 
 def test_instant_of_the_contradicting_latch() -> None:
-    """Cross-check: without the latch the rocker rotates by the latch's angle at the instant at which the run with it ends."""
+    """Cross-check: without the latch the rocker reaches the latch's angle at the instant at which the run with it ends."""
     linkage = dataclasses.replace(latched_rocker(), latches=())
     run = sd.simulate(linkage, until=0.05, samples=2001, rtol=1e-12, atol=1e-12)
     turned = run["angle"].sel(body="rocker").values - linkage.body("rocker").angle
@@ -107,19 +107,19 @@ RODS = {
 
 
 @pytest.mark.parametrize("case", RODS)
-def test_links_that_cannot_be(case: str) -> None:
+def test_impossible_rods(case: str) -> None:
     """Contract: rods of impossible, contradicting or redundant lengths are refused by name."""
     build, names = RODS[case]
     refused(build, *names)
 
 
 def warnings_of(run) -> list[str]:
-    """Sentences that go with a run."""
+    """Return the warnings of a run."""
     return json.loads(run.attrs["warnings"])
 
 
 def test_clearance_joint_of_a_rigid_ring() -> None:
-    """Contract: one clearance joint in a ring that is rigid without it cannot move, and that is said; one in a linkage can."""
+    """Contract: a single clearance joint in a rigid ring cannot move, with a warning; one in a linkage can."""
     ring = sd.hoberman_ring(units=4).driven(speed=-0.3).with_clearance("unit 1/upper", PIN)
     run = sd.simulate(ring, until=0.1, samples=11)
     assert float(np.nanmax(np.hypot(*np.moveaxis(run["eccentricity"].values, -1, 0)))) < 1e-12
@@ -129,7 +129,7 @@ def test_clearance_joint_of_a_rigid_ring() -> None:
 
 
 def test_hinge_spring_beyond_half_a_revolution() -> None:
-    """Closed form: rotations are counted, so that a hinge spring's energy is that of its whole angle after several turns."""
+    """Closed form: the energy of a hinge spring is that of its whole angle, after several turns."""
     wheel = mechanism(
         part("u", angular_velocity=20.0),
         joints=(HUNG,),
@@ -145,7 +145,7 @@ def test_hinge_spring_beyond_half_a_revolution() -> None:
 
 
 def test_determined_reactions_are_kept() -> None:
-    """Cross-check: in a tripod with one foot too many the pin of the hanging bar bears what it bears in one with two feet."""
+    """Cross-check: in a tripod with a redundant foot the pin of the hanging bar has the reaction of a tripod without it."""
     whole = tripod(1.0)
     statically_determined = dataclasses.replace(
         whole,
@@ -163,7 +163,7 @@ def test_determined_reactions_are_kept() -> None:
 
 
 def test_no_reaction_of_a_braced_frame_is_determined() -> None:
-    """Identity: the frame's state of self-stress loads every bar, hence every pin, at every instant of its rotation."""
+    """Identity: the frame's self-stress loads every bar, hence every pin, at every instant of its rotation."""
     run = sd.simulate(braced_frame(1.0), until=3.0, samples=2001)
     assert np.all(np.isnan(run["reaction"].values).any(axis=2))
     (sentence,) = warnings_of(run)
@@ -171,8 +171,8 @@ def test_no_reaction_of_a_braced_frame_is_determined() -> None:
 
 
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
-def test_conditions_that_follow_are_left_out(build, count: int) -> None:
-    """Contract: a frame with one redundant bar loses one constraint; a linkage, also one that starts straight, none."""
+def test_redundant_constraints_are_left_out(build, count: int) -> None:
+    """Contract: a frame with a redundant bar loses one constraint; a linkage, also one that starts straight, loses none."""
     made = plan(build())
     assert len(made.coordinates.redundant) == count
     straight = mechanism(part("u"), part("v", x=1.0), joints=(HUNG, KNEE, pin("far", "v.b", "ground.Q")))

@@ -1,4 +1,4 @@
-"""Change points: a mechanism that moves goes on along its own smooth branch, at any speed; a lock stops it."""
+"""Change points: a moving mechanism continues along its smooth branch at any speed; a locking position stops it."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from scissordyn.record.summary import summary_of
 
 @pytest.mark.parametrize("seed", range(24))
 def test_random_linkage_stays_on_its_branch(seed: int) -> None:
-    """Closed form: driven, free, turned by a torque or beside a clearance joint; see benchmarks/change_points.py."""
+    """Closed form: driven, free, turned by a torque, or with a clearance joint; see benchmarks/change_points.py."""
     assert judge(seed).verdict == "on its branch"
 
 
@@ -22,7 +22,7 @@ FOUR_BAR = (4.0, 1.0, 3.0, 2.0)
 
 
 def off_branch(run) -> float:
-    """The largest error of the rocker's angle of that linkage, in the law of cosines for the crank's angle."""
+    """Return the largest error of the rocker's angle, by the law of cosines for the crank's angle."""
     crank, rocker = (run["angle"].sel(body=name).values for name in ("crank", "rocker"))
     return float(np.max(np.abs(np.exp(1j * rocker) - np.exp(1j * rocker_angle(FOUR_BAR, crank, -1.0)))))
 
@@ -30,7 +30,7 @@ def off_branch(run) -> float:
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0, 3.0, 4.5])
 @pytest.mark.parametrize("samples", [21, 361])
 def test_driven_through_the_stretched_position(speed: float, samples: int) -> None:
-    """Closed form: a 4-1-3-2 linkage at any speed; velocities are continuous, the balance closes, it is warned of once.
+    """Closed form: a 4-1-3-2 linkage at any speed; velocities are continuous, energy balances, and there is one warning.
 
     With 361 samples one is at the change point itself.
     """
@@ -51,8 +51,8 @@ def test_driven_through_the_stretched_position(speed: float, samples: int) -> No
 @pytest.mark.parametrize("motion", ["driven", "free"])
 @pytest.mark.parametrize("speed", [0.5, 2.0, -3.0])
 @pytest.mark.parametrize("before", [0.5, 0.4, 0.31])
-def test_beside_hard_contacts(motion: str, speed: float, before: float) -> None:
-    """Closed form: time stepping passes the point too, with its contacts open or closed and on a step's end or not."""
+def test_change_point_with_hard_contacts(motion: str, speed: float, before: float) -> None:
+    """Closed form: time stepping passes the point, with open or closed contacts, at the end of a step or within it."""
     linked = linkage(FOUR_BAR, math.copysign(math.pi - before, speed), -1.0, "driven, a bob", speed)
     hard = sd.Clearance(1e-3, contact="hard")
     joints = tuple(replace(joint, clearance=hard) if joint.clearance else joint for joint in linked.joints)
@@ -66,14 +66,14 @@ def test_beside_hard_contacts(motion: str, speed: float, before: float) -> None:
 
 
 def lagging(delayed):
-    """A brake that looks back."""
+    """Return a braking torque of a delayed speed."""
     return -0.3 * delayed
 
 
 @pytest.mark.parametrize("speed", [0.5, -2.0, 5.0])
 @pytest.mark.parametrize("lag", [0.05, 0.3])
-def test_with_delayed_feedback(speed: float, lag: float) -> None:
-    """Closed form of the branch, and order of convergence: the history goes on over the step across."""
+def test_change_point_with_delayed_feedback(speed: float, lag: float) -> None:
+    """Closed form of the branch, and order of convergence: the history continues across the change point."""
     linked = linkage(FOUR_BAR, math.copysign(math.pi - 0.5, speed), -1.0, "free", speed)
     braked = linked.controlled(sd.element(slot="controller", delay=lag / abs(speed), recorded="speed")(lagging)())
     runs = [sd.simulate(braked, until=1.2 / abs(speed), samples=121, rtol=tol, atol=tol) for tol in (1e-6, 1e-9, 1e-12)]
@@ -86,7 +86,7 @@ def test_with_delayed_feedback(speed: float, lag: float) -> None:
 
 
 def five_bar(half: float, length: float, angle: float, speed: float, driven: bool) -> sd.Mechanism:
-    """Two cranks at (-half, 0) and (half, 0) that mirror each other, and two rods that stretch as the cranks point outwards."""
+    """Return two mirrored cranks at (-half, 0) and (half, 0), and two rods that stretch when the cranks point outwards."""
     rod = half + length
     x, y = half + length * math.cos(angle), length * math.sin(angle)
     top = y - math.copysign(math.sqrt(rod * rod - x * x), math.sin(0.5 * angle))
@@ -133,7 +133,7 @@ def test_symmetric_five_bar(half: float, length: float, speed: float, driven: bo
 @pytest.mark.parametrize("second_guide", [True, False])
 @pytest.mark.parametrize("speed", [1.0, -0.4, 6.0, -25.0])
 def test_scott_russell(speed: float, second_guide: bool, driven: bool) -> None:
-    """Closed form: the rod turns against the crank, also where its foot passes the pivot of the crank."""
+    """Closed form: the rod turns opposite to the crank, also where its foot passes the crank's pivot."""
     r, first = 0.5, math.copysign(0.4, speed)
     tip = r * math.cos(first), r * math.sin(first)
     crank = sd.bar("crank", length=r, mass=1.0, angle=first)

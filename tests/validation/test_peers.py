@@ -1,4 +1,4 @@
-"""Other codes in the comparisons: each model alone against an exact solution, and what is shown of a code that is missing."""
+"""Other codes in the comparisons: each model compared with an exact solution, and the report of missing codes."""
 
 import re
 from pathlib import Path
@@ -38,14 +38,14 @@ def failing(setting: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_models_of_other_codes(model: Model) -> None:
-    """Closed form, second formulation or published number, as each model says: it has its exact solution in its limit."""
+    """Cross-check: each model agrees with its closed form, second formulation or published number."""
     if not installed(model.package):
         pytest.skip(f"{model.package} is not installed")
     assert model.measure() <= model.allowed
 
 
-def test_every_compared_code_has_a_model_that_is_checked() -> None:
-    """Contract: a case that compares other codes checks their models first, of every other package that takes part."""
+def test_models_of_all_compared_codes() -> None:
+    """Contract: a case that compares other codes checks a model of each of them."""
     for case in CASES:
         if case.codes is None:
             continue
@@ -56,7 +56,7 @@ def test_every_compared_code_has_a_model_that_is_checked() -> None:
 
 
 def test_codes_name_their_package() -> None:
-    """Contract: a code of another package says which, so that it is not taken for one that fails."""
+    """Contract: a code of another package names it, so that a missing package is not taken for a failure."""
     for case in CASES:
         for one in [*(case.codes() if case.codes else ()), *(case.models() if case.models else ())]:
             first = one.name.split()[0].rstrip(",").lower()
@@ -64,7 +64,7 @@ def test_codes_name_their_package() -> None:
 
 
 def constrained_slider(mbs: Any) -> int:
-    """A slider of three coordinates, of which two are constrained."""
+    """Return a slider of three coordinates, of which two are constrained."""
     from validation.exudyn_model import library
     from validation.slider_crank.equations import CRANK, ROD, SLIDER_MASS
 
@@ -80,9 +80,9 @@ def constrained_slider(mbs: Any) -> int:
 
 @pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
 def test_exudyn_needs_a_slider_without_constraints() -> None:
-    """Second formulation: until the second contact the mass of one coordinate is right, the constrained body is not.
+    """Second formulation: the slider with one coordinate agrees until the second contact, the constrained body does not.
 
-    After one revolution the constrained body is off by a twentieth of the clearance and more whatever the tolerance is.
+    After one revolution the constrained body has an error of a twentieth of the clearance or more at any tolerance.
     """
     from validation.slider_crank.case import other
     from validation.slider_crank.exudyn_pin import Settings, exudyns
@@ -97,7 +97,7 @@ def test_exudyn_needs_a_slider_without_constraints() -> None:
 
 @pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
 def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
-    """Second formulation: the goal of the comparison is within reach of every one of the settings that are compared."""
+    """Second formulation: every compared setting can reach the goal of the comparison."""
     from validation.slider_crank.case import CASE, EXUDYN, other
     from validation.slider_crank.exudyn_pin import exudyns
 
@@ -106,8 +106,8 @@ def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
         assert min(errors) <= CASE.goal, chosen
 
 
-def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: a scan becomes table, list and picture, which tell a code that is not installed from one that fails."""
+def test_report_of_missing_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Contract: table, list and picture of a scan distinguish a missing code from one that fails."""
     from validation import curves
 
     labels = []
@@ -137,8 +137,8 @@ def test_a_code_that_is_not_installed_is_called_so(tmp_path: Path, monkeypatch: 
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_models_of_codes_that_are_not_installed_or_wrong() -> None:
-    """Contract: a model that is wrong or fails is counted and marked; one that is not installed is named, not counted."""
+def test_report_of_wrong_models() -> None:
+    """Contract: a wrong or failing model is counted and marked; a missing one is named, not counted."""
     models = [
         Model("right", "x", lambda: 1e-9, 1e-8),
         Model("wrong", "x", lambda: 1e-7, 1e-8),

@@ -28,12 +28,12 @@ drawn = pytest.mark.parametrize("seed", range(MECHANISMS))
 CLOSED = 1e-12
 """Joints stay closed to some hundred roundings of coordinates of about 1 m; 3e-13 was the worst of a thousand runs."""
 ROUNDING = 1e-10
-"""Of the energy: positions round by 1e-16 m, so a force of 1e4 N errs by 1e-12 J in each of some hundred steps in contact."""
-ROUND_OFF = 1e-13  # Linear momentum is a linear invariant, which every one-step method keeps; what is left is rounding
+"""Relative error of energy: positions round by 1e-16 m, so a force of 1e4 N errs by 1e-12 J per step in contact."""
+ROUND_OFF = 1e-13  # Relative error of linear momentum, which every one-step method keeps to rounding
 
 
 def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
-    """A complete run."""
+    """Return a complete run."""
     found = simulate(mechanism, until=until, samples=101, rtol=tolerance, atol=tolerance)
     assert found.attrs["status"] == "complete", found.attrs["cause"]
     return found
@@ -41,11 +41,10 @@ def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
 
 @drawn
 def test_energy_and_closure(seed: int) -> None:
-    """Identity: elastic joints and springs keep the energy within the solver's error, which falls with its tolerance.
+    """Identity: elastic joints and springs keep the energy to the solver's error, which falls with its tolerance.
 
-    Of the largest kinetic or stored energy, a hundred tolerances may drift away in up to a hundred contacts, and some rounding,
-    which is that of heights where weights move little.
-    Joints, guides and welds stay closed at every tolerance.
+    Of the largest kinetic or stored energy, a hundred tolerances may be lost in up to a hundred contacts, and some rounding,
+    which is that of heights where weights move little. Joints, guides and welds stay closed at every tolerance.
     """
     mechanism = random_mechanism(seed)
     for tolerance in (1e-6, 1e-9, 1e-13):
@@ -57,7 +56,7 @@ def test_energy_and_closure(seed: int) -> None:
 
 @drawn
 def test_momentum_of_floating_mechanisms(seed: int) -> None:
-    """Identity: free of the ground, linear momentum stays to rounding, angular momentum to the solver's error."""
+    """Identity: without ground linear momentum is constant to rounding, angular momentum to the solver's error."""
     mechanism = random_mechanism(seed, floating=True)
     coarse, fine = run(mechanism, 1e-8), run(mechanism, 1e-13)
     for found in (coarse, fine):
@@ -67,7 +66,7 @@ def test_momentum_of_floating_mechanisms(seed: int) -> None:
 
 
 def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, float]:
-    """Its rate over time [N m], and the largest sum of the contributions of the bodies in it."""
+    """Return the rate of angular momentum over time [N m], and the largest sum of the bodies' contributions."""
     mass, inertia = masses(mechanism)
     x, a = found["position"].values, found["acceleration"].values
     contributions = mass * (x[..., 0] * a[..., 1] - x[..., 1] * a[..., 0]) + inertia * found["angular_acceleration"].values
@@ -76,7 +75,7 @@ def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, floa
 
 
 def assert_momentum_balances(found, mechanism: Mechanism) -> None:
-    """Linear momentum stays, and the forces on all bodies have no moment."""
+    """Check that linear momentum is constant, and that forces on all bodies have no moment."""
     assert momentum_drift(found, mechanism)[0] < ROUND_OFF
     rate, scale = angular_momentum_rate(found, mechanism)
     # the inner forces of a rotating body cancel up to round-off on the scale of the kinetic energy
@@ -85,7 +84,7 @@ def assert_momentum_balances(found, mechanism: Mechanism) -> None:
 
 @drawn
 def test_momentum_of_mechanisms_with_friction(seed: int) -> None:
-    """Identity: impacts and friction at all joints: actions equal reactions to 1e-13, and the energy balance closes."""
+    """Identity: with impacts and friction at all joints, actions equal reactions to 1e-13, and the energy balance closes."""
     mechanism = random_mechanism(seed, floating=True, clearances=FRICTIONAL, everywhere=True)
     found = run(mechanism, 1e-8)
     assert_momentum_balances(found, mechanism)
@@ -93,9 +92,9 @@ def test_momentum_of_mechanisms_with_friction(seed: int) -> None:
 
 
 def test_mechanisms_of_all_sizes_and_parts() -> None:
-    """Identity: with any laws, components, drives and controllers, at any size, a run balances or ends with a named cause.
+    """Identity: with any laws, components, drives and controllers, of any size, a run balances or ends with a named cause.
 
-    Other mechanisms are drawn each time; a failure names their numbers, which `benchmarks.random_cases.random_case` makes anew.
+    Each run of the test draws other mechanisms; a failure gives their numbers for `benchmarks.random_cases.random_case`.
     """
     first = int(os.environ.get("FIRST_MECHANISM", np.random.default_rng().integers(2**31)))
     outcomes = [judge(number) for number in range(first, first + max(30, MECHANISMS))]
@@ -107,7 +106,7 @@ def test_mechanisms_of_all_sizes_and_parts() -> None:
 @pytest.mark.parametrize("motion", ["trapezoidal", "cycloidal"])
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p"])
 def test_breaks_of_drives(motion: str, method: str) -> None:
-    """Identity: the work of a drive whose acceleration jumps, with a load that swings, balances as that of a smooth one."""
+    """Identity: the work of a drive with jumps of acceleration, with a swinging load, balances as that of a smooth one."""
     move = Trapezoidal(0.4, 1.6, 0.2, 0.25) if motion == "trapezoidal" else Cycloidal(0.4, 1.6, 0.2)
     bars = bar("crank", length=0.4, mass=1.0, angle=0.4), bar("rod", length=0.6, mass=1.5, position=(0.0, 0.0), angle=-1.0)
     end = 0.4 * np.cos(0.4), 0.4 * np.sin(0.4)
@@ -125,14 +124,14 @@ def test_breaks_of_drives(motion: str, method: str) -> None:
 
 
 def test_break_under_a_heavy_load() -> None:
-    """Identity: a mechanism that lost 3e-5 of its energy in the step before a break of its drive."""
+    """Identity: the energy balance closes over a break of a drive under a heavy load."""
     case = read_case(Path(__file__).parent / "cases" / "heavy_drive.toml")
     found = simulate(case.mechanism, until=case.run.until, samples=51)
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(np.abs(found["drive_work"])))
 
 
 def floating_array(units: int) -> Mechanism:
-    """A scissor array without ground and slider, with deployment, rotation and translation."""
+    """Return a scissor array without ground and slider, with deployment, rotation and translation."""
     array = scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
     bodies = []
     for number, body in enumerate(body for body in array.bodies if body.rotates):
@@ -145,7 +144,7 @@ def floating_array(units: int) -> Mechanism:
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
 def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> None:
-    """Identity: a floating array with clearance and friction at every joint keeps its linear momentum, and moments balance."""
+    """Identity: a floating array with clearance and friction at every joint keeps linear momentum, and moments balance."""
     array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)
     assert found.sizes["contact"] > 10
@@ -157,7 +156,7 @@ def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> Non
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("damping", [*(clearance.damping for clearance in BOUNCING[:1]), Flores(0.7)], ids=lambda law: law.name)
 def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
-    """Identity: without friction a floating array with clearance at every joint keeps its angular momentum too, to 1e-11."""
+    """Identity: without friction a floating array with clearance at every joint keeps angular momentum, too, to 1e-11."""
     array = floating_array(units).with_clearance("all", Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)
     assert found.sizes["contact"] > 10

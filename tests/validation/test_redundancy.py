@@ -1,4 +1,4 @@
-"""Reactions where more joints hold the bodies than needed, and where just enough do."""
+"""Reactions with redundant joints, and with a sufficient number."""
 
 import dataclasses
 import math
@@ -23,7 +23,7 @@ CASES = {
 
 
 def state(model: Multipliers, run: xr.Dataset, instant: int) -> tuple[np.ndarray, np.ndarray]:
-    """The reference's coordinates and rates at an instant of a run."""
+    """Return the reference's coordinates and rates at an instant of a run."""
     here = run.isel(time=instant)
     moved = np.column_stack([here["position"].values - model.centre[:-1], here["angle"].values - model.angle[:-1]])
     rates = np.column_stack([here["velocity"].values, here["angular_velocity"].values])
@@ -32,11 +32,10 @@ def state(model: Multipliers, run: xr.Dataset, instant: int) -> tuple[np.ndarray
 
 @pytest.mark.parametrize("case", CASES)
 def test_redundancy(case: str) -> None:
-    """Cross-check: reactions are left out, and that is said, where the rank of the reference's gradients falls short.
+    """Second formulation: reactions are undetermined, with a warning, where the reference's gradients are rank deficient.
 
-    A ring has 6 N coordinates, 6 N conditions of its pins, 3 of its guides and 1 of the drive, and one freedom before it is
-    driven: 4 conditions too many. The others have none. Where there are none, reactions agree with the reference's multipliers
-    to 1e-9 of the largest.
+    A ring has 6 N coordinates, 6 N conditions of its pins, 3 of its guides and 1 of the drive, and one freedom without the
+    drive: 4 conditions are redundant. The others have none; their reactions agree with the reference's multipliers to 1e-9.
     """
     mechanism, surplus = CASES[case]
     model = Multipliers(mechanism)
@@ -62,9 +61,9 @@ def test_redundancy(case: str) -> None:
 
 @pytest.mark.parametrize("units", [3, 6, 12])
 def test_ring_energy(units: int) -> None:
-    """Closed form: kinetic energy of a ring, whatever holds it, to 1e-9.
+    """Closed form: kinetic energy of a ring, independent of its supports, to 1e-9.
 
-    Pivots move along rays at R' = -p sin th th'/sin(k/2); every bar turns at th' against its ray, its mass centre at
+    Pivots move along rays at R' = -p sin th th'/sin(k/2); every bar turns at th' relative to its ray, its mass centre at
     s = (p/2) sin(k/2) from the pivot: T = N [m R'^2 + 2 m s sin th R' th' + I_p th'^2], I_p = m p^2/3.
     """
     ring = sd.hoberman_ring(units=units, angle=START).driven(speed=0.7)
@@ -78,9 +77,9 @@ def test_ring_energy(units: int) -> None:
 
 
 def test_reactions_at_the_folded_position() -> None:
-    """Limit: where all bars of the N-four-bar lie on one line, reactions lose their determinacy there and nowhere else.
+    """Limit: where all bars of the N-four-bar lie on one line, reactions are undetermined there and nowhere else.
 
-    Started exactly on the line; conditions are one short of independent (docs/mechanisms.md: singular mechanisms).
+    The start is exactly on the line, where one constraint is dependent (docs/mechanisms.md: singular mechanisms).
     """
     upright = sd.n_four_bar(2, speed=0.0)
     flat = []

@@ -1,4 +1,4 @@
-"""Mechanisms as people write them: few digits, sloppy or missing angles. None that can be assembled is refused."""
+"""Mechanisms with few digits, and inexact or missing angles: each one that can be assembled runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.plan.plan import plan
 
 
 def four_bar(lengths: tuple[float, float, float, float], angles: tuple[float, float, float]) -> sd.Mechanism:
-    """Ground, crank, coupler and rocker, placed at these angles [rad]."""
+    """Return ground, crank, coupler and rocker at given angles [rad]."""
     ground, crank, coupler, rocker = lengths
     a, b, c = angles
     tip = crank * math.cos(a), crank * math.sin(a)
@@ -43,7 +43,7 @@ def test_rounded_array_moves_as_the_exact_one(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [15, 39, 886])
 def test_nearly_equal_sides(seed: int) -> None:
-    """Closed form: sides that differ by some roundings, which gave a wrong motion in silence as parallelograms."""
+    """Closed form: sides that differ by a few roundings are not taken for those of a parallelogram."""
     assert judge(seed).verdict == "as the exact one"
 
 
@@ -58,7 +58,7 @@ SLOPPY = {
 
 
 @pytest.mark.parametrize("case", SLOPPY)
-def test_sloppy_four_bar(case: str) -> None:
+def test_inexact_four_bar(case: str) -> None:
     """Closed form: the rocker's angle over the crank's, on one of the two branches throughout."""
     lengths, angles = SLOPPY[case]
     run = sd.simulate(four_bar(lengths, angles), until=0.6, samples=7)
@@ -74,7 +74,7 @@ def test_sloppy_four_bar(case: str) -> None:
 
 @pytest.mark.parametrize(("lengths", "pairs"), [((0.3, 0.1, 0.3, 0.1), 1), ((0.3, 0.1, 0.3 + 1e-11, 0.1), 0)])
 def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float], pairs: int) -> None:
-    """Contract: the linear constraint of a parallelogram stands for a quadratic one, or is not used."""
+    """Contract: the linear constraint of a parallelogram replaces quadratic ones only if the sides are equal to rounding."""
     mechanism = four_bar(lengths, (0.9, 0.0, 0.9))
     assert len(plan(mechanism).coordinates.constraints) == (0 if pairs else 2)
 
@@ -82,7 +82,7 @@ def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float]
 @pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 9, 10, 12, 14])
 @pytest.mark.parametrize("driven", [True, False])
 def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool) -> None:
-    """Closed form: three cranks of one platform stay parallel, whatever the digits; what contradicts is said."""
+    """Closed form: three cranks of a platform stay parallel with any number of digits; contradictions give a warning."""
     rng = np.random.default_rng(decimals)
     length, feet, angle = 0.5123456789123, (0.0, 0.7123456789, 1.3987654321), 1.0
 
@@ -112,7 +112,7 @@ def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool)
 @pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 8, 9, 10, 12])
 @pytest.mark.parametrize("units", [3, 8, 12])
 def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
-    """Limit: a Hoberman ring, whose joints hold each other many times, with its places and points rounded, in m and rad."""
+    """Limit: a Hoberman ring with rounded positions and points, in m and rad."""
 
     def rounded(place: tuple[float, float]) -> tuple[float, float]:
         return round(place[0], decimals), round(place[1], decimals)

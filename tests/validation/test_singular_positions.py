@@ -15,16 +15,16 @@ TIGHT = {"rtol": 1e-10, "atol": 1e-10}
 
 
 def names_a_part(run: xr.Dataset, mechanism: sd.Mechanism) -> bool:
-    """Whether the cause of a failed run names a body, a joint or a guide of the mechanism."""
+    """Return whether the cause of a failed run names a body, a joint or a guide of the mechanism."""
     names = [*(body.name for body in mechanism.bodies), *mechanism.joint_names]
     return any(f"'{name}'" in run.attrs["cause"] for name in names)
 
 
 @pytest.mark.parametrize("units", [1, 2, 3, 8])
 def test_driven_through_the_upright_position(units: int) -> None:
-    """Limit: at 90 deg all pivots stand on one line; the array passes, torque and energy stay those of its mirror image.
+    """Limit: at 90 deg all pivots are on one line; the array passes, and torque and energy are those of its mirror image.
 
-    With no gravity the motion beyond 90 deg is the mirror image of that before, run backwards: the torque is odd.
+    Without gravity the motion beyond 90 deg is the mirror image of the earlier one in reverse, so that the torque is odd.
     """
     array = sd.scissor(units=units, angle=math.pi / 2 - 0.3, gravity=0.0).driven(speed=1.0)
     run = sd.simulate(array, until=0.6, samples=61, **TIGHT)
@@ -37,9 +37,9 @@ def test_driven_through_the_upright_position(units: int) -> None:
 
 @pytest.mark.parametrize("units", range(1, 6))
 def test_falling_through_the_folded_position(units: int) -> None:
-    """Identity: an array that falls freely passes th = 0, where its bars lie on one line, or the run ends and names them.
+    """Identity: a falling array passes th = 0, where its bars lie on one line, or the run ends and names them.
 
-    If it passes, energy is kept and the bars of a unit stay each other's mirror image, the branch on which they came.
+    If it passes, energy is constant and the bars of a unit stay each other's mirror image.
     """
     array = sd.scissor(units=units)
     run = sd.simulate(array, until=1.0, samples=201, **TIGHT)
@@ -54,7 +54,7 @@ def test_falling_through_the_folded_position(units: int) -> None:
 
 
 def clearance_array(units: int, joint: str) -> sd.Mechanism:
-    """An array folded flat at 1 rad/s within 0.1 s, with clearance at one joint."""
+    """Return an array folded at 1 rad/s within 0.1 s, with clearance at one joint."""
     return sd.scissor(units=units, angle=0.1).with_clearance(joint, PIN).driven(speed=-1.0)
 
 
@@ -85,7 +85,7 @@ ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
 
 @pytest.mark.parametrize("case", ENDS)
 def test_singular_position_is_passed_or_named(case: str) -> None:
-    """Identity: a driven mechanism passes a singular position with closed balance and joints, or names the culprit."""
+    """Identity: a driven mechanism passes a singular position with closed balance and joints, or names the cause."""
     build, until = ENDS[case]
     mechanism = build()
     run = sd.simulate(mechanism, until=until, samples=51, **TIGHT)

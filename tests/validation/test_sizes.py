@@ -16,7 +16,7 @@ from scissordyn.plan.plan import plan
 
 
 def chain(count: int) -> sd.Mechanism:
-    """An open chain of bars, hanging on the ground."""
+    """Return an open chain of bars that hangs on the ground."""
     bodies, joints, end = [], [], (0.0, 0.0)
     for k in range(count):
         angle = 0.3 * math.sin(k)
@@ -28,14 +28,14 @@ def chain(count: int) -> sd.Mechanism:
 
 @pytest.mark.parametrize("make", [sd.scissor, sd.n_four_bar, sd.hoberman_ring, sd.polar_scissor, sd.mast])
 def test_too_many_units_are_refused_at_once(make):
-    """Limit: a thousand million units are refused in one line with the largest number, not built."""
+    """Contract: 1e9 units are refused in one line with the largest number."""
     with pytest.raises(sd.InputError, match=r"a whole number from \d to 10000") as caught:
         make(units=10**9)
     assert "\n" not in str(caught.value)
 
 
 def test_memory_of_an_open_chain():
-    """Limit: a model of 100 bars, all of whose coordinates are coupled, takes some megabytes, not the cube of their number."""
+    """Limit: a model of 100 bars with coupled coordinates takes megabytes, not the cube of their number."""
     mechanism = chain(100)
     coordinates = reduced(mechanism)
     tracemalloc.start()
@@ -47,7 +47,7 @@ def test_memory_of_an_open_chain():
 
 
 def turned(count: int, excess: float) -> Elimination:
-    """Directions around a ring, each turned against the one before, in all by a whole turn and an excess."""
+    """Return directions around a ring, each rotated relative to the previous one, in all by a whole turn and an excess."""
     elimination = Elimination([False] * (2 * count), 1)
     for k in range(count):
         angle = 2.0 * math.pi / count + (excess if k == count - 1 else 0.0)
@@ -60,7 +60,7 @@ def turned(count: int, excess: float) -> Elimination:
 
 
 def test_roundings_along_a_ring_are_no_constraint():
-    """Identity: what the roundings of 5000 angles add up to does not fix the first direction; a thousandth does."""
+    """Limit: the sum of 5000 roundings does not fix the first direction; a thousandth does."""
     assert np.sum(turned(5000, 3e-12).solved_at[:10_000] < 0) == 2
     assert np.sum(turned(5000, 1e-3).solved_at[:10_000] < 0) == 0
 
@@ -74,15 +74,15 @@ def test_ring_of_a_thousand_units():
 
 @pytest.mark.slow
 def test_array_of_two_thousand_units():
-    """Contract: an array of 2000 units with one clearance joint runs, and reports what is not searched at this size."""
+    """Contract: an array of 2000 units with a clearance joint runs, and reports the omitted search."""
     array = sd.scissor(units=2000).with_clearance("A", sd.Clearance(2e-4)).driven(speed=1.0)
     run = sd.simulate(array, until=0.01, samples=11)
     assert run.attrs["status"] == "complete"
     assert any("singular positions were not searched" in text for text in json.loads(run.attrs["warnings"]))
 
 
-def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
-    """Limit: above the largest number of closure equations a run warns that singular positions were not searched."""
+def test_warning_of_an_omitted_search():
+    """Contract: with too many closure equations a run warns that singular positions were not searched."""
     array = sd.scissor(units=MOST_EQUATIONS // 2 + 1).driven(speed=1.0)
     assert passing_warnings(plan(array), sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
         f"singular positions were not searched: {MOST_EQUATIONS + 2} closure equations exceed the limit of {MOST_EQUATIONS}"
@@ -90,8 +90,8 @@ def test_singular_positions_of_large_mechanisms_are_not_looked_for_in_silence():
 
 
 @pytest.mark.parametrize("rounding", [0.0, 3e-17, 1e-15])
-def test_a_common_pin_whose_places_differ_by_rounding(rounding):
-    """Limit: the size of a mechanism is no rounding of its only points; by Newton's law the mass centre falls freely."""
+def test_common_pin_with_rounded_coordinates(rounding):
+    """Closed form: bodies on one pin whose coordinates differ by rounding are accepted; the mass centre falls freely."""
     hub = sd.Body("hub", 1.0, 0.1, {"one": (0.2, 0.1), "other": (0.2 + rounding, 0.1)})
     arms = tuple(
         sd.Body(name, 1.0, 0.1, {"end": (x, 0.1)}, position=(0.2 - x, 0.0)) for name, x in (("one", -0.3), ("other", 0.4))

@@ -1,4 +1,4 @@
-"""The validation cases: every check of every case, what their pages have to say, records and the tests of two samples."""
+"""Validation cases: every check of every case, their pages, records of other programs, and tests of two samples."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ PAGE = HERE.parent / "docs" / "validation.md"
 
 
 def name(case: Case) -> str:
-    """For the names of tests."""
+    """Return the name of a case as a test id."""
     return case.name
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=() if case.quick else pytest.mark.slow) for case in CASES], ids=name)
 def test_checks(case: Case) -> None:
-    """Closed forms, second formulations, published numbers, as each check says; allowed errors are those of the references."""
+    """Cross-check: closed forms, second formulations and published numbers, within the errors of the references."""
     checks = case.checks()
     assert checks
     assert not [f"{check.quantity}: {check.error:.1e} > {check.allowed:.0e}" for check in checks if not check.met]
@@ -38,7 +38,7 @@ def test_checks(case: Case) -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=name)
 def test_page_of_a_case(case: Case) -> None:
-    """Contract: each case has a case file that can be read, and a page with what it is, source and reference."""
+    """Contract: each case has a case file that can be read, and a page with source and reference."""
     folder = HERE / case.name
     assert read_case(case_file(case.name)).mechanism.bodies
     text = (folder / "README.md").read_text(encoding="utf-8")
@@ -48,19 +48,19 @@ def test_page_of_a_case(case: Case) -> None:
 
 
 def test_every_folder_is_in_the_catalogue() -> None:
-    """Contract: no case is left out of the page."""
+    """Contract: the catalogue has every case."""
     assert {case.name for case in CASES} == {path.parent.name for path in Path(HERE).glob("*/case.py")}
 
 
 def test_written_page_has_every_case() -> None:
-    """Contract: docs/validation.md was written by the present catalogue, and nothing in it was missed."""
+    """Contract: docs/validation.md has every case of the catalogue, and no missed check."""
     text = PAGE.read_text(encoding="utf-8")
     for case in CASES:
         assert f"| {case.title} " in text
     assert "missed |" not in text.replace("goal missed", "")
 
 
-def test_a_missed_check_shows() -> None:
+def test_missed_check() -> None:
     """Contract: a wrong value is not met, and the page says so."""
     from validation.case import Check
 
@@ -73,8 +73,8 @@ def test_a_missed_check_shows() -> None:
     assert "Validation" in whole([], [])
 
 
-def test_a_written_page_is_taken_apart_again() -> None:
-    """Contract: rows and sections of the page are found by their titles, so that one case can be written anew."""
+def test_parts_of_the_page() -> None:
+    """Contract: rows and sections of the page are found by their titles, so that one case can be replaced."""
     text = PAGE.read_text(encoding="utf-8")
     rows, sections = parts(text)
     assert list(rows) == [case.title for case in CASES]
@@ -84,46 +84,46 @@ def test_a_written_page_is_taken_apart_again() -> None:
 
 
 @pytest.mark.slow
-def test_the_record_of_siconos_differs() -> None:
-    """Published number with its source: what validation/guide/README.md says of the record, in its figures."""
+def test_differences_of_a_record() -> None:
+    """Published number: the differences of the record are those in validation/guide/README.md."""
     from validation.guide.case import published
 
     answers = [(one.answer, round(one.difference, 2)) for one in published()[1:]]
     assert answers == [("agrees", -0.02), ("agrees", -0.01), ("differs", -0.04), ("differs", -0.03), ("differs", -0.06)]
 
 
-def test_the_record_of_the_slider_crank_is_repeated_to_round_off() -> None:
-    """Published number with its source: Siconos, slider-crank with direct projection, 30 ms with three clusters of impacts."""
+def test_record_of_the_slider_crank() -> None:
+    """Published number: Siconos, slider-crank with direct projection, 30 ms with three clusters of impacts."""
     kept = by_its_scheme("slider-crank", 300)
     for at, turned, speed in SLIDER_CRANK[:2]:
         assert kept[at, 0] / (2.0 * math.pi) == pytest.approx(turned, rel=1e-13)
         assert kept[at, 3] == pytest.approx(speed, rel=1e-12)
 
 
-def test_the_record_of_the_woodpecker_is_repeated_to_round_off() -> None:
-    """Published number with its source: Siconos, woodpecker, 10 ms of sliding along the pole."""
+def test_record_of_the_woodpecker() -> None:
+    """Published number: Siconos, woodpecker, 10 ms of sliding along the pole."""
     kept = by_its_scheme("woodpecker", 500)
     at, *places = WOODPECKER[0]
     assert kept[at, :3] == pytest.approx(places, rel=1e-13)
 
 
-def test_the_package_follows_the_scheme_of_the_woodpecker_in_the_limit_of_small_angles() -> None:
-    """Second formulation: the record's scheme, over 30 ms of pecking, with its jamming and slipping sleeve."""
+def test_woodpecker_with_small_angles() -> None:
+    """Second formulation: the record's scheme, over 30 ms of pecking, with a jamming and slipping sleeve."""
     height, sleeve, bird = woodpecker_apart(1500)
     assert height < 1e-6
     assert sleeve < 1e-4
     assert bird < 2e-5
 
 
-def test_the_energy_distance_of_one_number() -> None:
-    """Cross-check: half of its root is the distance of SciPy's, of two distribution functions."""
+def test_energy_distance_of_one_number() -> None:
+    """Cross-check: half of its root is SciPy's distance of two distribution functions."""
     random = np.random.default_rng(2)
     one, other = random.normal(size=40), random.normal(0.5, 2.0, size=55)
     assert energy_distance(one[:, None], other[:, None]) == pytest.approx(stats.energy_distance(one, other) ** 2, rel=1e-12)
 
 
-def test_p_is_uniform_for_equal_distributions_and_small_for_others() -> None:
-    """Closed form: p of equal distributions lies below .25 in about a quarter of the cases; a shift by a deviation is found."""
+def test_p_of_equal_and_shifted_distributions() -> None:
+    """Closed form: p of equal distributions is below .25 in a quarter of the cases; a shift by a deviation is found."""
     random = np.random.default_rng(3)
     below = 0
     for k in range(120):
@@ -134,7 +134,7 @@ def test_p_is_uniform_for_equal_distributions_and_small_for_others() -> None:
 
 
 def test_stopped_runs_are_left_out_in_pairs() -> None:
-    """Contract: a compliant run that stopped takes its pair with it, a hard one only itself."""
+    """Contract: a stopped compliant run is left out with its pair, a hard one alone."""
     random = np.random.default_rng(4)
     names = [*NUMBERS, CONTACTS]
     hard = pd.DataFrame(random.normal(20.0, 2.0, size=(40, 3)), columns=names)
@@ -150,7 +150,7 @@ def test_stopped_runs_are_left_out_in_pairs() -> None:
 
 
 def test_numbers_of_a_table() -> None:
-    """Identity: in mm and N m, the largest count of any joint; those of a run that stopped are not known."""
+    """Identity: values in mm and N m, and the largest count of any joint; those of a stopped run are NaN."""
     table = pd.DataFrame({"status": ["complete", "failed"], **{column: [2e-3, 1.0] for column, _ in NUMBERS.values()}})
     table["O.contact_count [1]"], table["A.contact_count [1]"] = [3.0, 9.0], [5.0, 9.0]
     found = numbers_of(table)

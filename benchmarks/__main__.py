@@ -6,7 +6,7 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-from benchmarks import batches, checkpoints, components, scaling, speed, start_up, studies, work_precision
+from benchmarks import batches, scaling, speed, start_up, studies
 from benchmarks.measure import command, machine
 
 NAMED = sorted(path.stem for path in Path(__file__).parent.glob("*.py") if "\ndef measure(" in path.read_text(encoding="utf-8"))
@@ -17,6 +17,6 @@ if len(sys.argv) > 1 and not sys.argv[1].startswith("-"):
         sys.exit(f"no benchmark '{name}'; expected {', '.join(NAMED)}")
     command(name, import_module(f"benchmarks.{name}").measure)
 else:
-    for benchmark in (speed, scaling, work_precision, start_up, batches, components, checkpoints, studies):
+    for benchmark in (speed, scaling, start_up, batches, studies):
         print(f"# {benchmark.__name__.split('.')[-1]}\n\n{benchmark.measure(quick=True)}")
     print(machine())

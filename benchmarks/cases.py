@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import scissordyn as sd
 
-__all__ = ["CLEARANCE", "FRICTION", "UNTIL", "array", "clearance_everywhere", "friction_everywhere", "name_of"]
+__all__ = ["FRICTION", "UNTIL", "array", "clearance_everywhere", "friction_everywhere", "name_of"]
 
 CLEARANCE = 0.5e-3
 UNTIL = 0.05

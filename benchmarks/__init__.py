@@ -1,4 +1,4 @@
-"""Measured speed: ``python -m benchmarks`` runs all of it, ``python -m benchmarks.NAME`` one."""
+"""Benchmarks: ``python -m benchmarks`` runs short versions of some, ``python -m benchmarks.NAME`` runs one."""
 
 import os
 

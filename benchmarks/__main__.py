@@ -1,4 +1,4 @@
-"""Run all benchmarks, quickly; or one of them in full, by its name."""
+"""Run short versions of several benchmarks, or one in full by its name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Batches: cases per second of `simulate_many` on one thread and on two, against single runs."""
+"""Measure cases per second of `simulate_many` on one thread and on two, and of single runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEASURES = ("peak_force", "peak_drive_torque", "contact_count", "contact_fractio
 
 
 def grid(cases: int) -> dict[str, np.ndarray]:
-    """Clearances [m] and speeds [rad/s] of the paper's range, in an order in which neighbours differ."""
+    """Return clearances [m] and speeds [rad/s] of the paper's range, shuffled so that neighbours differ."""
     side = int(np.sqrt(cases))
     clearance, speed = np.meshgrid(np.linspace(0.05e-3, 0.5e-3, side), rpm(1) * np.linspace(100.0, 250.0, side))
     order = np.random.default_rng(1).permutation(clearance.size)
@@ -28,7 +28,7 @@ def grid(cases: int) -> dict[str, np.ndarray]:
 
 
 def measure(quick: bool = False) -> str:
-    """Rates, their ratios, bit identity and memory."""
+    """Return the table of rates, their ratios, bit identity and memory."""
     cases, repeats = (16, 1) if quick else (400, 3)
     rows = []
     for kinetic in (None, 0.1):
@@ -84,7 +84,7 @@ def _row(name: str, mechanism: Mechanism, cases: int, repeats: int) -> tuple[str
 
 
 def _clocks() -> np.ndarray:
-    """Wall clock, and processor time of all threads [s]."""
+    """Return the wall clock and the processor time of all threads [s]."""
     return np.array([time.perf_counter(), time.process_time()])
 
 

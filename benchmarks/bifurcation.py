@@ -1,8 +1,8 @@
-"""A bifurcation diagram over the clearance: 300 values, 200 cycles each, on two threads, with and without friction.
+"""Measure a bifurcation diagram over the clearance: 300 values with 200 cycles each, with and without friction.
 
-The paper's array (pinned bar driven) with clearance at joint A, driven th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz.
-There the slider's acceleration is about sixty times gravity, the reaction of joint A changes its sign twice per cycle, and
-from 0.1 to 0.7 mm the motion with friction changes from period 1 through several windows of irregular motion.
+The paper's array is driven at its pinned bar by th_1 = 45 deg + 10 deg sin(2 pi f t) with f = 8 Hz and has clearance at joint
+A. The slider's acceleration is about sixty times gravity, and the reaction of joint A changes its sign twice per cycle. From
+0.1 to 0.7 mm the motion with friction changes from period 1 through several windows of irregular motion.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scissordyn.periodic.cycles import cycle
 
 __all__ = ["CLEARANCES", "FREQUENCY", "array", "measure"]
 
-FREQUENCY = 8.0  # Of the drive [Hz]
+FREQUENCY = 8.0  # Frequency of the drive [Hz]
 
 CLEARANCES = (0.1e-3, 0.7e-3)
 VALUES, CYCLES, KEPT, WORKERS = 300, 200, 60, 2
@@ -32,7 +32,7 @@ KINETIC = tuple(TARGET)
 
 
 def array(kinetic: float | None, clearance: float = 0.5e-3) -> sd.Mechanism:
-    """The paper's array under an oscillating drive."""
+    """Return the paper's array under an oscillating drive."""
     described = sd.Clearance(clearance) if kinetic is None else sd.Clearance(clearance, friction=sd.LuGre(kinetic=kinetic))
     drive = sd.Harmonic(math.radians(45.0), math.radians(10.0), 2.0 * math.pi * FREQUENCY)
     return sd.scissor(units=2, angle=math.radians(45.0)).driven(drive).with_clearance("A", described)
@@ -47,7 +47,7 @@ class Mean:
 
     @classmethod
     def of(cls, values: np.ndarray) -> Mean:
-        """Of one number per cycle."""
+        """Return the mean of one value per cycle."""
         return cls(float(np.mean(values)), float(np.std(values) / math.sqrt(values.size)))
 
     def __str__(self) -> str:
@@ -55,7 +55,7 @@ class Mean:
 
 
 def measure(quick: bool = False) -> str:
-    """Tables of the diagrams and of the effect of the tolerance on statistics."""
+    """Return the tables of the diagrams and of the statistics by tolerance."""
     return f"{_diagrams(quick)}\n{_tolerances(quick)}"
 
 

@@ -1,8 +1,8 @@
-"""A fixed set of runs and what they give, bit for bit: before a redesign and after.
+"""Compare digests of a fixed set of runs before and after a change.
 
-``python -m benchmarks.bits --write FILE`` keeps digests of every variable of every case; ``python -m benchmarks.bits --compare
-FILE`` says which variables are no longer the same. ``--only NAME ...`` takes some cases alone, ``--list`` shows their names.
-The numbers depend on libm: both have to be run on the same machine.
+``python -m benchmarks.bits --write FILE`` saves digests of every variable of every case; ``python -m benchmarks.bits --compare
+FILE`` prints the variables that have changed. ``--only NAME ...`` selects cases, ``--list`` prints their names. Values depend
+on libm: run both on the same machine.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 LONGEST = {"solar_array": 0.15, "mast": 0.2, "long": 0.02, "ring": 0.15, "lift": 0.3, "self_deploying": 0.5, "controlled": 0.3}
-"""Runs that end before their case file says [s]; the runs of the others are short."""
+"""Ends of runs that would take long [s]; others end as in their case file."""
 
 OWN = {
     name: [f"structure.angle={first} deg", f"drive.cycloidal.start={first} deg", f"drive.cycloidal.end={last} deg"]
     for name, first, last in (("solar_array", 15, 75), ("controlled", 30, 60))
 }
-"""Cases that fold, while their files deploy."""
+"""Changes of cases that fold here and deploy in their files."""
 
-HORIZON = 0.12  # End of the runs of random mechanisms [s]; those without contact go on for ten times as long
+HORIZON = 0.12  # End of the runs of random mechanisms [s]; runs without contact are ten times as long
 
 
 def _example(name: str) -> sd.Case:
@@ -67,7 +67,7 @@ _TIP = 0.4 * math.cos(0.3) + 0.3 * math.cos(0.8), 0.4 * math.sin(0.3) - 0.3 * ma
 
 
 def _pendulum(**options: Any) -> sd.Mechanism:
-    """Two bars, the second of them hanging at the first."""
+    """Return two bars, the second hanging on the first."""
     one = sd.bar("one", length=0.4, mass=1.0, angle=0.3)
     end = 0.4 * math.cos(0.3), 0.4 * math.sin(0.3)
     two = sd.bar("two", length=0.3, mass=0.5, position=end, angle=-0.8)
@@ -206,7 +206,7 @@ CASES = _cases()
 
 
 def digests(run: xr.Dataset) -> dict[str, str]:
-    """A digest of each variable of a run and of its warnings, and how it ended."""
+    """Return digests of the variables and warnings of a run and of how it ended."""
     found = {}
     for name, variable in sorted(run.variables.items(), key=lambda item: str(item[0])):
         values = np.ascontiguousarray(variable.values)
@@ -218,7 +218,7 @@ def digests(run: xr.Dataset) -> dict[str, str]:
 
 
 def main() -> int:
-    """Write or compare; 0 if all is the same."""
+    """Write or compare digests; return 0 if all are equal."""
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--write", type=Path)
     asked.add_argument("--compare", type=Path)

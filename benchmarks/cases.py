@@ -1,4 +1,4 @@
-"""The mechanisms of the benchmarks: the paper's array with clearance at joint A, and longer ones."""
+"""Mechanisms of the benchmarks: the paper's array with clearance at joint A, and longer arrays."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ __all__ = ["FRICTION", "UNTIL", "array", "clearance_everywhere", "friction_every
 CLEARANCE = 0.5e-3
 UNTIL = 0.05
 FRICTION: tuple[float | None, ...] = (None, 0.01, 0.1)
-"""Frictionless, and the smallest and the largest of the paper's kinetic friction coefficients."""
+"""Kinetic friction coefficients: frictionless, and the paper's smallest and largest."""
 
 
 def name_of(kinetic: float | None) -> str:
-    """Name of a case in the tables."""
+    """Return the name of a case in the tables."""
     return "frictionless" if kinetic is None else f"LuGre {kinetic:g}"
 
 
 def clearance(kinetic: float | None) -> sd.Clearance:
-    """The paper's clearance joint."""
+    """Return the paper's clearance joint."""
     return sd.Clearance(CLEARANCE) if kinetic is None else sd.Clearance(CLEARANCE, friction=sd.LuGre(kinetic=kinetic))
 
 
 def array(kinetic: float | None = None, units: int = 2) -> sd.Mechanism:
-    """An array at 150 rpm from 30 degrees with clearance at joint A."""
+    """Return an array at 150 rpm from 30 degrees with clearance at joint A."""
     return sd.scissor(units=units).driven(speed=sd.rpm(150)).with_clearance("A", clearance(kinetic))
 
 
 def clearance_everywhere(units: int) -> sd.Mechanism:
-    """An array in which every revolute joint has clearance and no friction."""
+    """Return an array with clearance and no friction in every revolute joint."""
     found = sd.scissor(units=units).driven(speed=sd.rpm(150))
     for joint in found.joints:
         found = found.with_clearance(joint.name, clearance(None))
@@ -36,7 +36,7 @@ def clearance_everywhere(units: int) -> sd.Mechanism:
 
 
 def friction_everywhere(units: int) -> sd.Mechanism:
-    """A light array that is folded slowly from 60 to 58 degrees, with clearance of 0.1 mm and LuGre friction at all joints."""
+    """Return a light array that folds slowly from 60 to 58 degrees, with clearance of 0.1 mm and LuGre friction everywhere."""
     arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.5, angle=sd.degrees(60))
     arm = arm.driven(sd.Cycloidal(sd.degrees(60), sd.degrees(-2), 2.0))
     return arm.with_clearance("all", sd.Clearance(1e-4, friction=sd.LuGre(kinetic=0.1)))

@@ -1,4 +1,4 @@
-"""Random linkages that pass change points, at random speeds: each goes on along its smooth branch."""
+"""Simulate random linkages through change points: each must continue along its smooth branch."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ CASES = 500
 KINDS = ("four-bar, stretched", "four-bar, folded", "antiparallelogram", "parallelogram", "kite", "slider-crank")
 MOTIONS = ("driven", "free", "driven, a clearance joint on the coupler", "turned by a torque")
 
-ALLOWED = 1e-5  # Error of an angle [rad], and of the energy as a fraction, up to which a linkage stays on its branch
+ALLOWED = 1e-5  # Allowed error of an angle [rad] and of the energy (relative)
 
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """A linkage, and its errors of angle and energy."""
+    """Errors of angle and energy of one linkage."""
 
     seed: int
     kind: str
@@ -33,7 +33,7 @@ class Outcome:
 
 
 def random_lengths(rng: np.random.Generator, kind: str) -> tuple[float, float, float, float]:
-    """Ground, crank, coupler and rocker [m]."""
+    """Return lengths of ground, crank, coupler and rocker [m]."""
     while True:
         ground, crank, coupler = rng.uniform(0.5, 3.0, 3).tolist()
         if kind == "four-bar, stretched":
@@ -52,7 +52,10 @@ def random_lengths(rng: np.random.Generator, kind: str) -> tuple[float, float, f
 
 
 def rocker_angle(lengths: tuple[float, float, float, float], crank: np.ndarray, sign: float) -> np.ndarray:
-    """On the smooth branch, by the law of cosines: where a factor touches zero, its root changes its sign."""
+    """Return the rocker's angle on the smooth branch by the law of cosines.
+
+    Where a factor touches zero, its root changes sign.
+    """
     g, a, b, c = lengths
     if g == a and b == c:
         far = 2.0 * g * np.sin(0.5 * crank)
@@ -66,7 +69,7 @@ def rocker_angle(lengths: tuple[float, float, float, float], crank: np.ndarray, 
 
 
 def linkage(lengths: tuple[float, float, float, float], first: float, sign: float, motion: str, speed: float) -> sd.Mechanism:
-    """The four-bar at a crank angle, on a branch."""
+    """Return the four-bar at a crank angle on one of its branches."""
     g, a, b, c = lengths
     third = float(rocker_angle(lengths, np.array(first), sign))
     tip = a * math.cos(first), a * math.sin(first)
@@ -115,7 +118,7 @@ def linkage(lengths: tuple[float, float, float, float], first: float, sign: floa
 
 
 def judge(seed: int) -> Outcome:
-    """Run a random linkage over one turn of its crank or so, and compare with the closed form."""
+    """Run a random linkage over about one turn of its crank and compare it with the closed form."""
     rng = np.random.default_rng(seed)
     kind, motion = str(rng.choice(KINDS)), str(rng.choice(MOTIONS))
     speed, sign = float(rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-1.0, 1.5)), float(rng.choice([-1.0, 1.0]))
@@ -150,7 +153,7 @@ def judge(seed: int) -> Outcome:
 
 
 def measure(quick: bool = False) -> str:
-    """The outcomes of the first linkages; a run that was broken off goes on where it was."""
+    """Return the outcomes of the first linkages; an interrupted measurement continues."""
     outcomes = Kept("change_points", Outcome, __file__).complete(range(20 if quick else CASES), judge)
     rows = []
     for names, of in ((KINDS, "kind"), (MOTIONS, "motion")):

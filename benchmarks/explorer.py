@@ -1,4 +1,4 @@
-"""The explorer in Chromium: from a released slider to new curves, frames of the animation, the first page, memory."""
+"""Measure the explorer in Chromium: new curves after a slider's release, frames per second, the first page, memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TESTS = Path(__file__).parent.parent / "tests"
 CASE = Path(__file__).parent.parent / "examples" / "paper.toml"
 
 CURVES, FRAMES, DRAWING, FIRST = 0.080, 30.0, 1.0, 1.5
-"""Targets: released slider to new curves [s], frames per second, a page to its first drawing and to its first curves [s]."""
+"""Targets: release of a slider to new curves [s], frames per second, a page to its first drawing and first curves [s]."""
 
 TWELVE = """
 [structure]
@@ -39,7 +39,7 @@ clearance = "0.5 mm"
 until = "5 ms"
 samples = 501
 """
-"""Clearance at all twelve joints."""
+"""Lines of a case file that give clearance to all twelve joints."""
 
 RELEASE = """([name, part]) => {
   const slider = document.querySelector(`input[type=range][aria-label="${name}"]`);
@@ -47,7 +47,7 @@ RELEASE = """([name, part]) => {
   slider.dispatchEvent(new Event("input"));
   slider.dispatchEvent(new Event("change"));
 }"""
-"""A slider that is moved and released at once, so that nothing is computed while it is still held."""
+"""Script that moves and releases a slider at once, so that nothing is computed while it is held."""
 
 LATENCY = """run => {
   const { drawn, released } = window.scissordyn;
@@ -64,26 +64,26 @@ window.WebSocket = class extends Socket {
     });
   }
 };"""
-"""When messages with runs are there."""
+"""Script that records when messages with runs arrive."""
 
 DRAWN = "() => document.querySelector('#sd-canvas canvas[data-drawn]') && window.scissordyn"
-"""Whether the mechanism is drawn, as it is declared."""
+"""Script: whether the mechanism is drawn and declared."""
 
 SHOWN = "() => ((window.scissordyn || {}).shown || { bar: { note: 'none' } }).bar.note === ''"
-"""Whether the run of the case is shown, no other that precedes it."""
+"""Script: whether the run of the case is shown, and not an earlier one."""
 
 ARRAY = ("structure.units=5", "clearance.joint=all", "clearance.clearance=0.1 mm")
 """Changes that make an array of five units with clearance at all fifteen joints."""
 
 TWENTY = ("structure.units=20", "clearance.joint=all", "clearance.clearance=0.1 mm", "run.until=2 ms", "run.samples=101")
-"""Changes that make an array of twenty units with clearance at all its joints."""
+"""Changes that make an array of twenty units with clearance at all joints."""
 
 WEIGHT = """() => performance.getEntriesByType("resource").concat(performance.getEntriesByType("navigation"))
   .reduce((sum, entry) => sum + entry.encodedBodySize, 0)"""
 
 
 def measure(quick: bool = False) -> str:
-    """The times, the memory of the server, and the weight of the page."""
+    """Return the times, the memory of the server and the weight of the page."""
     sys.path.insert(0, str(TESTS))
     from explore.browser import Tab, chromium, missing, served
 
@@ -166,10 +166,10 @@ def measure(quick: bool = False) -> str:
 
 
 def _opening(browser: Any, case: Path, *, whole: bool = True) -> tuple[float, float]:
-    """Times from the start of the command to the first drawing and to the curves of the run [s]."""
+    """Return the times from the start of the command to the first drawing and to the curves of the run [s]."""
     from explore.browser import Tab, served
 
-    tab = Tab(browser, "")  # an open window, as that of whoever types the command
+    tab = Tab(browser, "")  # an open window, like that of a user who types the command
     began = time.time()
     with served(case) as url:
         times = _times(tab, url, began, whole=whole)
@@ -178,7 +178,7 @@ def _opening(browser: Any, case: Path, *, whole: bool = True) -> tuple[float, fl
 
 
 def _page(browser: Any, url: str) -> tuple[float, float]:
-    """Times from asking for a page of a running server to its first drawing and to the curves of its run [s]."""
+    """Return the times from the request for a page to its first drawing and to the curves of its run [s]."""
     from explore.browser import Tab
 
     tab = Tab(browser, "")
@@ -197,7 +197,7 @@ def _times(tab: Any, url: str, began: float, *, whole: bool) -> tuple[float, flo
 
 
 def _memory(pages: int) -> float:
-    """Resident memory of a server with so many pages, each with its run [MB]."""
+    """Return the resident memory of a server with `pages` pages, each with its run [MB]."""
     from websockets.sync.client import connect
 
     command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(CASE), "--no-browser"]
@@ -219,7 +219,7 @@ def _verdict(found: float, target: float) -> str:
 
 
 def _latencies(tab: Any, runs: int, slider: str) -> list[tuple[float, float]]:
-    """Times between the release of a slider and the frame that shows the new curves, and the message that has them [s]."""
+    """Return times from the release of a slider to the frame with the new curves, and to their message [s]."""
     times = []
     for turn in range(runs + 3):
         before = tab.run
@@ -233,7 +233,7 @@ def _latencies(tab: Any, runs: int, slider: str) -> list[tuple[float, float]]:
 
 
 def _server(path: Path, runs: int) -> float:
-    """Processor time of the server for one change of a number, its run in it; a median [s]."""
+    """Return the median processor time of the server for a change of one number with its run [s]."""
     from scissordyn.explore.case import open_case
     from scissordyn.explore.page import Page
     from scissordyn.explore.serve import pack_message
@@ -253,7 +253,7 @@ def _server(path: Path, runs: int) -> float:
     page.begin()
     shown.wait(300.0)
     for turn in range(runs):
-        time.sleep(1.5)  # the run has been computed once more for its curves
+        time.sleep(1.5)  # the run has been recomputed for its curves
         shown.clear()
         began = time.process_time()
         page.hear(json.dumps({"type": "change", "key": "drive.speed", "text": f"{151 + turn} rpm"}))
@@ -264,7 +264,7 @@ def _server(path: Path, runs: int) -> float:
 
 
 def _beyond(tab: Any, runs: int) -> float:
-    """By how much new curves come later than their run has been computed, by the time that the run says; a median [s]."""
+    """Return the median delay of new curves after the run was computed, by the time that the run reports [s]."""
     times = []
     for turn in range(runs):
         before = tab.run
@@ -277,7 +277,7 @@ def _beyond(tab: Any, runs: int) -> float:
 
 
 def _frames(tab: Any, seconds: float) -> float:
-    """Frames of the animation that are drawn in a second."""
+    """Return the number of frames of the animation per second."""
     canvas = tab.page.locator("#sd-canvas canvas")
     tab.page.locator("[data-id=play]").click()
     tab.page.wait_for_timeout(300)

@@ -1,4 +1,4 @@
-"""Largest Lyapunov exponents of systems whose exponent is known: the table of docs/analysis.md."""
+"""Compute Lyapunov exponents of systems whose largest exponent is known."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.analysis.lyapunov import largest_exponent, largest_exponent_map
 __all__ = ["KNOWN", "henon", "logistic", "lorenz", "measure"]
 
 KNOWN = {"logistic": math.log(2.0), "henon": 0.41934, "lorenz": 0.9056}
-"""Per step, per step, per second; closed form, tables, Viswanath 1998."""
+"""Largest exponents per step, per step and per second: closed form, tables, Viswanath 1998."""
 
 
 def _starts(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
@@ -22,13 +22,13 @@ def _starts(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
 
 
 def logistic(variational: bool) -> xr.Dataset:
-    """The logistic map at r = 4, 10 000 steps."""
+    """Return exponents of the logistic map at r = 4 over 10 000 steps."""
     slope = (lambda x: np.array([4.0 - 8.0 * x])) if variational else None
     return largest_exponent_map(lambda x: 4.0 * x * (1.0 - x), slope, [0.3], steps=10_000)
 
 
 def henon(variational: bool) -> xr.Dataset:
-    """The Henon map (1.4, 0.3), 100 starts of 3000 steps."""
+    """Return exponents of the Henon map (1.4, 0.3) over 3000 steps from each of 100 starts."""
 
     def tangent(x: np.ndarray) -> np.ndarray:
         one, nil = np.ones_like(x[0]), np.zeros_like(x[0])
@@ -43,7 +43,7 @@ def henon(variational: bool) -> xr.Dataset:
 
 
 def lorenz(variational: bool) -> xr.Dataset:
-    """The Lorenz equations (10, 28, 8/3), 128 starts of 100 s after 20 s."""
+    """Return exponents of the Lorenz equations (10, 28, 8/3) over 100 s from each of 128 starts, after 20 s."""
 
     def rate(_: float, x: np.ndarray) -> np.ndarray:
         return np.stack([10.0 * (x[1] - x[0]), x[0] * (28.0 - x[2]) - x[1], x[0] * x[1] - 8.0 / 3.0 * x[2]])
@@ -72,7 +72,7 @@ SYSTEMS: dict[str, tuple[str, Callable[[bool], xr.Dataset]]] = {
 
 
 def measure(quick: bool = False) -> str:
-    """The table; quick without the differential equation."""
+    """Return the table; `quick` leaves out the differential equation."""
     rows = []
     for key, (name, compute) in SYSTEMS.items():
         if quick and key == "lorenz":

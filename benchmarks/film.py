@@ -1,4 +1,4 @@
-"""What oil does in the paper's case: collisions, forces, work, over clearance and viscosity; and what it costs."""
+"""Measure the effect of oil in the paper's case over clearance and viscosity, and its cost."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import xarray as xr
 import scissordyn as sd
 from benchmarks.measure import command, table
 
-UNTIL = 1.0 / 15.0  # The stroke of the paper's array at 150 rpm from 30 to 90 degrees [s]
+UNTIL = 1.0 / 15.0  # Duration of the stroke of the paper's array at 150 rpm from 30 to 90 degrees [s]
 
 CLEARANCES = (2e-4, 5e-4, 1e-3)
 
 OILS = {"dry": None, "10 mPa s": 0.01, "50 mPa s": 0.05, "200 mPa s": 0.2}
 
-MEMBERS = 5  # Neighbours whose clearances differ by a relative 1e-9
+MEMBERS = 5  # Number of neighbouring runs whose clearances differ by a relative 1e-9
 
 
 CASE = """The paper's array of two units, joint A loose, LuGre friction of 0.05, 150 rpm over the stroke from 30 to 90 degrees;
@@ -32,7 +32,7 @@ torques are not those of a real joint.
 
 
 def array(clearance: float, viscosity: float | None, friction: bool = True, bearing: str = "finite") -> sd.Mechanism:
-    """The paper's array with clearance in joint A."""
+    """Return the paper's array with clearance in joint A."""
     oil = None if viscosity is None else sd.Lubrication(viscosity=viscosity, bearing=bearing)  # type: ignore[arg-type]
     law = sd.LuGre(0.05) if friction else sd.NoFriction()
     gap = sd.Clearance(clearance, friction=law, lubrication=oil)
@@ -40,7 +40,7 @@ def array(clearance: float, viscosity: float | None, friction: bool = True, bear
 
 
 def measure(quick: bool) -> str:
-    """The page."""
+    """Return the page."""
     return f"{_answers(quick)}\n{_cost(quick)}"
 
 

@@ -1,7 +1,8 @@
-"""Largest force of an oiled joint over that of the dry one, by roughness, viscosity and clearance; rigid and elastic surfaces.
+"""Compare the largest force of an oiled joint with that of the dry one, for rigid and elastic surfaces.
 
-Elastic surfaces are computed for a free mass, by scipy: the foundation of Liu's contact law gives way by u under the force
-F_el(u) of film and asperities, so that the mean planes are h = c - e + u apart and the film is squeezed at the rate -h'.
+The joint varies in roughness, viscosity and clearance. Elastic surfaces are computed for a free mass by scipy: the foundation
+of Liu's contact law yields by u under the force F_el(u) of film and asperities. The mean planes are h = c - e + u apart, and
+the film is squeezed at the rate -h'.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from scissordyn.components.film.impedance import finite_table, looked_up
 UNTIL, RADIUS, LENGTH = 0.05, 10e-3, 15e-3
 CLEARANCES, VISCOSITIES, ROUGHNESSES = (2e-4, 4e-4, 6e-4), (0.01, 0.03, 0.1, 0.3), (0.5e-6, 1e-6, 2e-6, 4e-6, 8e-6)
 MASS, SPEEDS = 4.4, (0.46, 0.65, 0.80)
-"""Mass [kg] and speeds [m/s] of a free journal: those of the array's first dry impacts, by speed, force and clearance."""
+"""Mass [kg] and speeds [m/s] of a free journal: values of the array's first dry impacts, by speed, force and clearance."""
 
 MODULUS = 1.0 / (2.0 * sd.STEEL.compliance)  # E* of steel on steel [Pa]
 TABLE = finite_table(0.5 * LENGTH / RADIUS)
 
 
 def array(clearance: float, oil: sd.Lubrication | None) -> tuple[float, float]:
-    """Return the largest force of joint A in the stroke [N], and the film thickness then over the roughness."""
+    """Return the largest force of joint A in the stroke [N] and the ratio of film thickness to roughness at that instant."""
     joint = sd.Clearance(clearance, friction=sd.NoFriction(), lubrication=oil)
     run = sd.simulate(sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint), until=UNTIL, samples=11)
     thickness = math.nan if oil is None else float(run["film_peak_force_thickness"][0]) / oil.roughness
@@ -40,13 +41,13 @@ def foundation(u: float, clearance: float) -> float:
 
 
 def free_mass(clearance: float, speed: float, oil: sd.Lubrication, *, elastic: bool) -> tuple[float, float]:
-    """Return the largest force on a free journal from the centre [N], and the distance of the mean planes then [m]."""
+    """Return the largest force on a free journal that starts at the centre [N], and the gap of the mean planes then [m]."""
     assert oil.viscosity is not None
     area, rough = RADIUS * LENGTH, oil.roughness / clearance
     scale = 2.0 * oil.viscosity * area * (RADIUS / clearance) ** 2 / clearance
 
     def film(h: float) -> tuple[float, float]:
-        """Damping of an approach [N s/m] and force of the asperities [N]."""
+        """Return the damping of an approach [N s/m] and the force of the asperities [N]."""
         radial = looked_up(TABLE, 1.0 - mean_gap(h / clearance, rough), 0.0)[0]
         return scale * abs(radial), area * STIFFNESS * MODULUS * asperity_contact(1.0 - h / clearance, rough)[0]
 

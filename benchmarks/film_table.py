@@ -1,6 +1,6 @@
-"""The table of impedances of bearings of finite length: ``python -m benchmarks.film_table --write`` (four minutes of one core).
+"""Compute the table of impedances of bearings of finite length: ``python -m benchmarks.film_table --write`` (4 minutes).
 
-Without ``--write`` it solves Reynolds' equation at random places between the nodes and says by how much the table misses.
+Without ``--write`` it solves Reynolds' equation at random points between the nodes and prints the error of the table.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ import numpy as np
 from scissordyn.components.film.impedance import directions, eccentricities, steepness
 from scissordyn.components.film.reynolds import impedance
 
-RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))  # Length over diameter: from 0.25 to 4
+RATIOS = tuple(2.0 ** (0.5 * k) for k in range(-4, 5))  # Ratios of length to diameter, from 0.25 to 4
 
 AROUND, ALONG = 200, 20
 
-THICK = 0.01  # Thinner films that separate have a force so much smaller than in approach that the table cannot show it well
+THICK = 0.01  # Least thickness in the check; the force of a thinner film that separates is too small for the table
 
 FILE = Path(__file__).parents[1] / "src" / "scissordyn" / "component" / "film" / "finite.npz"
 
 
 def table() -> np.ndarray:
-    """Radial, tangential, pressure, each divided by `steepness`, shape (ratios, GAPS, DIRECTIONS, 3)."""
+    """Return radial, tangential and pressure values, each divided by `steepness`, shape (ratios, GAPS, DIRECTIONS, 3)."""
     found = []
     for ratio in RATIOS:
         for eccentricity in eccentricities():
@@ -36,7 +36,7 @@ def table() -> np.ndarray:
 
 
 def main() -> None:
-    """Write the table, or check it."""
+    """Write or check the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true")
     if parser.parse_args().write:

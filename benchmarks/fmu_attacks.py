@@ -1,6 +1,6 @@
 """Call a functional mock-up unit in ways that the FMI 3.0 standard forbids, and check that it reports an error.
 
-``python -m benchmarks.fmu_attacks unit.fmu`` prints each attack that the unit accepted, or that ended its process. Each attack
+``python -m benchmarks.fmu_attacks unit.fmu`` prints each attack that the unit accepted or that ended its process. Each attack
 runs in its own process; ``--together`` runs all of them in one, which is faster.
 """
 
@@ -22,8 +22,8 @@ from benchmarks.fmu_unit import ERROR, NAMES, OK, STEP, STOP, WARNING, Unit, uni
 
 __all__ = ["Attack", "attacks", "outcomes"]
 
-ENDLESS = 20  # [s] an attack that takes longer has not returned
-UNKNOWN = 987654  # A value reference that no variable has
+ENDLESS = 20  # Time after which an attack counts as endless [s]
+UNKNOWN = 987654  # Value reference that no variable has
 
 LETTERS = {"I": "instantiated", "N": "initialization", "S": "step", "E": "event", "C": "continuous", "T": "terminated"}
 
@@ -347,7 +347,7 @@ def _bytes() -> Iterator[Attack]:
 
 
 def _repairs() -> Iterator[Attack]:
-    """Yield the two ways to go on after an error; the numbers are those of an undisturbed instance."""
+    """Yield the two ways to continue after an error; the results must equal those of an undisturbed instance."""
 
     def same(folder: Path, way: str) -> bool:
         undisturbed, unit = unit_in(folder, False, "step"), unit_in(folder, False, "step")
@@ -355,7 +355,7 @@ def _repairs() -> Iterator[Attack]:
         assert unit.step(0.0) == OK
         kept = valid_arguments(unit, "SetFMUState")
         assert unit.step(0.0) == ERROR
-        assert unit.step(STEP) == ERROR  # nothing goes on by itself
+        assert unit.step(STEP) == ERROR  # the unit does not recover by itself
         if way == "kept":
             assert unit.call("SetFMUState", *kept) == OK
         else:
@@ -409,7 +409,7 @@ def outcomes(unit: Path, *, together: bool = False) -> list[tuple[Attack, str]]:
     Returns
     -------
     list of (Attack, str)
-        Each attack with "", if it ended as it must, or with what happened.
+        Each attack with "" if it ended as it must, else with what happened.
     """
     run = _outcome if together else _outcome_apart
     with tempfile.TemporaryDirectory() as folder:

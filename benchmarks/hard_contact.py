@@ -1,4 +1,4 @@
-"""Hard contact: cost over the number of joints, against compliant contact, accuracy over the step, memory of a batch."""
+"""Measure hard contact: cost by number of joints, compliant contact, accuracy by step size, memory of a batch."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ STEP, STEPS = 1e-4, 2000
 SOLAR = "examples/solar_array.toml"
 STEPS_OF_SOLAR = (1e-3, 5e-4, 2e-4, 1e-4)
 DRAWN = 2e-4
-LEAST_IMPULSE = 1e-7  # Shown [N s]; smaller ones are round-off of closed contacts
+LEAST_IMPULSE = 1e-7  # Smallest impulse shown [N s]; smaller ones are round-off of closed contacts
 
 STARTS = ("concentric", "in-contact")
 
 
 def array(units: int) -> Mechanism:
-    """An array with every joint loose."""
+    """Return an array with clearance in every joint."""
     arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=9.81)
     joint = sd.Clearance(1e-4, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
     move = sd.Cycloidal(sd.degrees(60), sd.degrees(58), 2.0)
@@ -34,7 +34,7 @@ def array(units: int) -> Mechanism:
 
 
 def hard(mechanism: Mechanism) -> Mechanism:
-    """The same with hard contact at every clearance joint."""
+    """Return the mechanism with hard contact at every clearance joint."""
     joints = tuple(
         dataclasses.replace(joint, clearance=joint.clearance and dataclasses.replace(joint.clearance, contact="hard"))
         for joint in mechanism.joints
@@ -43,7 +43,7 @@ def hard(mechanism: Mechanism) -> Mechanism:
 
 
 def measure(quick: bool = False) -> str:
-    """The tables, and without `quick` docs/hard_contact.png."""
+    """Return the tables; without `quick` also draw docs/hard_contact.png."""
     units = UNITS[:3] if quick else UNITS
     tables, costs = [], {}
     for start in STARTS:
@@ -56,7 +56,7 @@ def measure(quick: bool = False) -> str:
 
 
 def _scaling(units: tuple[int, ...], start: str) -> tuple[str, list[float]]:
-    """Time of a step over the number of units: a table, and the times [s]."""
+    """Return the table of step times by number of units, and the times [s]."""
     rows, cost = [], []
     for count in units:
         one, taken, found = array(count), [], {}
@@ -96,7 +96,7 @@ def _scaling(units: tuple[int, ...], start: str) -> tuple[str, list[float]]:
 
 
 def _solar(steps: tuple[float, ...]) -> tuple[str, xr.Dataset, xr.Dataset]:
-    """The solar array by steps of several sizes: a table, the compliant run beside them, and the one with a step of `DRAWN`."""
+    """Return a table of the solar array by step size, the compliant run, and the run with the step `DRAWN`."""
     case = sd.read_case(SOLAR)
     until, one = case.run.until, hard(case.mechanism)
     began = time.process_time()
@@ -128,7 +128,7 @@ def _solar(steps: tuple[float, ...]) -> tuple[str, xr.Dataset, xr.Dataset]:
 
 
 def _draw(units: tuple[int, ...], costs: dict[str, list[float]], compliant: xr.Dataset, stepped: xr.Dataset) -> None:
-    """Write docs/hard_contact.png: deviation of the tip, impulses, and the cost of a step."""
+    """Draw docs/hard_contact.png: deviation of the tip, impulses, and the cost of a step."""
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
@@ -154,7 +154,7 @@ def _draw(units: tuple[int, ...], costs: dict[str, list[float]], compliant: xr.D
 
 
 def _memory(cases: int) -> str:
-    """Largest memory of a process over a batch."""
+    """Return the largest memory of a process during a batch."""
     one, kept = array(2), []
     for part in (cases // 100, cases):
         sd.simulate_many(one, {"O.clearance": np.linspace(1e-4, 2e-4, part)}, until=2e-3, step=STEP, threads=1)

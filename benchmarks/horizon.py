@@ -1,4 +1,4 @@
-"""The predictability horizon of 330 runs against their true one, from two references that agree."""
+"""Compare the predictability horizon of 330 runs with the true one, found by two references that agree."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from benchmarks.measure import command, table
 
 __all__ = ["Judged", "judge", "measure"]
 
-CASES = 30  # Of each kind
+CASES = 30  # Number of cases of each kind
 SAMPLES = 20_001  # Instants at which runs are compared with references, at most 5e-5 of the run apart
-REFERENCES = (1e-13, 1e-12)  # Tolerances of the two references, at most 1e-4 of that of a run
-AGREE = 0.01  # Fraction of the true horizon to which both references have to agree
-LATE, EARLY = 0.05, 0.1  # What a horizon may be off, as a fraction of the true one
+REFERENCES = (1e-13, 1e-12)  # Tolerances of the two references, at most 1e-4 of the tolerance of a run
+AGREE = 0.01  # Allowed difference of the two references, as a fraction of the true horizon
+LATE, EARLY = 0.05, 0.1  # Allowed errors of a horizon, as fractions of the true one
 
 
 @dataclasses.dataclass(frozen=True)
 class Judged:
-    """What a run says of its horizon, and the truth.
+    """Reported and true horizon of a run.
 
     Parameters
     ----------
@@ -36,15 +36,15 @@ class Judged:
     found : str
         "diverged", "to the end" or "unknown".
     said, true : float
-        Horizons [s]; the end of the run if it has none, NaN if unknown.
+        Reported and true horizon [s]; the end of the run without divergence, NaN if unknown.
     end : float
-        Of the run [s].
+        End of the run [s].
     cost : float
-        Steps of both runs over those of one.
+        Steps of both runs divided by those of one.
     rtol : float
     method : str
     reason : str
-        Why it is not known.
+        Reason for an unknown horizon.
     """
 
     kind: str
@@ -60,17 +60,17 @@ class Judged:
 
     @property
     def late(self) -> float:
-        """How late the horizon is, as a fraction of the true one; negative if early."""
+        """Return the lateness of the horizon as a fraction of the true one; negative if early."""
         return self.said / self.true - 1.0
 
     @property
     def has_horizon(self) -> bool:
-        """Whether the horizon, said or true, is before the end."""
+        """Return whether the reported or true horizon is before the end."""
         return min(self.said, self.true) < self.end
 
 
 def judge(kind: str, number: int) -> Judged:
-    """Run a case with its horizon, and find the true one from the variables of two references."""
+    """Run a case with its horizon, and compute the true horizon from the variables of two references."""
     case = horizon_case(kind, number)
     run = _simulate(case, case.rtol, "auto", trust=True)
     attributes, method = run.attrs, json.loads(run.attrs["statistics"])["method"]
@@ -93,7 +93,7 @@ def _simulate(case: Case, rtol: float, method: str, *, trust: bool = False) -> x
 
 
 def _first_apart(mechanism: sd.Mechanism, one: xr.Dataset, other: xr.Dataset) -> float:
-    """First instant at which two runs differ by what counts as divergence, the last one if none [s]."""
+    """Return the first instant at which two runs diverge, or the last instant [s]."""
     count = min(one.sizes["time"], other.sizes["time"])
     one, other = one.isel(time=slice(count)), other.isel(time=slice(count))
     apart = np.max([_distance(one, other, body) for body in mechanism.bodies], axis=0) / (0.01 * mechanism.size)
@@ -106,7 +106,7 @@ def _first_apart(mechanism: sd.Mechanism, one: xr.Dataset, other: xr.Dataset) ->
 
 
 def _distance(one: xr.Dataset, other: xr.Dataset, body: sd.Body) -> np.ndarray:
-    """Largest distance of a body's points and mass centre in two runs, shape (nt,) [m]."""
+    """Return the largest distance of a body's points and mass centre in two runs, shape (nt,) [m]."""
 
     def places(run: xr.Dataset) -> np.ndarray:
         own = run.sel(body=body.name)
@@ -119,7 +119,7 @@ def _distance(one: xr.Dataset, other: xr.Dataset, body: sd.Body) -> np.ndarray:
 
 
 def measure(quick: bool = False) -> str:
-    """All kinds; a run that was broken off goes on where it was."""
+    """Return the page of all kinds; an interrupted measurement continues."""
     kept, numbers = Kept("horizon", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
     return _page(kept.complete(((kind, number) for number in numbers for kind in KINDS), lambda key: judge(*key)))
 

@@ -1,4 +1,4 @@
-"""Mechanisms of eleven kinds whose runs part from more accurate ones, for the predictability horizon."""
+"""Mechanisms of eleven kinds for the predictability horizon, whose runs diverge from more accurate ones."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ __all__ = ["KINDS", "Case", "horizon_case"]
 
 @dataclass(frozen=True)
 class Case:
-    """A run to be judged.
+    """Run whose horizon is judged.
 
     Parameters
     ----------
     mechanism : Mechanism
     until : float
-        [s]
+        End of the run [s].
     rtol : float
-        Of the run, relative and absolute.
+        Relative and absolute tolerance.
     """
 
     mechanism: sd.Mechanism
@@ -119,7 +119,7 @@ def _guide(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
 
 
 def _guide_and_pin(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
-    """A slider-crank with a loose guide and a loose pin of its slider, both with friction."""
+    """Return a slider-crank with clearance and friction in the guide and the pin of its slider."""
     play, clearance = (float(np.exp(random.uniform(math.log(5e-5), math.log(3e-4)))) for _ in range(2))
     laws = [
         {
@@ -143,7 +143,7 @@ def _guide_and_pin(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
 
 
 def _chain(random: np.random.Generator, count: int) -> sd.Mechanism:
-    """A pendulum of several bars, thrown."""
+    """Return a pendulum of several bars with initial velocities."""
     bodies, joints, end = [], [], np.zeros(2)
     for k in range(count):
         length, angle = float(random.uniform(0.1, 0.6)), float(random.uniform(-3.0, 3.0))
@@ -164,7 +164,7 @@ def _chain(random: np.random.Generator, count: int) -> sd.Mechanism:
 
 
 def _stops(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
-    """Pendulums that hit stops, catch a cable, fold a tape spring, or lock."""
+    """Return pendulums that hit stops, tighten a cable, fold a tape spring, or lock."""
     chain = _chain(random, int(random.integers(2, 4)))
     between = chain.bodies[1].angle - chain.bodies[0].angle
     parts: list[object] = [
@@ -204,7 +204,7 @@ def _controlled(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
 
 
 def _undamped(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
-    """Contacts without loss."""
+    """Return a mechanism with contacts without dissipation."""
     law = NoDamping() if random.random() < 0.7 else sd.Flores(restitution=0.999)
     if random.random() < 0.6:
         pin = str(random.choice(["ground pin", "crank pin", "slider pin"]))
@@ -226,11 +226,11 @@ KINDS: dict[str, Callable[[np.random.Generator], tuple[sd.Mechanism, float]]] = 
     "no damping": _undamped,
     "guide and pin, LuGre": _guide_and_pin,
 }
-"""Names and makers of the eleven kinds: from a random generator a mechanism and the end of its run [s]."""
+"""Functions of the eleven kinds by name: each returns a mechanism and the end of its run [s] from a random generator."""
 
 
 def horizon_case(kind: str, number: int) -> Case:
-    """A case of a kind; every second one at the default tolerance, the others at 1e-6."""
+    """Return a case of a kind; even numbers have the default tolerance, odd ones 1e-6."""
     random = np.random.default_rng([list(KINDS).index(kind), number])
     mechanism, until = KINDS[kind](random)
     return Case(mechanism, until, 1e-8 if number % 2 == 0 else 1e-6)

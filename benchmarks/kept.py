@@ -1,4 +1,4 @@
-"""Results of long benchmarks, kept between pieces of a run of theirs."""
+"""Results of long benchmarks, saved so that an interrupted benchmark continues."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Result = TypeVar("Result")
 
 
 class Kept(Generic[Result]):
-    """Results by number, one line each in a file of the system's folder for temporary files.
+    """Results by key, one line each in a file in the system's temporary folder.
 
-    They are those of the present sources of the package and of the benchmark: after a change everything is measured anew.
+    The file belongs to the present sources of the package and the benchmark: after a change everything is measured again.
 
     Parameters
     ----------
     name : str
-        Of the benchmark.
+        Name of the benchmark.
     kind : type
         A dataclass.
     *sources : str
@@ -43,7 +43,7 @@ class Kept(Generic[Result]):
                 self.done[tuple(key) if isinstance(key, list) else key] = kind(**fields)
 
     def complete(self, keys: Iterable[Any], result: Callable[[Any], Result]) -> list[Result]:
-        """The results of all keys; those that are not kept are computed."""
+        """Return the results of all keys; missing ones are computed."""
         found = []
         for key in keys:
             if key not in self.done:
@@ -52,7 +52,7 @@ class Kept(Generic[Result]):
         return found
 
     def add(self, key: Any, result: Result) -> None:
-        """Keep one more."""
+        """Save one more result."""
         self.done[key] = result
         with self.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps([key, dataclasses.asdict(result)]) + "\n")  # type: ignore[call-overload]

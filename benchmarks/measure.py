@@ -1,4 +1,4 @@
-"""Comparable times: runs of all candidates alternate in one process, and medians are compared."""
+"""Comparable times: runs of all candidates alternate in one process, and their medians are compared."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["DECISIONS", "Times", "command", "fitted_exponent", "interleaved", "m
 DECISIONS = Path(__file__).parent.parent / "docs" / "decisions"
 
 Measured = Callable[[], float | None]
-"""A candidate: it returns its own seconds, or None if it is to be timed from outside."""
+"""A candidate: a function that returns its time in seconds, or None to be timed from outside."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Times:
     Parameters
     ----------
     median : float
-        [s]
+        Median [s].
     least : float
-        Nearest to an undisturbed machine [s].
+        Least time, the nearest to an undisturbed machine [s].
     """
 
     median: float
@@ -43,7 +43,7 @@ class Times:
 
 
 def interleaved(candidates: Mapping[str, Measured], repeats: int) -> dict[str, Times]:
-    """Times of alternating candidates, after one run each that is not counted.
+    """Return times of alternating candidates, without the first run of each.
 
     Parameters
     ----------
@@ -66,12 +66,12 @@ def interleaved(candidates: Mapping[str, Measured], repeats: int) -> dict[str, T
 
 
 def fitted_exponent(size: Sequence[float], cost: Sequence[float]) -> float:
-    """Slope of log cost over log size."""
+    """Return the slope of log cost over log size."""
     return float(np.polyfit(np.log(size), np.log(cost), 1)[0])
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table; the first column is text."""
+    """Return a Markdown table; the first column is text."""
     width = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
     lines = [
         " | ".join(cell.ljust(width[0]) if k == 0 else cell.rjust(width[k]) for k, cell in enumerate(row))
@@ -82,7 +82,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def machine() -> str:
-    """Machine and versions of the figures."""
+    """Return the machine and the versions that produced the figures."""
     model = platform.processor() or "unknown processor"
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
@@ -97,7 +97,7 @@ def machine() -> str:
 
 
 def _compiler() -> str:
-    """What the library of kernels says of the C compiler that made it."""
+    """Return the C compiler that the kernel library names."""
     content = LIBRARY.read_bytes() if LIBRARY.is_file() else b""
     named = re.search(rb"(GCC): \([^)]*\) ([\d.]+)|(clang) version ([\d.]+)", content)
     return " ".join(part.decode() for part in named.groups() if part) if named else "a C compiler without a name"
@@ -109,9 +109,9 @@ def command(name: str, measure: Callable[[bool], str]) -> None:
     Parameters
     ----------
     name : str
-        Of the page that ``--write`` saves in docs/decisions/measured.
+        Name of the page that ``--write`` saves in docs/decisions/measured.
     measure : callable
-        Whether to be quick, to a Markdown page.
+        Function from `quick` to a Markdown page.
     """
     parser = argparse.ArgumentParser(description=f"Measure: {name}.")
     parser.add_argument("--write", action="store_true", help="save the figures in docs/decisions/measured")
@@ -127,18 +127,18 @@ def command(name: str, measure: Callable[[bool], str]) -> None:
 
 
 def paragraph(*parts: str) -> str:
-    """Parts of a text as one paragraph in lines of 120 characters."""
+    """Return parts of a text as one paragraph in lines of 120 characters."""
     return textwrap.fill(" ".join(parts), 120, break_long_words=False, break_on_hyphens=False)
 
 
 def write_section(page: str, heading: str, typed: str, text: str) -> None:
-    """Put a section into a page of docs/decisions/measured, in the place of the one with this heading.
+    """Write a section of a page of docs/decisions/measured; it replaces a section with the same heading.
 
     Parameters
     ----------
     page, heading : str
     typed : str
-        The command that writes it.
+        Command that writes it.
     text : str
     """
     path = DECISIONS / "measured" / f"{page}.md"

@@ -1,4 +1,4 @@
-"""Journals outside their bearings without contact, in 3000 runs: there may be none at any sample or end of a step."""
+"""Search 3000 runs for journals outside their bearings without contact; there may be none at any sample or step end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scissordyn.run.trajectory import compute
 
 __all__ = ["Judged", "judge", "measure"]
 
-CASES = 250  # Of each kind
+CASES = 250  # Number of cases of each kind
 
 SAMPLES = 5001
 
@@ -31,7 +31,7 @@ RELEASED = "two joints, released from rest"
 
 @dataclasses.dataclass(frozen=True)
 class Judged:
-    """Whether a journal, or a corner of a loose guide, was outside without contact.
+    """Largest distance of a journal, or a corner of a guide with clearance, outside its bearing without contact.
 
     Parameters
     ----------
@@ -41,13 +41,13 @@ class Judged:
     events : str
     method : str
     end : float
-        Of the run [s].
+        End of the run [s].
     contacts : int
-        Rises of guards of contacts.
+        Number of contact onsets.
     sample, step : float
-        How far outside at most, at a sample and at the end of a step, as a fraction of the clearance.
+        Largest distance outside at a sample and at a step end, as fractions of the clearance.
     when : float
-        Of the larger of them [s].
+        Instant of the larger of them [s].
     """
 
     kind: str
@@ -63,7 +63,7 @@ class Judged:
 
 
 def released(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
-    """An array of two units that falls, with two clearance joints."""
+    """Return a falling array of two units with two clearance joints."""
     array = sd.scissor(units=2, angle=float(np.radians(random.uniform(20.0, 70.0))))
     law = NoDamping() if random.random() < 0.7 else sd.Flores(restitution=0.99)
     for name in random.permutation([joint.name for joint in array.joints])[:2]:
@@ -72,7 +72,7 @@ def released(random: np.random.Generator) -> tuple[sd.Mechanism, float]:
 
 
 def judge(kind: str, number: int) -> Judged:
-    """Simulate a case at a tolerance between 1e-9 and 1e-5, with steps that end on contacts or go across them in turn."""
+    """Simulate a case at a tolerance between 1e-9 and 1e-5; even cases locate contacts, odd ones step across them."""
     makers = {**KINDS, RELEASED: released}
     random = np.random.default_rng([11, list(makers).index(kind), number])
     mechanism, until = makers[kind](random)
@@ -89,12 +89,12 @@ def judge(kind: str, number: int) -> Judged:
 
 
 def ends(times: np.ndarray, states: np.ndarray, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ends of steps with the modes of the next ones: they are recorded before the events there."""
+    """Return the ends of steps with the modes of the next steps, since ends are recorded before their events."""
     return times, states, np.maximum(modes, np.concatenate([modes[1:], modes[-1:]]))
 
 
 def outside(path: Trajectory, times: np.ndarray, states: np.ndarray, modes: np.ndarray) -> tuple[float, float]:
-    """How far a contact is closed that counts as open, as a fraction of its clearance, and when [s]."""
+    """Return the largest penetration of a contact that counts as open, as a fraction of its clearance, and its time [s]."""
     content = path.system.content
     clearance = content.parameters.contact["clearance"]
     values, rates, worst = np.zeros(modes.shape[1]), np.zeros(modes.shape[1]), (0.0, 0.0)
@@ -110,7 +110,7 @@ def outside(path: Trajectory, times: np.ndarray, states: np.ndarray, modes: np.n
 
 
 def measure(quick: bool = False) -> str:
-    """All kinds; a measurement that was broken off goes on where it was."""
+    """Return the page of all kinds; an interrupted measurement continues."""
     kept, numbers = Kept("missed_contacts", Judged, __file__, horizon_cases.__file__), range(2 if quick else CASES)
     return _page(kept.complete(((kind, number) for number in numbers for kind in [*KINDS, RELEASED]), lambda key: judge(*key)))
 

@@ -1,7 +1,7 @@
 """Random valid mechanisms of any size, with every law, component, drive and controller.
 
-Bodies are placed so that every joint is closed at the start. Lengths are drawn over four decades, masses over six; forces,
-speeds and the length of a run follow from both and the acceleration of gravity.
+Bodies are placed so that every joint is closed at the start. Lengths span four decades and masses six. Forces, speeds and the
+length of a run follow from both and from gravity.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ MASSES = 1e-3, 1e3  # Masses of the bodies [kg]
 GRAVITY = 9.81
 
 DRAWN = {name: law for name, law in FRICTION.items() if name != "maxwell-slip"}
-"""Friction laws that are drawn: a further one would make all random cases others, which are kept to compare with."""
+"""Friction laws that are drawn; another law would change all random cases, which are kept for comparison."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A random mechanism and its run.
+    """Random mechanism and its run.
 
     Parameters
     ----------
     mechanism : Mechanism
     until : float
-        [s]
+        End of the run [s].
     start : str
-        See `simulate`.
+        Option `start` of `simulate`.
     contents : tuple of str
-        Laws, components and drives that are in it.
+        Laws, components and drives of the mechanism.
     """
 
     mechanism: sd.Mechanism
@@ -53,7 +53,7 @@ class Case:
 
 @dataclass
 class Draft:
-    """A mechanism in the making, with its scales of length [m], mass [kg] and time [s]."""
+    """Mechanism under construction, with its scales of length [m], mass [kg] and time [s]."""
 
     random: np.random.Generator
     length: float
@@ -71,32 +71,32 @@ class Draft:
 
     @property
     def time(self) -> float:
-        """In which a body falls by its size [s]."""
+        """Return the time in which a body falls by its size [s]."""
         return math.sqrt(self.length / GRAVITY)
 
     @property
     def force(self) -> float:
-        """Weight of a body [N]."""
+        """Return the weight of a body [N]."""
         return self.mass * GRAVITY
 
     def between(self, low: float, high: float) -> float:
-        """A uniform number."""
+        """Return a uniform random number."""
         return float(self.random.uniform(low, high))
 
     def decades(self, low: float, high: float) -> float:
-        """A number whose logarithm is uniform."""
+        """Return a random number whose logarithm is uniform."""
         return float(np.exp(self.random.uniform(math.log(low), math.log(high))))
 
     def choice(self, options: Any) -> Any:
-        """One of several."""
+        """Return one of several options."""
         return options[int(self.random.integers(len(options)))]
 
     def happens(self, probability: float) -> bool:
-        """A coin."""
+        """Return True with the given probability."""
         return bool(self.random.random() < probability)
 
     def add_body(self, near: Point, *, turning: bool = False) -> int:
-        """A body whose frame's origin is about its size away from a place; it rotates if it is the first or has to."""
+        """Add a body about its size away from a point; it rotates if it is the first or `turning`."""
         number, rotates = len(self.bodies), self.happens(0.85) or turning or not self.bodies
         mass, size = self.mass * self.decades(0.2, 5.0), self.length
         x, y = (near + self.random.uniform(-0.6, 0.6, 2) * size).tolist()
@@ -118,33 +118,33 @@ class Draft:
         return number
 
     def rotates(self, number: int) -> bool:
-        """Whether a body rotates; the ground, -1, does not."""
+        """Return whether a body rotates; the ground, -1, does not."""
         return number >= 0 and self.bodies[number].rotates
 
     def welded(self, one: int, other: int) -> bool:
-        """Whether two bodies cannot move against each other; none is welded to the ground."""
+        """Return whether two bodies cannot move relative to each other; none is welded to the ground."""
         return other >= 0 and self.rigid[one] == self.rigid[other]
 
     def name(self, number: int) -> str:
-        """Name of a body or of the ground."""
+        """Return the name of a body or of the ground."""
         return GROUND if number < 0 else self.bodies[number].name
 
     def local(self, number: int, place: Point) -> Point:
-        """A place in a body's frame."""
+        """Return a global point in a body's frame."""
         body = self.bodies[number]
         x, y = place[0] - body.position[0], place[1] - body.position[1]
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         return cos * x + sin * y, cos * y - sin * x
 
     def mark(self, number: int, place: Point) -> BodyPoint:
-        """A new point of a body, or of the ground."""
+        """Add a point to a body or to the ground."""
         points = self.ground if number < 0 else self.points[number]
         name = f"p{len(points)}"
         points[name] = place if number < 0 else self.local(number, place)
         return self.name(number), name
 
     def middle(self, one: int, other: int) -> Point:
-        """A place between two bodies; the mass centre of one that does not rotate, which can be held nowhere else."""
+        """Return a point between two bodies; a body that does not rotate can only be held at its mass centre."""
         for number in (one, other):
             if number >= 0 and not self.rotates(number):
                 return self.bodies[number].position
@@ -153,18 +153,18 @@ class Draft:
         return x, y
 
     def own(self, number: int) -> BodyPoint:
-        """A new point of a body, somewhere on it."""
+        """Add a point somewhere on a body."""
         return self.mark(number, self.middle(number, number))
 
     def new_name(self, kind: str) -> str:
-        """A name that no other part of this kind has; what kinds there are is noted."""
+        """Return a name that no other part of this kind has, and record the kind."""
         self.contents.append(kind)
         return f"{kind} {len(self.contents)}"
 
     # joints
 
     def clearance(self, *, plane: bool = False) -> Any:
-        """A clearance with any laws that accept it."""
+        """Return a clearance with any laws that accept its geometry."""
         radius = self.length * self.decades(0.01, 0.1)
         size = radius * self.decades(1e-4, 0.05)
         while True:
@@ -184,13 +184,13 @@ class Draft:
                     made = sd.Clearance(size, journal_radius=radius, bearing_length=radius, material=material, **laws)
                 for law in laws.values():
                     law.parameters(made.surfaces)
-            except sd.InputError:  # laws say for which geometry they are
+            except sd.InputError:  # the law is for another geometry
                 continue
             self.contents += [f"{kind} {law.name}" for kind, law in laws.items()]
             return made
 
     def law(self, table: Any) -> Any:
-        """A law with its numbers at the scale of the mechanism."""
+        """Return a law whose parameters suit the scale of the mechanism."""
         made = self.choice(list(table.values()))
         scaled = {
             "kinetic": self.between(0.01, 0.3),
@@ -215,7 +215,7 @@ class Draft:
             kind = "pin"
         turning = self.rotates(one) or other < 0 or self.rotates(other)
         if kind in ("pin", "clearance joint", "bushing") and not turning:
-            kind = "spring"  # their mass centres are apart
+            kind = "spring"  # the mass centres do not coincide
         if kind == "weld":
             self.rigid = [self.rigid[other] if group == self.rigid[one] else group for group in self.rigid]
         match kind:
@@ -236,7 +236,7 @@ class Draft:
                 self.add("spring", one, other)
 
     def add_guide(self, one: int, other: int, kind: str) -> None:
-        """A straight guide of a body on another or on the ground."""
+        """Add a straight guide of a body on another body or on the ground."""
         place, label = self.middle(one, other), self.new_name(kind)
         follower = self.mark(one, place)
         body = dataclasses.replace(self.bodies[one], points=self.points[one])
@@ -252,7 +252,7 @@ class Draft:
     # components
 
     def add(self, kind: str, one: int, other: int) -> None:
-        """A component between two bodies, or a body and the ground."""
+        """Add a component between two bodies, or between a body and the ground."""
         F, L, T = self.force, self.length, self.time
         label, k = self.new_name(kind), F / L * self.decades(1.0, 1e3)
         d = math.sqrt(k * self.mass) * self.between(0.0, 0.5) * self.happens(0.5)
@@ -306,25 +306,25 @@ class Draft:
             self.components.append(made[kind]())
 
     def angle(self, number: int) -> float:
-        """Direction of a body, or of the ground."""
+        """Return the direction of a body or of the ground."""
         return 0.0 if number < 0 else self.bodies[number].angle
 
     def place(self, point: BodyPoint) -> Point:
-        """Where a point is at the start."""
+        """Return the start position of a point."""
         if point[0] == GROUND:
             return self.ground[point[1]]
         number = [body.name for body in self.bodies].index(point[0])
         return dataclasses.replace(self.bodies[number], points=self.points[number]).place(point[1])
 
     def tape(self, label: str, body: str, base: str, between: float, turn: float) -> Any:
-        """A tape spring that folds within half a radian."""
+        """Return a tape spring that folds within half a radian."""
         peak = turn * self.between(0.1, 0.4)
         return sd.TapeSpring(
             label, body, base, turn, peak, 0.2 * peak, 0.5 * peak, 0.1 * peak, between + self.between(-0.3, 0.3)
         )
 
     def bushing(self, label: str, one: int, other: int, stiffness: float, turn: float) -> Any:
-        """A bushing, released at the start."""
+        """Return a bushing without force at the start."""
         place = self.middle(one, other)
         turning = self.rotates(one) and (other < 0 or self.rotates(other))
         across = stiffness * self.between(0.3, 1.0)
@@ -340,7 +340,7 @@ class Draft:
         )
 
     def travel_stop(self, label: str, one: int) -> Any:
-        """A wall at some distance from a point."""
+        """Return a wall at some distance from a point."""
         point, direction = self.own(one), self.between(-3.0, 3.0)
         x, y = self.place(point)
         limit = x * math.cos(direction) + y * math.sin(direction) + self.length * self.between(0.02, 0.3)
@@ -348,7 +348,7 @@ class Draft:
         return sd.TravelStop(label, point, direction, limit, stiffness, restitution=self.between(0.3, 1.0))
 
     def factor(self) -> Any:
-        """A factor over time."""
+        """Return a factor over time."""
         T = self.time
         return self.choice(
             (
@@ -360,7 +360,7 @@ class Draft:
         )
 
     def motion(self, start: float) -> Any:
-        """A prescribed angle from a start."""
+        """Return a prescribed angle that begins at `start`."""
         T, turn = self.time, self.between(-1.5, 1.5)
         return self.choice(
             (
@@ -373,7 +373,7 @@ class Draft:
         )
 
     def controller(self, stiffness: float) -> tuple[Any, dict[str, Any]]:
-        """A controller, and what it needs beside a reference."""
+        """Return a controller and the options it needs besides a reference."""
         T = self.time
         gains = stiffness, 0.2 * stiffness * T * self.between(0.1, 1.0), stiffness / T * self.between(0.0, 1.0)
         match int(self.random.integers(4)):
@@ -388,7 +388,7 @@ class Draft:
 
 
 def random_case(seed: int) -> Case:
-    """The random mechanism of a number.
+    """Return the random mechanism of a seed.
 
     Parameters
     ----------
@@ -422,7 +422,7 @@ def random_case(seed: int) -> Case:
 
 
 def _tree(draft: Draft) -> None:
-    """Bodies that hang on the ground and on each other."""
+    """Add bodies that hang on the ground and on each other."""
     first = draft.add_body((0.0, 0.0))
     kinds = ["pin", "pin", "clearance joint", "guide", "clearance guide", "spring", "bushing"]
     draft.connect(first, -1, draft.choice(kinds))
@@ -434,7 +434,7 @@ def _tree(draft: Draft) -> None:
 
 
 def _extras(draft: Draft) -> None:
-    """Loops and components."""
+    """Add loops and components."""
     turning = [k for k in range(len(draft.bodies)) if draft.rotates(k)]
     kinds = [
         "spring", "torsion spring", "tape spring", "constant force spring", "cable", "bushing", "force", "torque", "motor",
@@ -456,7 +456,7 @@ def _extras(draft: Draft) -> None:
 
 
 def _moved(draft: Draft, mechanism: sd.Mechanism) -> sd.Mechanism:
-    """With a drive or a controller of the first body, sometimes."""
+    """Return the mechanism, sometimes with a drive or a controller of its first body."""
     held = any(guide.aligned and guide.follower[0] == "body 0" for guide in draft.guides)
     if held or draft.happens(0.5) or draft.freedom < 2:
         return mechanism

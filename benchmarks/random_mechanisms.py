@@ -1,4 +1,4 @@
-"""Thousands of random valid mechanisms: each balances its energy, or ends with a named cause."""
+"""Simulate thousands of random valid mechanisms: each balances its energy or ends with a named cause."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ __all__ = ["Outcome", "judge", "measure"]
 
 CASES = 3000
 
-MOST_STEPS = 100_000  # Of a run; a contact that rattles may need more, which is a named cause
+MOST_STEPS = 100_000  # Step limit of a run; a rattling contact may need more, which is a named cause
 
 BALANCED = 1e-6
-"""Residual of the energy balance, as a fraction of the energy that changes or is carried, up to which a run balances."""
+"""Allowed residual of the energy balance, as a fraction of the energy that changes or is carried."""
 
-CORRIDOR = 1e-3  # Residual above which a run must say so itself
+CORRIDOR = 1e-3  # Residual above which a run must warn
 
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """How the run of a random mechanism ended.
+    """Outcome of the run of a random mechanism.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Outcome:
     verdict : str
         "balances", "warned", "refused", "failed" with a cause, or "FAULT".
     residual : float
-        Of the energy balance, as a fraction of the largest energy; NaN without a run.
+        Residual of the energy balance, as a fraction of the largest energy; NaN without a run.
     reason : str
         Cause, refusal or fault.
     seconds : float
@@ -76,7 +76,7 @@ def _judged(case: Case) -> tuple[str, float, str]:
             )
     except sd.InputError as error:
         return "refused", math.nan, str(error)
-    except Exception as error:  # whatever it is, it is a fault
+    except Exception as error:  # every unexpected exception is a fault
         return "FAULT", math.nan, f"{type(error).__name__}: {error}"
     said = json.loads(run.attrs["warnings"])
     residual = _residual(run)
@@ -103,28 +103,28 @@ def _residual(run: xr.Dataset) -> float:
 
 
 ALWAYS = ("eccentricity", "indentation", "normal_force", "friction_force", "slip_speed")
-"""Defined at clearance joints at all times; what else belongs to a joint over time, in contact only."""
+"""Variables of clearance joints that are finite at all times; others are finite in contact only."""
 
 
 def _not_finite(mechanism: sd.Mechanism, run: xr.Dataset) -> list[str]:
-    """Variables with a value that is not a number where there should be one."""
+    """Return the variables with a value that is not finite where it should be."""
     found, undetermined = [], "not determined" in run.attrs["warnings"]
     loose = np.isin(run["joint"].values, [contact.name for contact in mechanism.contacts])
     for name, variable in run.data_vars.items():
         values = variable.values
         if values.dtype.kind != "f" or (name == "reaction" and undetermined):
             continue
-        if name == "weld_peak_force_after_start":  # of a run that does not start from concentric journals
+        if name == "weld_peak_force_after_start":  # NaN in runs that do not start from concentric journals
             values = values[~np.isnan(values)]
         if "joint" in variable.dims and name != "reaction":
-            if "time" not in variable.dims:  # a peak of what some joints do not have
+            if "time" not in variable.dims:  # a peak that some joints do not have
                 values = values[loose & ~np.isnan(values)]
             elif name in ALWAYS or "in_contact" not in run:
                 values = values[:, loose]
             else:
                 touching = loose & run["in_contact"].values
                 values = values[touching & ~np.all(np.isnan(values), axis=0)]
-        if variable.dims[0] == "contact":  # of a contact that has not ended yet
+        if variable.dims[0] == "contact":  # a contact that has not ended
             values = values[~np.isnan(values)]
         if not np.all(np.isfinite(values)):
             found.append(str(name))
@@ -132,7 +132,7 @@ def _not_finite(mechanism: sd.Mechanism, run: xr.Dataset) -> list[str]:
 
 
 def measure(quick: bool = False) -> str:
-    """The outcomes of the first mechanisms; a run that was broken off goes on where it was."""
+    """Return the outcomes of the first mechanisms; an interrupted measurement continues."""
     kept = Kept("random_mechanisms", Outcome, __file__, random_cases.__file__)
     return _page(kept.complete(range(60 if quick else CASES), judge))
 
@@ -167,7 +167,7 @@ Residual over the largest energy, quantiles: {quantiles}.
 
 
 def _alike(outcomes: list[Outcome], verdicts: tuple[str, ...]) -> list[str]:
-    """Reasons without their names and numbers, by how often they come."""
+    """Return reasons without names and numbers, the most frequent first."""
     found: collections.Counter[str] = collections.Counter()
     first: dict[str, int] = {}
     for each in outcomes:
@@ -189,7 +189,7 @@ def _list(title: str, lines: Iterable[str]) -> str:
 
 
 def _contents(outcomes: list[Outcome]) -> str:
-    """How often each law, component, drive and controller was in a run that balanced."""
+    """Return how often each law, component, drive and controller was in a run that balanced."""
     total: collections.Counter[str] = collections.Counter()
     good: collections.Counter[str] = collections.Counter()
     for each in outcomes:

@@ -1,4 +1,4 @@
-"""Random scissor arrays, drawn and tabled with few decimals: none is refused, and each moves as the exact one."""
+"""Simulate random scissor arrays drawn with few decimals: none is refused, and each moves like the exact one."""
 
 from __future__ import annotations
 
@@ -16,31 +16,34 @@ from scissordyn.exchange.dxf import read_dxf
 
 CASES = 2000
 
-ALLOWED = 100.0  # Error of an angle times a bar's length, in roundings, up to which an array moves as the exact one
-STROKE = 0.35  # Of the first unit [rad]
+ALLOWED = 100.0  # Allowed error of an angle times a bar's length, in units of the rounding
+STROKE = 0.35  # Change of the first unit's angle [rad]
 
 
 @dataclasses.dataclass(frozen=True)
 class Array:
-    """A straight array: unit k has bars of p[k] + q[k], crossed at an angle `first` against its axis in the first unit."""
+    """Straight array: unit k has bars of length p[k] + q[k]; `first` is the angle of the first unit's bars to the axis."""
 
     p: tuple[float, ...]
     q: tuple[float, ...]
     first: float
     lean: float
-    """Of the axis against x [rad]."""
+    """Angle of the axis to x [rad]."""
     shift: tuple[float, float]
-    """Of the array in the drawing [m]."""
+    """Position of the array in the drawing [m]."""
 
     def angles(self, first: np.ndarray) -> np.ndarray:
-        """Angles of the units against the axis: the kites between them have sides q and p of neighbours, shape (units, ...)."""
+        """Return the angles of the units to the axis, shape (units, ...).
+
+        Kites between units have sides q and p of neighbours.
+        """
         found = [first]
         for before, after in zip(self.q[:-1], self.p[1:], strict=True):
             found.append(np.arcsin(np.sin(found[-1]) * before / after))
         return np.array(found)
 
     def bars(self) -> list[list[tuple[float, float]]]:
-        """Corners and pivot of each bar as drawn, two bars a unit [m]."""
+        """Return corners and pivot of each bar as drawn, two bars a unit [m]."""
         bars, x, half = [], 0.0, self.p[0] * math.sin(self.first)
         for p, q, angle in zip(self.p, self.q, self.angles(np.array(self.first)).tolist(), strict=True):
             x += p * math.cos(angle)
@@ -54,7 +57,7 @@ class Array:
 
 @dataclasses.dataclass(frozen=True)
 class Outcome:
-    """A rounded array: what became of it, and its largest error of an angle times a length, in roundings."""
+    """Outcome of a rounded array with its largest error of an angle times a length, in units of the rounding."""
 
     seed: int
     source: str
@@ -65,7 +68,7 @@ class Outcome:
 
 
 def random_array(rng: np.random.Generator) -> Array:
-    """1 to 6 units; rhombi in one half of the cases, kites in the other. No unit gets near to flat or upright."""
+    """Return 1 to 6 units, rhombi in half of the cases, else kites; no unit comes near flat or upright."""
     units = int(rng.integers(1, 7))
     side = rng.uniform(0.1, 0.6)
     p, q = ([side] * units, [side] * units) if rng.random() < 0.5 else (rng.uniform(0.5, 0.6, (2, units)) * side).tolist()
@@ -81,7 +84,7 @@ def random_array(rng: np.random.Generator) -> Array:
 
 
 def drawing(array: Array, decimals: int) -> str:
-    """The array as DXF in mm."""
+    """Return the array as DXF in mm."""
 
     def pair(place: tuple[float, float], codes: tuple[int, int]) -> list[str]:
         return [text for code, x in zip(codes, place, strict=True) for text in (str(code), f"{1e3 * x:.{decimals}f}")]
@@ -100,7 +103,7 @@ def drawing(array: Array, decimals: int) -> str:
 
 
 def tabled(array: Array, decimals: int) -> sd.Mechanism:
-    """The array as a table of bodies in m and rad: places and angles are rounded, and the lengths."""
+    """Return the array as a table of bodies in m and rad with rounded positions, angles and lengths."""
     bodies, joints = [], []
 
     def number(x: float) -> float:
@@ -155,13 +158,13 @@ def judge(seed: int) -> Outcome:
     expected[1::2] *= -1.0
     angle = np.stack([run["angle"].sel(body=name).values for name in names])
     worst = float(np.max(np.abs(np.exp(1j * (angle - array.lean)) - np.exp(1j * expected)))) * length
-    # of an exact one to the round-off of its coordinates
+    # errors of an exact array are compared with the round-off of its coordinates
     errors = worst / max(rounding, 2e-14)
     return Outcome(seed, source, decimals, units, "as the exact one" if errors < ALLOWED else "differs", errors)
 
 
 def measure(quick: bool = False) -> str:
-    """The outcomes of the first arrays; a run that was broken off goes on where it was."""
+    """Return the outcomes of the first arrays; an interrupted measurement continues."""
     kept = Kept("rounded_drawings", Outcome, __file__)
     outcomes = kept.complete(range(40 if quick else CASES), judge)
     verdicts = collections.Counter(each.verdict.partition(":")[0] for each in outcomes)

@@ -1,4 +1,4 @@
-"""Longer arrays: cost with one clearance joint, with clearance at every joint, and in contact with friction at every joint."""
+"""Measure longer arrays: cost with one clearance joint, with clearance everywhere, and with friction in all joints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNITS = (2, 10, 50, 200)
 SHARED = 1.5  # Target for the integration time of a long array with one clearance joint, relative to two units
 
 FLIGHT, CONTACT = 1e-3, 2e-3
-"""Simulated times with clearance at every joint [s]: before the first contact at 1.4 ms, and after it."""
+"""Simulated times with clearance at every joint [s]: before and after the first contact at 1.4 ms."""
 
 FRICTION = 20e-3  # Simulated time in contact with friction at every joint [s]
 
@@ -34,7 +34,7 @@ class Phases:
     ----------
     path : Trajectory
     integration, setup, dataset : float
-        [s]
+        Processor times [s].
     """
 
     path: Trajectory
@@ -44,14 +44,14 @@ class Phases:
 
 
 def measure(quick: bool = False) -> str:
-    """The three tables."""
+    """Return the three tables."""
     one = _one_clearance(UNITS[:3] if quick else UNITS, 3 if quick else 9)
     everywhere = _clearance_everywhere((2, 4, 8) if quick else (2, 4, 8, 16, 32), 1 if quick else 3)
     return f"{one}\n{everywhere}\n{_friction_everywhere(UNITS[:2] if quick else UNITS, 1 if quick else 3)}"
 
 
 def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dict[str, Phases]:
-    """Median times of alternating cases, after one run each that is not counted."""
+    """Return median times of alternating cases, without a first run of each."""
     times: dict[str, list[tuple[float, float, float]]] = {name: [] for name in cases}
     paths: dict[str, Trajectory] = {}
     for turn in range(repeats + 1):

@@ -1,8 +1,8 @@
-"""How often the intervals of cheap and accurate runs hold the truth: ``python -m benchmarks.screening [FOLDER]``.
+"""Measure how often intervals of cheap and accurate runs contain the truth: ``python -m benchmarks.screening [FOLDER]``.
 
-Two hundred independent studies of the paper's array, its largest contact force until 3 ms over clearance and speed: 120 cheap
-runs at a tolerance of 1e-3 and 24 accurate ones each. The truth is what 16384 accurate runs of a Sobol design say: the mean of
-random ones would be as uncertain as the intervals are wide. The same for studies of which nothing is interpolated.
+Two hundred independent studies compute the largest contact force of the paper's array until 3 ms over clearance and speed. Each
+has 120 cheap runs at a tolerance of 1e-3 and 24 accurate ones. The truth is the mean of 16384 accurate runs of a Sobol design:
+the mean of random ones would be as uncertain as the intervals are wide. The studies are repeated without interpolation.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
 
 
 def runs_of(folder: Path, name: str, design: str, points: int, **options: Any) -> sd.StudyResult:
-    """The runs of all studies, or of the truth."""
+    """Return the runs of all studies, or of the truth."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     return sd.study(
         arm,
@@ -40,7 +40,7 @@ def runs_of(folder: Path, name: str, design: str, points: int, **options: Any) -
 
 
 def repeated(runs: sd.StudyResult) -> list[list[Corrected]]:
-    """The estimates of each study."""
+    """Return the estimates of each study."""
     assert runs.verified is not None
     cheap, accurate = runs.dataset.load(), runs.verified.dataset.load()
     found = []
@@ -50,8 +50,8 @@ def repeated(runs: sd.StudyResult) -> list[list[Corrected]]:
     return found
 
 
-def told(found: list[list[Corrected]], force: np.ndarray, name: str) -> None:
-    """Print how often intervals hold the truth, and how wide they are."""
+def print_coverage(found: list[list[Corrected]], force: np.ndarray, name: str) -> None:
+    """Print how often intervals contain the truth, and how wide they are."""
     for kind, truth in {"fraction": np.mean(force < BOUND), "mean": np.mean(force)}.items():
         each = [next(one.estimate for one in study if one.kind == kind) for study in found]
         held = sum(one.low <= truth <= one.high for one in each)
@@ -60,14 +60,14 @@ def told(found: list[list[Corrected]], force: np.ndarray, name: str) -> None:
 
 
 def main() -> None:
-    """Make the runs, which are kept in a folder that is given, and compare."""
+    """Make the runs, in the folder if one is given, and compare."""
     with tempfile.TemporaryDirectory() as made:
         folder, size = Path(sys.argv[1] if len(sys.argv) > 1 else made), STUDIES * SCREENED
         runs = runs_of(folder, "screening", "random", size, verify=size, screen={"rtol": 1e-3, "atol": 1e-3})
         force = runs_of(folder, "truth", "sobol", TRUE).dataset["peak_force"].values.max(axis=1)
-        told(repeated(runs), force, "interpolated")
+        print_coverage(repeated(runs), force, "interpolated")
         with_interpolation, fidelity.interpolation = fidelity.interpolation, lambda *_: None  # type: ignore[assignment]
-        told(repeated(runs), force, "cheap runs alone")
+        print_coverage(repeated(runs), force, "cheap runs alone")
         fidelity.interpolation = with_interpolation
 
 

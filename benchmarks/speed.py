@@ -1,4 +1,4 @@
-"""The paper's case, 50 ms at the default tolerance: times of its parts, and of explicit and stiff methods."""
+"""Measure the paper's case over 50 ms at the default tolerance: parts of a run, and explicit and stiff methods."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ TARGET = {None: 10e-3, 0.01: 20e-3, 0.1: 20e-3}  # Target for a complete run [s]
 
 
 def measure(quick: bool = False) -> str:
-    """Tables of all comparisons."""
+    """Return the tables of all comparisons."""
     return f"{_own(5 if quick else 21)}\n{_explicit_against_stiff(3 if quick else 9)}"
 
 
 def _own(repeats: int) -> str:
-    """Integration alone, with set-up, with Dataset."""
+    """Return the times of the integration alone, with set-up, and with the Dataset."""
     candidates: dict[str, Measured] = {}
     for kinetic in FRICTION:
         mechanism, name = array(kinetic), name_of(kinetic)
@@ -52,7 +52,7 @@ def _own(repeats: int) -> str:
 
 
 def _ignore(result: object) -> None:
-    """Time the call from outside."""
+    """Return None, so that the call is timed from outside."""
 
 
 def _explicit_against_stiff(repeats: int) -> str:

@@ -1,4 +1,4 @@
-"""Time and memory of whole processes: the first run after an installation, later runs, imports."""
+"""Measure time and memory of whole processes: the first run after an installation, later runs, imports."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Process:
     Parameters
     ----------
     wall, user : float
-        [s]
+        Wall clock and processor time [s].
     memory : float
         Largest resident set [MB].
     """
@@ -45,7 +45,7 @@ child = os.posix_spawn(sys.executable, [sys.executable, *sys.argv[1:]], os.envir
 _, status, used = os.wait4(child, 0)
 print(time.perf_counter() - began, used.ru_utime, used.ru_maxrss, os.waitstatus_to_exitcode(status))
 """
-"""A small process that starts and measures another, as a child's memory would include that of its parent."""
+"""Program that starts and measures another; it is small, since a child's memory would include that of its parent."""
 
 
 def _process(arguments: Sequence[str], environment: Mapping[str, str]) -> Process:
@@ -65,10 +65,10 @@ def _median(processes: Sequence[Process]) -> Process:
 
 
 def measure(quick: bool = False) -> str:
-    """First and later runs, and imports."""
+    """Return the table of first and later runs and of imports."""
     run = ("-m", "scissordyn.cli.main", "run", str(CASE))
-    library()  # of a checkout whose kernels have changed
-    compileall.compile_dir(Path(scissordyn.__file__).parent, quiet=1)  # as pip does when it installs a package
+    library()  # compile kernels that have changed in this checkout
+    compileall.compile_dir(Path(scissordyn.__file__).parent, quiet=1)  # like pip on installation
     with tempfile.TemporaryDirectory() as folder:
         saved = (*run, "-o", str(Path(folder) / "run.nc"))
         named = {
@@ -82,7 +82,7 @@ def measure(quick: bool = False) -> str:
         found: dict[str, list[Process]] = {name: [] for name in named}
         for turn in range(3 if quick else 7):
             for name, (arguments, _) in named.items():
-                # a user without files of settings or caches, as matplotlib and others keep them
+                # a user without settings or caches of matplotlib and others
                 home = {"HOME": str(Path(folder) / str(turn)), "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": ""}
                 found[name].append(_process(arguments, home if "first" in name else {}))
     rows = [_row(name, _median(found[name]), target) for name, (_, target) in named.items()]

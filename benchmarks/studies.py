@@ -1,6 +1,7 @@
-"""Cost of a study beside its integration: the store, blocks, tasks of dask, memory, and a plan for ten million cases.
+"""Measure the cost of a study besides its integration: storage, blocks, tasks of dask, and memory.
 
-With ``--folder`` the studies and their times are kept there, and the same command goes on with what was stopped.
+It ends with a plan for ten million cases. With ``--folder`` the studies and their times are kept there, and the same command
+continues an interrupted measurement.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ from scissordyn.studies.compute.execute import BUSY, TASK_SECONDS, Block, Progre
 
 __all__ = ["Measured", "measure"]
 
-CASES = 100_000  # Of the study whose cost and memory are measured
-FEWER = 20  # One worker against two, and processes, are measured with so many times fewer cases: a rate needs no more
-TASKS = 2000  # Tasks without work by which dask's cost of one is measured, and its memory: two for each of a thousand workers
+CASES = 100_000  # Cases of the study whose cost and memory are measured
+FEWER = 20  # Divisor of the number of cases for comparisons of rates
+TASKS = 2000  # Empty tasks that measure dask's cost and memory per task: two for each of a thousand workers
 
 WORKERS, PLANNED = 1000, 10_000_000
 
@@ -43,20 +44,20 @@ MIB = 2**20
 
 @dataclass(frozen=True)
 class Measured:
-    """A study that was timed.
+    """Study that was timed.
 
     Parameters
     ----------
     engine : str
     cases : int
     seconds : float
-        By the clock [s].
+        Wall-clock time [s].
     beside : float
         Fraction of the workers' time that is not integration.
     early, late : float
         Memory of this process [MiB] after a tenth of its cases and at the end.
     runs : int
-        Of this process, the last of which completed the study.
+        Number of runs of this program; the last one completed the study.
     """
 
     engine: str
@@ -69,12 +70,12 @@ class Measured:
 
     @property
     def rate(self) -> float:
-        """Cases per second."""
+        """Return cases per second."""
         return self.cases / self.seconds
 
     @property
     def row(self) -> list[str]:
-        """Of the table."""
+        """Return the row of the table."""
         numbers = f"{self.cases}|{self.seconds:.1f}|{self.rate:.1f}|{self.beside:.0%}|{self.early:.0f}|{self.late:.0f}"
         return [self.engine, *numbers.split("|")]
 
@@ -83,39 +84,39 @@ HEAD = ("engine", "cases", "seconds", "cases per second", "beside the integratio
 
 
 def study(cases: int) -> Study:
-    """Frictionless cases of the paper over clearance and speed."""
+    """Return a study of frictionless cases of the paper over clearance and speed."""
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     factors = (Factor("A.clearance", Interval(0.05e-3, 0.7e-3)), Factor("drive.speed", Interval(sd.rpm(50), sd.rpm(180))))
     return Study(arm, Options(0.05), factors, Design("random", cases), MEASURES)
 
 
 def empty(block: Block) -> int:
-    """A task without work."""
+    """Run an empty task."""
     return block.number
 
 
 def waiting(block: Block) -> int:
-    """A task that is held."""
+    """Run a task that waits."""
     time.sleep(30.0)
     return block.number
 
 
 def resident() -> float:
-    """Memory of this process [MiB]."""
+    """Return the memory of this process [MiB]."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / MIB
 
 
 @dataclass
 class Spent:
-    """What a study has taken so far, in a file beside it.
+    """Time and memory of a study so far, in a file beside it.
 
     Parameters
     ----------
     seconds : float
-        By the clock, of all runs [s].
+        Wall-clock time of all runs [s].
     early, late : float
-        Memory of the last run after a tenth of its cases, and by now [MiB].
+        Memory of the last run after a tenth of its cases, and now [MiB].
     runs : int
     """
 
@@ -126,12 +127,12 @@ class Spent:
 
     @classmethod
     def of(cls, file: Path) -> Spent:
-        """What the file says."""
+        """Read the file of a study."""
         return cls(**json.loads(file.read_text())) if file.exists() else cls()
 
 
 def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
-    """Time a study, after a small one that loads the kernels in every worker; one that was stopped goes on."""
+    """Time a study after a small one that loads the kernels in every worker; an interrupted study continues."""
     address, file = folder / f"{name}.db", folder / f"{name}.json"
     spent = Spent.of(file)
     before, first, early = spent.seconds, spent.runs, False
@@ -154,7 +155,7 @@ def timed(name: str, cases: int, engine: Engine, folder: Path) -> Measured:
 
 
 def per_task(client: Client, tasks: int) -> tuple[float, float]:
-    """Seconds that a task costs by the clock, and of processor time of the scheduler and the coordinator, this process."""
+    """Return the wall-clock time of a task and the processor time of scheduler and coordinator (this process) [s]."""
     described = study(CASES)
     blocks = (Block(described, np.arange(1000)) for _ in range(tasks))
     began, busy = time.perf_counter(), time.process_time()
@@ -164,26 +165,26 @@ def per_task(client: Client, tasks: int) -> tuple[float, float]:
 
 
 def held(client: Client, tasks: int) -> float:
-    """Memory [MiB] of the scheduler and the client, which are this process here, for tasks that wait."""
+    """Return the memory [MiB] of scheduler and client (this process) for tasks that wait."""
     described, before = study(CASES), resident()
     futures = [client.submit(waiting, Block(described, np.arange(1000)), pure=False) for _ in range(tasks)]
-    time.sleep(2.0)  # until all are there
+    time.sleep(2.0)  # until all tasks have arrived
     grown = resident() - before
     client.cancel(futures, force=True)
     return grown
 
 
 def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) -> str:
-    """The section of the page.
+    """Return the section of the page.
 
     Parameters
     ----------
     cases : int
-        Of the study on two threads.
+        Cases of the study on two threads.
     tasks : int
-        Without work.
+        Number of empty tasks.
     kept : Path, optional
-        Folder of the studies, which go on there if they were stopped.
+        Folder of the studies; studies that were stopped continue there.
     """
     fewer, found = max(40, cases // FEWER), dict[str, Measured]()
     with _folder(kept) as folder:
@@ -231,13 +232,13 @@ def _folder(kept: Path | None) -> Iterator[Path]:
 
 
 def _most_workers() -> int:
-    """Workers up to which blocks are as long as for one."""
+    """Return the largest number of workers for which blocks are as long as for one."""
     return int(block_seconds(1) * BUSY / TASK_SECONDS)
 
 
 @contextmanager
 def _dask(workers: int) -> Iterator[Client]:
-    """A scheduler in this process and workers of dask, protected as those of a queueing system are."""
+    """Start a scheduler in this process and dask workers, protected like those of a queueing system."""
     own = Security.temporary()
     with (
         LocalCluster(workers, threads_per_worker=1, security=own, dashboard_address="127.0.0.1:0") as scheduler,
@@ -247,7 +248,7 @@ def _dask(workers: int) -> Iterator[Client]:
 
 
 def _plan(rate: float, cost: float, memory: float) -> str:
-    """Ten million cases on a thousand workers, from the figures above."""
+    """Return the plan for ten million cases on a thousand workers, from the figures above."""
     seconds = block_seconds(WORKERS)
     block = max(1, int(rate * seconds))
     tasks = -(-PLANNED // block)

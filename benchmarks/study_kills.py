@@ -1,4 +1,4 @@
-"""A study that is killed with -9 at random moments and taken up again: the rows, and the blocks that are done twice."""
+"""Kill a study with -9 at random moments, resume it, and compare its rows and the blocks computed twice."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ VICTIMS = ("coordinator", "worker", "scheduler")
 
 KILLS, SEED = 20, 1
 
-BLOCK = 5  # Cases of a block, a fifth of a second of work
+BLOCK = 5  # Cases of a block: a fifth of a second of work
 
 CASES = 300
 
-AHEAD, WAIT = 6, 0.3  # The victim is killed after up to so many more blocks and up to so many seconds
+AHEAD, WAIT = 6, 0.3  # The victim is killed after at most this many more blocks and this many seconds
 
 SWEEP = (
     *("sweep", str(Path(__file__).parents[1] / "examples" / "paper.toml"), "--set", "run.until=20 ms"),
@@ -42,7 +42,7 @@ SWEEP = (
 
 @dataclass(frozen=True)
 class Kill:
-    """One kill, and what became of the study.
+    """One kill and its effect on the study.
 
     Parameters
     ----------
@@ -50,15 +50,15 @@ class Kill:
     finished : int
         Blocks that were complete before this run of the coordinator.
     rewritten : int
-        Of these, blocks that were written again.
+        Number of these blocks that were written again.
     done : int
         Blocks that are complete after it.
     status : int
         Exit status of the coordinator.
     lines : tuple of str
-        What it said on stderr besides the progress.
+        Lines of stderr besides the progress.
     same : bool or None
-        Whether all rows are those of the undisturbed run, once the study is complete.
+        Whether all rows equal those of the undisturbed run, once the study is complete.
     """
 
     victim: str
@@ -71,10 +71,10 @@ class Kill:
 
 
 def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list[Kill]:
-    """Kill the coordinator, a worker and the scheduler in turn, and take the study up after each.
+    """Kill the coordinator, a worker and the scheduler in turn, and resume the study after each kill.
 
-    Scheduler and workers are processes of their own, as on other machines; the coordinator is the command line. A study that
-    is complete is compared with the undisturbed one and begun anew.
+    Scheduler and workers are separate processes, as on other machines; the coordinator is the command line. A complete study is
+    compared with the undisturbed one and restarted.
 
     Parameters
     ----------
@@ -82,12 +82,12 @@ def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list
         Empty.
     kills : int
     seed : int
-        Of the moments.
+        Seed of the moments.
 
     Returns
     -------
     list of Kill
-        In their order; the last is without a victim: the study is taken up and left alone.
+        Kills in order; the last entry has no victim, since the study is resumed and not disturbed.
     """
     whole, store = folder / "whole.db", folder / "killed.db"
     _ended(_command(*SWEEP, "-o", str(whole), "--threads", "1"))
@@ -114,14 +114,14 @@ def killed_at_random(folder: Path, kills: int = KILLS, seed: int = SEED) -> list
 
 
 def _let_work(coordinator: subprocess.Popen[str], store: Path, moments: random.Random) -> None:
-    """Wait until a random moment at which the coordinator has work."""
+    """Wait until a random moment at which the coordinator works."""
     wanted = len(_finished(store)) + moments.randint(1, AHEAD)
     _wait_for(lambda: len(_finished(store)) >= wanted or coordinator.poll() is not None)
     time.sleep(moments.uniform(0.0, WAIT))
 
 
 def _finished(store: Path) -> dict[int, float]:
-    """How often each block that is complete was written."""
+    """Return how often each complete block was written."""
     if not Store(store).begun():
         return {}
     attempts = Store(store).times()["attempts"]
@@ -129,19 +129,19 @@ def _finished(store: Path) -> dict[int, float]:
 
 
 def _rows(store: Path) -> list[tuple[object, ...]]:
-    """All rows of cases."""
+    """Return all rows of cases."""
     with closing(sqlite3.connect(store)) as connection:
         return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
 def _command(*arguments: str) -> subprocess.Popen[str]:
-    """The command line in a process group of its own."""
+    """Start the command line in its own process group."""
     command = [sys.executable, "-m", "scissordyn.cli.main", *arguments]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True)
 
 
 def _ended(process: subprocess.Popen[str]) -> tuple[int, tuple[str, ...]]:
-    """Exit status and lines of stderr without those on the progress and on the connections, which are this machine's."""
+    """Return exit status and lines of stderr, without those about progress and connections, which depend on the machine."""
     lines = process.communicate(timeout=600)[1].splitlines()
     return process.returncode, tuple(one for one in lines if one != UNPROTECTED and not re.match(r"\d+ of \d+ cases, ", one))
 
@@ -167,7 +167,7 @@ def _answers(port: int) -> bool:
 
 @contextmanager
 def _dask(port: int, folder: Path) -> Iterator[dict[str, subprocess.Popen[bytes]]]:
-    """A scheduler and two workers, as on two machines."""
+    """Start a scheduler and two workers, as on two machines."""
     dask, address = [sys.executable, "-m", "dask"], f"tcp://127.0.0.1:{port}"
     worker = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny"]
     commands = {
@@ -189,7 +189,7 @@ def _dask(port: int, folder: Path) -> Iterator[dict[str, subprocess.Popen[bytes]
 
 
 def measure(kills: int = KILLS) -> str:
-    """The section of the page."""
+    """Return the section of the page."""
     with tempfile.TemporaryDirectory() as folder:
         found = killed_at_random(Path(folder), kills)
     rows = []

@@ -1,4 +1,7 @@
-"""The descent of the woodpecker toy with several kinds of contact from one start: ``python -m benchmarks.woodpecker``."""
+"""Compare the descent of the woodpecker toy with several kinds of contact from one start.
+
+Command: ``python -m benchmarks.woodpecker``.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,11 @@ import numpy as np
 
 import scissordyn as sd
 
-UNTIL, STEP = 3.0, 1e-5  # End of the runs [s], the last second of which is measured, and the step of time stepping [s]
+UNTIL, STEP = 3.0, 1e-5  # End of the runs [s], of which the last second is measured, and the step of time stepping [s]
 
 
 def changed(mechanism: sd.Mechanism, **fields: Any) -> sd.Mechanism:
-    """The toy with other contacts; the sleeve has hardly any restitution, the beak 0.5."""
+    """Return the toy with other contacts; the sleeve has hardly any restitution, the beak 0.5."""
     for guide in mechanism.guides:
         assert guide.clearance is not None
         mechanism = mechanism.with_clearance(guide.name, dataclasses.replace(guide.clearance, **fields))
@@ -23,7 +26,7 @@ def changed(mechanism: sd.Mechanism, **fields: Any) -> sd.Mechanism:
 
 
 def hard(mechanism: sd.Mechanism) -> sd.Mechanism:
-    """The toy with hard contacts."""
+    """Return the toy with hard contacts."""
     for guide, restitution in zip(mechanism.guides, (0.001, 0.5), strict=True):
         assert guide.clearance is not None
         friction = sd.law("friction", "coulomb")(kinetic=0.3)
@@ -33,7 +36,7 @@ def hard(mechanism: sd.Mechanism) -> sd.Mechanism:
 
 
 def descent(mechanism: sd.Mechanism, **options: Any) -> float:
-    """Mean speed of the descent in the last second [mm/s]."""
+    """Return the mean speed of the descent in the last second [mm/s]."""
     run = sd.simulate(mechanism, until=UNTIL, start="as-placed", samples=301, **options)
     height = run["position"].sel(body="sleeve", axis="y").values
     return 1e3 * float(height[200] - height[300])

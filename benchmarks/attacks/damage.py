@@ -1,4 +1,4 @@
-"""Flipped bits, missing ends and rewritten notes in saved runs, checkpoints and studies."""
+"""Damage saved runs, checkpoints and studies: flipped bits, missing ends and rewritten notes."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Judge = Callable[[Path], str]
 
 
 def flipped(content: bytes, chance: random.Random) -> bytes:
-    """The content with one bit changed."""
+    """Return the content with one bit changed."""
     changed = bytearray(content)
     bit = chance.randrange(8 * len(content))
     changed[bit // 8] ^= 1 << bit % 8
@@ -44,12 +44,12 @@ def flipped(content: bytes, chance: random.Random) -> bytes:
 
 
 def cut(content: bytes, chance: random.Random) -> bytes:
-    """The content without its end."""
+    """Return the content without its end."""
     return content[: chance.randrange(1, len(content))]
 
 
 def rewritten(content: bytes, chance: random.Random) -> bytes:
-    """A study in which a value of a note is replaced, with the right digest."""
+    """Return a study in which one value of a note is replaced, with the right digest."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.db"
         path.write_bytes(content)
@@ -62,7 +62,7 @@ def rewritten(content: bytes, chance: random.Random) -> bytes:
 
 
 def _replaced(tree: Any, chance: random.Random) -> Any:
-    """A tree of plain data with another value at a random place."""
+    """Return a tree of plain data with another value at a random position."""
     if isinstance(tree, dict | list) and tree and chance.random() < 0.8:
         place = chance.choice(list(tree) if isinstance(tree, dict) else range(len(tree)))
         tree[place] = _replaced(tree[place], chance)
@@ -71,7 +71,7 @@ def _replaced(tree: Any, chance: random.Random) -> Any:
 
 
 def judge_run(whole: Path) -> Judge:
-    """How a saved run is read."""
+    """Return a judge that reads a saved run."""
     expected = sd.load(whole)
 
     def judge(path: Path) -> str:
@@ -81,7 +81,7 @@ def judge_run(whole: Path) -> Judge:
 
 
 def judge_checkpoint(whole: Path, go_on: Callable[[Path], Any]) -> Judge:
-    """How a run goes on from a checkpoint."""
+    """Return a judge that resumes a run from a checkpoint."""
     expected = go_on(whole)["position"].values
 
     def judge(path: Path) -> str:
@@ -91,7 +91,7 @@ def judge_checkpoint(whole: Path, go_on: Callable[[Path], Any]) -> Judge:
 
 
 def judge_study(whole: Path) -> Judge:
-    """How a study is read, and its page made."""
+    """Return a judge that reads a study and makes its page."""
     expected = Store(whole).results()
 
     def judge(path: Path) -> str:
@@ -109,7 +109,7 @@ def judge_study(whole: Path) -> Judge:
 
 
 def attempts(what: str, whole: Path, change: Callable[[bytes, random.Random], bytes], judge: Judge, tries: int) -> Attack:
-    """A row of the table."""
+    """Return one row of the table."""
     chance, content, results = random.Random(SEED), whole.read_bytes(), list[str]()
     path = whole.with_name(f"changed{whole.suffix}")
     for _ in range(tries):
@@ -126,8 +126,8 @@ def attempts(what: str, whole: Path, change: Callable[[bytes, random.Random], by
 
 
 def attack(quick: bool = False) -> Sequence[Attack]:
-    """The rows of the table."""
-    warnings.simplefilter("ignore")  # of a run without its checksum
+    """Return the rows of the table."""
+    warnings.simplefilter("ignore")  # warnings of a run without its checksum
     tries = QUICK_TRIES if quick else TRIES
     arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Another user of this machine against the explorer's page: connections that say nothing, half a request, and a flood."""
+"""Attack the explorer's page as another user of the machine: silent connections, half requests, and a flood."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ __all__ = ["attack"]
 
 CASE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
 
-IDLE = (325, 2000)  # Connections that are opened and kept open
+IDLE = (325, 2000)  # Numbers of connections that are opened and kept open
 
-DESCRIPTORS = (64, 1024)  # Limits of the explorer; 1024 is that of most systems
+DESCRIPTORS = (64, 1024)  # Limits of file descriptors of the explorer; 1024 is the limit of most systems
 
-FLOOD_SECONDS, PATIENCE = 5.0, 10.0  # [s] duration of the flood; how long the user waits for his page
+FLOOD_SECONDS, PATIENCE = 5.0, 10.0  # Duration of the flood, and time that the user waits for the page [s]
 
 ABOUT = (
     "The explorer runs with a limit of open descriptors; the attacker has none, and does not know the token. Survived: "
@@ -38,7 +38,7 @@ ABOUT = (
 
 @contextmanager
 def explorer(descriptors: int) -> Iterator[SplitResult]:
-    """The address of a page whose process may open so many descriptors."""
+    """Start an explorer with at most `descriptors` file descriptors, and yield the address of its page."""
 
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (descriptors, descriptors))
@@ -57,7 +57,7 @@ def explorer(descriptors: int) -> Iterator[SplitResult]:
 
 
 def served(url: SplitResult, patience: float) -> bool:
-    """Whether the page comes in time; a connection that is dropped is tried again, as browsers do."""
+    """Return whether the page comes in time; a dropped connection is retried, as browsers do."""
     until = time.monotonic() + patience
     while time.monotonic() < until:
         connection = http.client.HTTPConnection(str(url.hostname), url.port, timeout=max(until - time.monotonic(), 0.1))
@@ -74,19 +74,19 @@ def served(url: SplitResult, patience: float) -> bool:
 
 
 def connections(url: SplitResult, count: int, sent: bytes) -> list[socket.socket]:
-    """Connections that send some bytes and then nothing."""
+    """Open connections that send some bytes and then nothing."""
     opened = []
     for _ in range(count):
         try:
             opened.append(socket.create_connection((str(url.hostname), url.port), timeout=0.5))
             opened[-1].sendall(sent)
-        except OSError:  # the server takes no more, or has dropped it
+        except OSError:  # the server accepts no more, or has dropped it
             continue
     return opened
 
 
 def held(url: SplitResult, count: int, sent: bytes) -> bool:
-    """Whether the page is served while connections are held, and after they are closed."""
+    """Return whether the page is served while connections are held, and after they are closed."""
     opened = connections(url, count, sent)
     during = served(url, PATIENCE)
     for connection in opened:
@@ -96,7 +96,7 @@ def held(url: SplitResult, count: int, sent: bytes) -> bool:
 
 @contextmanager
 def page(url: SplitResult) -> Iterator[ClientConnection]:
-    """An open page, once the case is read and its first pictures have come."""
+    """Open a page, and yield its connection once the case is read and the first pictures have come."""
     address = f"ws://{url.netloc}{url.path}ws"
     with connect(address, origin=f"http://{url.netloc}", max_size=None) as opened:  # type: ignore[arg-type]
         opened.recv(120.0)
@@ -106,7 +106,7 @@ def page(url: SplitResult) -> Iterator[ClientConnection]:
 
 
 def quiet(opened: ClientConnection) -> bool:
-    """Whether nothing comes for a second."""
+    """Return whether nothing comes for a second."""
     try:
         opened.recv(1.0)
     except TimeoutError:
@@ -115,16 +115,16 @@ def quiet(opened: ClientConnection) -> bool:
 
 
 def answers(opened: ClientConnection) -> bool:
-    """Whether a page answers a message that is none."""
+    """Return whether a page answers an invalid message."""
     try:
         opened.send("{}")
         return bool(opened.recv(PATIENCE))
-    except Exception:  # closed, in whatever way
+    except Exception:  # closed in any way
         return False
 
 
 def flooded(url: SplitResult) -> tuple[int, int, float, bool]:
-    """Connections opened in a flood, requests of the page meanwhile, longest wait [s], and whether it is served afterwards."""
+    """Return connections in a flood, requests of the page meanwhile, longest wait [s], and whether it is served afterwards."""
     end, opened = time.monotonic() + FLOOD_SECONDS, 0
 
     def flood() -> None:
@@ -151,7 +151,7 @@ def flooded(url: SplitResult) -> tuple[int, int, float, bool]:
 
 
 def attack(quick: bool = False) -> Sequence[Attack]:
-    """The rows of the table."""
+    """Return the rows of the table."""
     hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
     rows = []

@@ -1,4 +1,4 @@
-"""Hostile files for imports and case files: nesting without end, entities, huge numbers, and random changes of whole files."""
+"""Attack imports and case files with hostile texts: endless nesting, entities, huge numbers, and random changes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["attack"]
 
 TRIES, QUICK_TRIES, SEED = 300, 30, 1
 
-SECONDS = 10.0  # An import that takes longer has not survived [s]
+SECONDS = 10.0  # Longest time of an import that survives [s]
 
 MJCF = '<mujoco><worldbody><body name="a"><joint type="hinge" axis="0 1 0"/>'
 MJCF += '<geom type="capsule" fromto="0 0 0 1 0 0" size="0.01"/></body></worldbody></mujoco>'
@@ -55,7 +55,7 @@ def read_case(text: str) -> sd.Case:
 WHOLE: Mapping[str, tuple[str, Callable[[str], Any]]] = MappingProxyType(
     {"MJCF": (MJCF, sd.read_mjcf), "DXF": (DXF, partial(sd.read_dxf, unit="mm")), "case file": (CASE, read_case)}
 )
-"""Whole texts by kind, and what reads them."""
+"""Hostile texts by kind, with the function that reads them."""
 
 ABOUT = (
     f"Survived: the text is read, or refused in one line, within {SECONDS:g} s. Random changes replace, remove or repeat a "
@@ -64,7 +64,7 @@ ABOUT = (
 
 
 def changed(text: str, chance: random.Random) -> str:
-    """A text with a part replaced, removed or repeated."""
+    """Return a text with a part replaced, removed or repeated."""
     first = chance.randrange(len(text) + 1)
     last = min(len(text), first + chance.randrange(20))
     new = chance.choice(("", text[first:last] * 50, "\0", "-1e999", '"', "<", "\u202e", "9" * 500, "[[", "nan"))
@@ -72,7 +72,7 @@ def changed(text: str, chance: random.Random) -> str:
 
 
 def result_of(read: Callable[[str], Any], text: str) -> str:
-    """What became of a text."""
+    """Return what happened to a text."""
     began = time.monotonic()
     try:
         read(text)
@@ -85,14 +85,14 @@ def result_of(read: Callable[[str], Any], text: str) -> str:
 
 
 def row(what: str, results: Sequence[str]) -> Attack:
-    """A row of the table."""
+    """Return one row of the table."""
     counts = {result: results.count(result) for result in dict.fromkeys(results)}
     survived = counts.get("read", 0) + counts.get("refused", 0)
     return Attack(what, len(results), survived, ", ".join(f"{count} {result}" for result, count in counts.items()))
 
 
 def attack(quick: bool = False) -> Sequence[Attack]:
-    """The rows of the table."""
+    """Return the rows of the table."""
     warnings.simplefilter("ignore")
     rows = [row(f"MJCF: {what}", [result_of(sd.read_mjcf, text)]) for what, text in HOSTILE.items()]
     chance = random.Random(SEED)

@@ -1,4 +1,4 @@
-"""Kills at random moments: of a study, its workers and its scheduler, and of the command while it creates the study."""
+"""Kill at random moments: a study, its workers and its scheduler, and the command while it creates the study."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ KILLS, QUICK_KILLS, SEED = 6, 3, 1
 
 CREATIONS, QUICK_CREATIONS = 8, 4
 
-BEGINNING = (2.0, 6.0)  # When the command is killed that creates a study [s]: imports take some seconds
+BEGINNING = (2.0, 6.0)  # Range of kill times of the command that creates a study [s]: imports take some seconds
 
 ABOUT = (
     "Each process is killed with -9. Survived: the same command completes the study afterwards, with the rows of an "
@@ -30,7 +30,7 @@ ABOUT = (
 
 
 def during(kills: int) -> list[Attack]:
-    """Kills while blocks are computed."""
+    """Return the results of kills while blocks are computed."""
     with tempfile.TemporaryDirectory() as folder:
         found = killed_at_random(Path(folder), kills, SEED)
     rows = []
@@ -43,7 +43,7 @@ def during(kills: int) -> list[Attack]:
 
 
 def creating(kills: int) -> Attack:
-    """Kills while the study is created."""
+    """Return the results of kills while the study is created."""
     chance, survived, left = random.Random(SEED), 0, 0
     for _ in range(kills):
         with tempfile.TemporaryDirectory() as folder:
@@ -62,7 +62,7 @@ def creating(kills: int) -> Attack:
 
 
 def attack(quick: bool = False) -> Sequence[Attack]:
-    """The rows of the table."""
+    """Return the rows of the table."""
     return [creating(QUICK_CREATIONS if quick else CREATIONS), *during(QUICK_KILLS if quick else KILLS)]
 
 

@@ -1,4 +1,4 @@
-"""The table of an attack: what was tried, how often, and what was lost."""
+"""Table of an attack: what was tried, how often, and what was lost."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Attack:
     ----------
     what : str
     tried, survived : int
-        Number of attempts, and of those in which nothing was lost.
+        Number of attempts, and number of attempts in which nothing was lost.
     result : str
-        What happened in those that survived, and what was lost in the others.
+        What happened in the attempts that survived, and what was lost in the others.
     """
 
     what: str
@@ -36,13 +36,13 @@ def command(name: str, heading: str, attack: Callable[[bool], Sequence[Attack]],
     Parameters
     ----------
     name : str
-        Of the script in benchmarks/attacks.
+        Name of the script in benchmarks/attacks.
     heading : str
-        Of its section of docs/decisions/measured/attacks.md.
+        Heading of its section of docs/decisions/measured/attacks.md.
     attack : callable
-        Whether to be quick, to the rows of the table.
+        Function from `quick` to the rows of the table.
     about : str
-        How it is done, and what counts as survived.
+        Method, and what counts as survived.
     """
     parser = argparse.ArgumentParser(description=heading)
     parser.add_argument("--write", action="store_true", help="save the section in docs/decisions/measured/attacks.md")

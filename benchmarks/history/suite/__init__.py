@@ -1,1 +1,1 @@
-"""Suite of asv, see asv.conf.json."""
+"""Suite of asv; its settings are in asv.conf.json."""

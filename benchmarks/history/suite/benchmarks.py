@@ -1,4 +1,4 @@
-"""Times of few tasks over the history of the package, by asv: processor time."""
+"""Processor times of a few tasks over the history of the package, for asv."""
 
 import subprocess
 import sys
@@ -39,14 +39,14 @@ class Runs(_Task):
 
 
 class Start:
-    """What a command takes before it does anything."""
+    """Work that a command does before it begins its own."""
 
     timeout = 120.0
     number = 1
     repeat = 3
 
     def time_import(self):
-        """Import of the package in a new process, wall time."""
+        """Measure the import of the package in a new process by wall-clock time."""
         subprocess.run([sys.executable, "-c", "import scissordyn as sd; sd.simulate"], check=True)
 
 

@@ -15,7 +15,7 @@ PAGE = HERE.parent / "docs" / "validation.md"
 
 
 def main() -> int:
-    """Print, and write if wanted; 1 if a check is not met."""
+    """Print the results, and write them if wanted; return 1 if a check fails."""
     parser = argparse.ArgumentParser(description="Run the validation cases.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="cases; all if left out")
     parser.add_argument("--quick", action="store_true", help="the checks only, without the comparison of codes")

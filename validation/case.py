@@ -1,4 +1,4 @@
-"""What a validation case consists of, and the scan of settings that finds the fastest one that reaches a goal."""
+"""Parts of a validation case, and the scan of settings for the fastest one that reaches a goal."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ Measured = tuple[float, float]
 
 @dataclass(frozen=True)
 class Check:
-    """A quantity against its reference.
+    """Quantity and its reference.
 
     Parameters
     ----------
     quantity : str
-        With its unit.
+        Name with its unit.
     reference, found : float
     allowed : float
         Largest error.
@@ -63,26 +63,26 @@ class Check:
 
     @property
     def error(self) -> float:
-        """The error as it is compared with the allowed one."""
+        """Return the error that is compared with the allowed one."""
         return abs(self.found - self.reference) / (abs(self.reference) if self.relative else 1.0)
 
     @property
     def met(self) -> bool:
-        """Whether the error is allowed."""
+        """Return whether the error is allowed."""
         return self.error <= self.allowed
 
 
 @dataclass(frozen=True)
 class Printed:
-    """A result of somebody else's computation or experiment, which ours need not agree with.
+    """Published result of another computation or experiment, which may differ from ours.
 
     Parameters
     ----------
     quantity : str
-        With its unit.
+        Name with its unit.
     printed, found : float
     within : float
-        Relative difference up to which they are said to agree.
+        Relative difference up to which both agree.
     """
 
     quantity: str
@@ -92,21 +92,21 @@ class Printed:
 
     @property
     def difference(self) -> float:
-        """Relative to the printed number."""
+        """Return the difference relative to the printed number."""
         return self.found / self.printed - 1.0
 
     @property
     def answer(self) -> str:
-        """Whether they agree."""
+        """Return whether both agree, in words."""
         return "agrees" if abs(self.difference) <= self.within else "differs"
 
 
 @dataclass(frozen=True)
 class Model:
-    """Another code's model, alone against an exact solution, before its time and error are compared with anything.
+    """Model of another code, checked alone against an exact solution before its time and error are compared.
 
-    A model that is wrong, or that its solver cannot integrate, has an error that no tolerance removes: a comparison of settings
-    then compares nothing. The settings are tight ones, and the motion is one in which errors do not grow.
+    A wrong model, or one that its solver cannot integrate, has an error that no tolerance removes: a comparison of settings
+    is then meaningless. The settings are tight, and errors do not grow in the motion.
 
     Parameters
     ----------
@@ -115,11 +115,11 @@ class Model:
     solution : str
         The exact solution, and the settings.
     measure : callable
-        To the error.
+        Function that returns the error.
     allowed : float
-        Largest error, small against the goal of the comparison.
+        Largest error, small compared with the goal of the comparison.
     package : str
-        That has to be installed, if any.
+        Package that must be installed, if any.
     """
 
     name: str
@@ -131,21 +131,21 @@ class Model:
 
 @dataclass(frozen=True)
 class Code:
-    """A code and the settings that are scanned.
+    """Code and the settings that are scanned.
 
     Parameters
     ----------
     name : str
     run : callable
-        From a setting to error and seconds; raises an exception if the code fails.
+        Function from a setting to error and seconds; raises an exception if the code fails.
     settings : sequence of float
         Tolerances or step sizes.
     meaning : str
-        What a setting is.
+        Meaning of a setting.
     repeats : int
         Runs of each setting; the shortest counts.
     package : str
-        That has to be installed, if any; a code that is not installed is named as such, and does not fail.
+        Package that must be installed, if any; the page names a code that is not installed.
     """
 
     name: str
@@ -158,7 +158,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Scan:
-    """All settings of one code: setting, error and seconds, infinite errors for failures; none if it is not installed."""
+    """Settings of one code with error and seconds: infinite errors for failures, no settings if it is not installed."""
 
     code: Code
     points: tuple[tuple[float, float, float], ...]
@@ -166,29 +166,29 @@ class Scan:
 
 @dataclass(frozen=True)
 class Case:
-    """A validation case.
+    """Validation case.
 
     Parameters
     ----------
     name : str
-        Of its folder.
+        Name of its folder.
     title : str
     checks : callable
-        To the list of checks.
+        Function that returns the checks.
     error : str
-        What the error of the work-precision table is.
+        Meaning of the error in the work-precision table.
     goal : float
         Error that every code has to reach.
     codes : callable, optional
-        To the codes to compare, the package first.
+        Function that returns the codes to compare, the package first.
     quick : bool
         Whether its checks take a few seconds at most.
     notes : sequence of str
         Paragraphs below the tables.
     published : callable, optional
-        To the printed results that are compared, with agreement or not.
+        Function that returns the published results that are compared.
     models : callable, optional
-        To the models of other codes, each with its exact solution.
+        Function that returns the models of other codes, each with its exact solution.
     """
 
     name: str
@@ -212,21 +212,21 @@ ZOO = {
     "hard_limit": "solar-array",
     "mixed_contact": "solar-array",
 }
-"""Cases whose mechanism is in the zoo, by its name there."""
+"""Zoo names of cases whose mechanism is in the zoo."""
 
 
 def case_file(name: str, file: str = "case.toml") -> Path:
-    """The case file of a case: in its folder, or in the zoo."""
+    """Return the path of a case file, in the folder of the case or in the zoo."""
     return sd.zoo[ZOO[name]].case_file if name in ZOO else HERE / name / file
 
 
 def mechanism(name: str, *changes: str, file: str = "case.toml") -> sd.Mechanism:
-    """The mechanism of a case file."""
+    """Return the mechanism of a case file."""
     return read_case(case_file(name, file), changes).mechanism
 
 
 def run(name: str, *changes: str, file: str = "case.toml", **options: object) -> xr.Dataset:
-    """A run of a case file, with other options of `simulate` if they are given."""
+    """Run a case file; `options` replace its options of `simulate`."""
     case = read_case(case_file(name, file), changes)
     found = sd.simulate(case.mechanism, **{**case.run.keywords, **options})  # type: ignore[arg-type]
     if found.attrs["status"] != "complete":
@@ -235,7 +235,7 @@ def run(name: str, *changes: str, file: str = "case.toml", **options: object) ->
 
 
 def timed(name: str, error: Callable[[xr.Dataset], float], **fixed: object) -> Callable[[float], Measured]:
-    """The package at a tolerance: error of the run, seconds of `simulate`."""
+    """Return a function from a tolerance to the error of a run and the seconds of `simulate`."""
     case = read_case(case_file(name))
 
     def measured(tolerance: float) -> Measured:
@@ -251,12 +251,12 @@ def timed(name: str, error: Callable[[xr.Dataset], float], **fixed: object) -> C
 
 
 def installed(package: str) -> bool:
-    """Whether a package can be found; no package is always there."""
+    """Return whether a package can be found; an empty name is always found."""
     return not package or importlib.util.find_spec(package) is not None
 
 
 def scan(code: Code) -> Scan:
-    """Run every setting; one run before the first is not counted, as codes compile or load."""
+    """Run every setting after one run that is not counted, since codes compile or load."""
     if not installed(code.package):
         return Scan(code, ())
     points = []
@@ -275,6 +275,6 @@ def scan(code: Code) -> Scan:
 
 
 def best(scanned: Scan, goal: float) -> tuple[float, float, float]:
-    """Setting, error and seconds of the fastest run that reaches the goal, or else of the most accurate one."""
+    """Return setting, error and seconds of the fastest run that reaches the goal, or else of the most accurate one."""
     reached = [point for point in scanned.points if point[1] <= goal]
     return min(reached, key=lambda point: point[2]) if reached else min(scanned.points, key=lambda point: point[1])

@@ -1,4 +1,4 @@
-"""All validation cases, in the order of the page."""
+"""Validation cases in the order of the page."""
 
 from validation.array.case import CASE as ARRAY
 from validation.bearing.case import CASE as BEARING

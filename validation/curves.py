@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 __all__ = ["Curve", "draw"]
 
 Curve = tuple[str, Sequence[tuple[float, float]]]
-"""Name of a code, and its errors and seconds: none if it is not installed, infinite ones if it fails."""
+"""Name of a code with its errors and seconds: empty if it is not installed, infinite if it fails."""
 
 COLOURS = 10  # Colours of matplotlib's cycle; curves beyond are dotted
 
 
 def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
-    """Draw the error over the time of every setting of every code, with the goal.
+    """Draw error against time for every setting of every code, with the goal.
 
     Parameters
     ----------
@@ -25,11 +25,11 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
     goal : float
         Error that every code has to reach.
     error : str
-        What the error is.
+        Meaning of the error.
     path : Path
-        Of the picture.
+        File of the picture.
     """
-    figure = Figure(figsize=(7.5, 4.5 + 0.1 * len(curves)), layout="constrained")  # two names in a line below the axes
+    figure = Figure(figsize=(7.5, 4.5 + 0.1 * len(curves)), layout="constrained")  # legend: two names per line, below
     axes = figure.subplots()
     markers = "osD^v<>Pp"
     for k, (name, points) in enumerate(curves):

@@ -1,4 +1,4 @@
-"""A mechanism with ideal joints as a model of Exudyn: rigid bodies in x, y and angle, joints as constraints."""
+"""Exudyn model of a mechanism with ideal joints: rigid bodies in x, y and angle, joints as constraints."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ __all__ = ["Settings", "library", "limit", "positions"]
 
 
 def library() -> tuple[Any, Any]:
-    """Exudyn and its items, in its faster variant without range checks, which it has for processors with AVX2."""
-    sys.exudynFast = True  # type: ignore[attr-defined]  # read by Exudyn where it is imported first
+    """Return Exudyn and its items; its variant without range checks is loaded, which needs AVX2."""
+    sys.exudynFast = True  # type: ignore[attr-defined]  # Exudyn reads this on its first import
     return importlib.import_module("exudyn"), importlib.import_module("exudyn.itemInterface")
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How Exudyn integrates.
+    """Settings of Exudyn's integration.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Settings:
 
 
 def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Times, place of a body's mass centre and its angle (samples, 3), and seconds of the solver.
+    """Return times, mass centre and angle of a body (samples, 3), and seconds of the solver.
 
     Ground pins, pins, constant torques, linear springs and massless rods from the ground to a mass are translated.
     """
@@ -63,9 +63,9 @@ def positions(mechanism: sd.Mechanism, until: float, settings: Settings, body: s
 
 
 def limit(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) -> np.ndarray:
-    """Place and angle of a body at the end, in the limit of short steps: a wrong model keeps its error there.
+    """Return position and angle of a body at the end, extrapolated to short steps: the error of a wrong model remains.
 
-    Richardson's extrapolation, of order 2 as both solvers are, from the step of the settings and half of it.
+    Richardson's extrapolation of order 2, the order of both solvers, uses the step of the settings and half of it.
     """
     coarse, fine = (
         positions(mechanism, until, replace(settings, step=step), body)[1][-1] for step in (settings.step, 0.5 * settings.step)
@@ -74,13 +74,13 @@ def limit(mechanism: sd.Mechanism, until: float, settings: Settings, body: str) 
 
 
 def _rotation(body: sd.Body) -> np.ndarray:
-    """From the body's own directions to those of the ground, where it is placed."""
+    """Return the rotation from the body's axes to the global axes at the start."""
     cosine, sine = np.cos(body.placed_angle), np.sin(body.placed_angle)
     return np.array([[cosine, -sine], [sine, cosine]])
 
 
 def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
-    """The mechanism as a system of Exudyn, and the sensor of a body's coordinates."""
+    """Return the mechanism as a system of Exudyn, and the sensor of a body's coordinates."""
     exu, items = library()
 
     system = exu.SystemContainer().AddSystem()
@@ -137,16 +137,16 @@ def _translated(mechanism: sd.Mechanism, body: str) -> tuple[Any, Any]:
 
 
 def _simulation(until: float, settings: Settings, *, sparse: bool) -> Any:
-    """Exudyn's settings of an integration."""
+    """Return Exudyn's settings of an integration."""
     exu, _ = library()
     simulation = exu.SimulationSettings()
     integration = simulation.timeIntegration
     integration.endTime, integration.numberOfSteps = until, round(until / settings.step)
-    integration.automaticStepSize = False  # at singular positions it repeats steps without end
+    integration.automaticStepSize = False  # at singular positions it repeats steps endlessly
     integration.newton.relativeTolerance = settings.newton
     integration.newton.absoluteTolerance = 1e-12
     integration.newton.useModifiedNewton = True
-    integration.newton.modifiedNewtonJacUpdatePerStep = True  # a fifth to a half less time in all cases, at the same error
+    integration.newton.modifiedNewtonJacUpdatePerStep = True  # saves a fifth to a half of the time at the same error
     integration.generalizedAlpha.spectralRadius = settings.radius
     integration.generalizedAlpha.useIndex2Constraints = settings.index2
     integration.generalizedAlpha.useNewmark = settings.index2

@@ -17,7 +17,7 @@ __all__ = ["checks_table", "codes_table", "models_table", "parts", "published_ta
 
 
 def checks_table(checks: Sequence[Check]) -> str:
-    """Every quantity against its reference; what kind this is, where there are several."""
+    """Return the table of every quantity and its reference; the kind of reference is a column if there are several."""
     mixed = len({check.kind for check in checks}) > 1
     rows = [
         [
@@ -34,13 +34,13 @@ def checks_table(checks: Sequence[Check]) -> str:
 
 
 def _bound(allowed: float) -> str:
-    """What is allowed, with the digits that it has: 1e-09, 1.5e-02."""
+    """Return an allowed error with its significant digits: 1e-09, 1.5e-02."""
     text = f"{allowed:.0e}"
     return text if math.isclose(float(text), allowed, rel_tol=1e-9) or not allowed else f"{allowed:.1e}"
 
 
 def published_table(results: Sequence[Printed]) -> str:
-    """Every printed result with ours and the answer."""
+    """Return the table of published results with ours and the answer."""
     rows = [
         [one.quantity, f"{one.printed:.6g}", f"{one.found:.6g}", f"{one.difference:+.1%}", f"{one.answer} ({one.within:.0%})"]
         for one in results
@@ -49,7 +49,7 @@ def published_table(results: Sequence[Printed]) -> str:
 
 
 def models_table(models: Sequence[Model]) -> tuple[str, int]:
-    """Every model of another code against an exact solution, and how many are not within what is allowed."""
+    """Return the table of models of other codes against exact solutions, and how many exceed the allowed error."""
     rows, missed = [], 0
     for model in models:
         verdict = ""
@@ -70,7 +70,7 @@ def models_table(models: Sequence[Model]) -> tuple[str, int]:
 
 
 def codes_table(case: Case, picture: Path | None = None) -> str:
-    """The fastest setting of each code that reaches the goal, the scan that found it, and a picture of the scans if wanted."""
+    """Return the fastest setting of each code that reaches the goal, the scan, and a picture of it if `picture` is given."""
     assert case.codes is not None
     scans = [scan(code) for code in case.codes()]
     fastest = min((took for one in scans for _, miss, took in one.points if miss <= case.goal), default=math.nan)
@@ -88,7 +88,7 @@ def codes_table(case: Case, picture: Path | None = None) -> str:
 
 
 def _code_row(scanned: Scan, goal: float, fastest: float) -> list[str]:
-    """A code in the table."""
+    """Return one code's row of the table."""
     code = scanned.code
     if not scanned.points:
         return [code.name, code.meaning, "-", "not installed", "-", "-"]
@@ -101,7 +101,7 @@ def _code_row(scanned: Scan, goal: float, fastest: float) -> list[str]:
 
 
 def _listed(scanned: Scan) -> str:
-    """A code's settings in the list."""
+    """Return one code's settings as a list item."""
     if not scanned.points:
         return f"* {scanned.code.name}: not installed."
     points = (
@@ -111,7 +111,7 @@ def _listed(scanned: Scan) -> str:
 
 
 def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
-    """One row of the summary."""
+    """Return one row of the summary."""
     kinds = ", ".join(dict.fromkeys(check.kind for check in checks))
     met = sum(check.met for check in checks)
     worst = max(checks, key=lambda check: check.error / check.allowed if check.allowed else float(not check.met))
@@ -125,12 +125,12 @@ def summary_row(case: Case, checks: Sequence[Check]) -> list[str]:
 
 
 def stamp(machine: str) -> str:
-    """When and where a case was run; the last line of its section."""
+    """Return date and machine of a case, the last line of its section."""
     return f"*Run:* {datetime.now(UTC).date().isoformat()}; {machine}\n"
 
 
 def whole(rows: Sequence[Sequence[str]], sections: Sequence[str]) -> str:
-    """The page."""
+    """Return the page."""
     return (
         "# Validation\n\n"
         "Written by `python -m validation --write` (`make validate`), or case by case by `python -m validation --write NAME`.\n"
@@ -148,7 +148,7 @@ def whole(rows: Sequence[Sequence[str]], sections: Sequence[str]) -> str:
 
 
 def parts(text: str) -> tuple[dict[str, list[str]], dict[str, str]]:
-    """The rows of the summary of a written page by title, and its sections by heading."""
+    """Return the rows of a written page's summary by title, and its sections by heading."""
     summary, *sections = re.split(r"^## ", text, flags=re.MULTILINE)
     rows = {}
     for line in summary.splitlines():

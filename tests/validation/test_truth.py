@@ -15,7 +15,7 @@ from validation.catalogue import CASES
 from validation.page import checks_table, parts, summary_row, whole
 from validation.records.case import by_its_scheme, woodpecker_apart
 from validation.records.numbers import SLIDER_CRANK, WOODPECKER
-from validation.two_samples.__main__ import CONTACTS, NUMBERS, compared, numbers_of
+from validation.two_samples.__main__ import CONTACTS, NUMBERS, compared, values_of
 from validation.two_samples.tests import energy_distance, energy_test
 
 from scissordyn.config.file import read_case
@@ -153,6 +153,6 @@ def test_numbers_of_a_table() -> None:
     """Identity: values in mm and N m, and the largest count of any joint; those of a stopped run are NaN."""
     table = pd.DataFrame({"status": ["complete", "failed"], **{column: [2e-3, 1.0] for column, _ in NUMBERS.values()}})
     table["O.contact_count [1]"], table["A.contact_count [1]"] = [3.0, 9.0], [5.0, 9.0]
-    found = numbers_of(table)
+    found = values_of(table)
     assert found.iloc[0].tolist() == [2.0, 2e-3, 5.0]
     assert found.iloc[1].isna().all()

@@ -14,7 +14,7 @@ SPEED, START, UNTIL = 5.0 * math.pi, math.pi / 6.0, 0.02
 
 
 def checks() -> list[Check]:
-    """Torque of several lengths, reaction of two units, place of the outer pins."""
+    """Check torques of several lengths, a reaction of two units, and the position of the outer pins."""
     angle = START + SPEED * UNTIL
     made = []
     for units in (2, 10, 100):

@@ -1,1 +1,1 @@
-"""A loaded shaft in an oil film."""
+"""Loaded shaft in an oil film."""

@@ -1,4 +1,4 @@
-"""A loaded shaft in an oil film."""
+"""Loaded shaft in an oil film."""
 
 from __future__ import annotations
 
@@ -30,11 +30,14 @@ ROUGH = 1e-7 / CLEARANCE
 
 @njit
 def falling(t, y):
-    """Place and speed of the shaft: Ocvirk's pressure over the half where the film is pressed together, by Gauss' rule."""
+    """Return the rates of position and speed of the shaft.
+
+    Ocvirk's pressure over the half where the film is squeezed is integrated by Gauss' rule.
+    """
     ex, ey = y[0] / CLEARANCE, y[1] / CLEARANCE
     a = 2.0 * y[2] / CLEARANCE + SPEED * ey
     b = 2.0 * y[3] / CLEARANCE - SPEED * ex
-    # thickness c (1 - ex cos p - ey sin p) at the angle p from x, pressed together where a cos p + b sin p > 0
+    # thickness c (1 - ex cos p - ey sin p) at the angle p from x; the film is squeezed where a cos p + b sin p > 0
     middle = math.atan2(b, a)
     gap = 1.0 - math.sqrt(ex * ex + ey * ey)
     x = max(gap, 0.0) / ROUGH
@@ -57,7 +60,7 @@ def falling(t, y):
 
 
 def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
-    """Places at the times, and seconds, by scipy."""
+    """Return positions at the times, and seconds, by scipy."""
     began = time.perf_counter()
     scale = tolerance * np.array([1e-4, 1e-4, 1e-1, 1e-1])
     found = solve_ivp(falling, (0.0, UNTIL), np.zeros(4), method, t_eval=TIMES, rtol=tolerance, atol=scale)
@@ -66,30 +69,30 @@ def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
 
 @functools.cache
 def exact() -> np.ndarray:
-    """The reference."""
+    """Return the reference."""
     return second(1e-11)[0]
 
 
 def error(found: xr.Dataset) -> float:
-    """Largest error of the place [m]."""
+    """Return the largest error of the position [m]."""
     return float(np.max(np.abs(found["film_displacement"].values[:, 0] - exact())))
 
 
 def film(model: str, **given: object) -> Film:
-    """The film of the case, smooth surfaces."""
+    """Return the film of the case with smooth surfaces."""
     ends = ("ground", "O"), ("shaft", "centre")
     return Film("film", *ends, VISCOSITY, CLEARANCE, RADIUS, LENGTH, 1e-12, model=model, **given)  # type: ignore[arg-type]
 
 
 def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, float]:
-    """Force along the eccentricity and across it."""
+    """Return the forces along and across the eccentricity."""
     numbers = one.parameters((0.0, 0.0, 0.0))
     found = getattr(force, "py_func", force)(place, 0.0, 0.0, rate, 0.0, speed, 0.0, *numbers[:FIRST], np.array(numbers))
     return float(found[0]), float(found[1])
 
 
 def squeeze(model: str, last: float, load: float = 1000.0) -> tuple[float, float]:
-    """Time from the centre under a constant load, full film: by the force, and by the closed form [s]."""
+    """Return the time from the centre under a constant load with a full film, by the force and by the closed form [s]."""
     one = film(model, full=True)
     found = quad(lambda e: -acting(one, e * CLEARANCE, CLEARANCE, 0.0)[0] / load, 0.0, last, epsrel=1e-12, limit=200)[0]
     short = model == "short"
@@ -98,7 +101,7 @@ def squeeze(model: str, last: float, load: float = 1000.0) -> tuple[float, float
 
 
 def checks() -> list[Check]:
-    """Wedge, squeeze, Sommerfeld numbers, the fall of the shaft, where it comes to rest, the energy balance."""
+    """Check wedge, squeeze, Sommerfeld numbers, the fall of the shaft, its final position and the energy balance."""
     e, made = 0.6, []
     scale = 6.0 * VISCOSITY * SPEED * RADIUS * LENGTH * (RADIUS / CLEARANCE) ** 2
     radial, tangential = acting(film("long"), e * CLEARANCE, 0.0, SPEED)
@@ -129,7 +132,7 @@ def checks() -> list[Check]:
 
 
 def models() -> list[Model]:
-    """Scipy against itself by another method."""
+    """Return scipy's check by another method."""
 
     def off(method: str) -> float:
         return float(np.max(np.abs(second(1e-9, method)[0] - exact())))
@@ -138,7 +141,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
     return [
         Code("scissordyn, simulate()", timed(NAME, error, samples=TIMES.size), tolerances),
@@ -148,7 +151,7 @@ def codes() -> list[Code]:
 
 
 def scipys(method: str, tolerance: float) -> Measured:
-    """Scipy on the compiled equations."""
+    """Run scipy on the compiled equations."""
     place, seconds = second(tolerance, method)
     return float(np.max(np.abs(place - exact()))), seconds
 

@@ -22,7 +22,7 @@ TIMES = np.linspace(0.0, UNTIL, 2501)
 
 @njit
 def pulled(t, y):
-    """Place, speed and bristle deflection of the block on the belt."""
+    """Return the rates of position, speed and bristle deflection of the block on the belt."""
     x, v, z = y
     g = 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))
     bristle = v - 1e5 * abs(v) * z / g
@@ -31,7 +31,7 @@ def pulled(t, y):
 
 
 def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
-    """Place on the belt at the times, and seconds, by scipy."""
+    """Return positions on the belt at the times, and seconds, by scipy."""
     began = time.perf_counter()
     scale = tolerance * np.array([1.0, 1.0, 1e-5])
     found = solve_ivp(pulled, (0.0, UNTIL), np.zeros(3), method, t_eval=TIMES, rtol=tolerance, atol=scale)
@@ -40,29 +40,29 @@ def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
 
 @functools.cache
 def exact() -> np.ndarray:
-    """The reference."""
+    """Return the reference."""
     return second(1e-11)[0]
 
 
 def on_belt(found: xr.Dataset) -> np.ndarray:
-    """Place of the block on the belt [m]."""
+    """Return the position of the block on the belt [m]."""
     return found["position"].sel(body="block", axis="x").values + SPEED * found["time"].values
 
 
 def slips(place: np.ndarray) -> np.ndarray:
-    """Times at which the block starts to slip: its speed on the belt passes 10 mm/s upwards [s]."""
+    """Return the times at which the block starts to slip: its speed on the belt rises above 10 mm/s [s]."""
     speed = np.gradient(place, TIMES)
     over = np.flatnonzero((speed[:-1] <= 0.01) & (speed[1:] > 0.01))
     return TIMES[over] + (0.01 - speed[over]) / (speed[over + 1] - speed[over]) * (TIMES[1] - TIMES[0])
 
 
 def error(found: xr.Dataset) -> float:
-    """Largest error of the place [m]."""
+    """Return the largest error of the position [m]."""
     return float(np.max(np.abs(on_belt(found) - exact())))
 
 
 def checks() -> list[Check]:
-    """Place at the end, period and spring force of the limit cycle."""
+    """Check the final position, and the period and spring force of the limit cycle."""
     place = on_belt(run(NAME, samples=TIMES.size, rtol=1e-9, atol=1e-9))
     made = [
         Check("place on the belt at 25 s [m]", exact()[-1], place[-1], 1e-7, "second formulation"),
@@ -81,7 +81,7 @@ def checks() -> list[Check]:
 
 
 def scipys(method: str, tolerance: float) -> Measured:
-    """Scipy on the compiled equations."""
+    """Run scipy on the compiled equations."""
     place, seconds = second(tolerance, method)
     return float(np.max(np.abs(place - exact()))), seconds
 

@@ -25,26 +25,26 @@ ELASTICA = {
     1.0: (0.46135194971188, 0.056433236283377, 0.30172077379981),
     10.0: (1.4302855388039, 0.55499559775375, 0.8106090248803),
 }
-"""P L^2/EI to the angle at the tip, its way along the bar and across it, over L."""
+"""Angle at the tip and displacements of the tip along and across the bar, over L, by P L^2/EI."""
 
-MODES = 24  # Of a bar as one part against a wall
+MODES = 24  # Modes of a bar as one part against a wall
 
 BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
 FLAPPING = {1.0: (3.681647, 22.181011, 61.841763), 2.0: (4.137320, 22.614922, 62.273184)}
-"""Omega sqrt(mu L^4/EI) to the flapping frequencies of a rotating cantilever, in the same unit."""
+"""Flapping frequencies of a rotating cantilever by rotation speed, both times sqrt(mu L^4/EI)."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Kind:
-    """How a bar bends.
+    """Description of bending.
 
     Parameters
     ----------
     name : str
     last : str
-        Its last cross-section.
+        Name of the last cross-section.
     options : dict
-        Of `with_bending`.
+        Options of `with_bending`.
     """
 
     name: str
@@ -57,7 +57,7 @@ WHOLE = Kind("12 modes", "bar/2", {"modes": 12})
 
 
 def bar(*, length: float = 1.0, mass: float = 1.0) -> sd.Mechanism:
-    """A rigid bar, pinned at its start, that a drive may clamp."""
+    """Return a rigid bar, pinned at its start, that a drive may clamp."""
     pin = sd.Revolute("clamp", ("bar", "start"), ("ground", "O"))
     return sd.Mechanism(
         (sd.bar("bar", length=length, mass=mass),), (pin,), ground=(("O", (0.0, 0.0)),), gravity=0.0, input_body="bar"
@@ -65,19 +65,19 @@ def bar(*, length: float = 1.0, mass: float = 1.0) -> sd.Mechanism:
 
 
 def still(mechanism: sd.Mechanism) -> xr.Dataset:
-    """At rest in equilibrium."""
+    """Return the run at rest in equilibrium."""
     return sd.simulate(mechanism, until=1e-5, samples=2, start="static")
 
 
 def tip(found: xr.Dataset) -> tuple[float, float, float]:
-    """X and y [m] of the last cross-section, and its angle [rad]."""
+    """Return x and y [m] and the angle [rad] of the last cross-section."""
     last = str(found["body"].values[-1])
     place = found["position"].sel(body=last)[0].values
     return float(place[0]), float(place[1]), float(found["angle"].sel(body=last)[0])
 
 
 def welded(count: int, *, middle: bool = True) -> sd.Mechanism:
-    """The same bar of 1 m made of several, each with a cross-section in its middle or without one."""
+    """Return the same bar of 1 m in several parts, each with a cross-section in its middle or without."""
     parts = [sd.bar(f"bar {k}", length=1.0 / count, mass=1.0 / count, position=(k / count, 0.0)) for k in range(1, count)]
     bars = (sd.bar("bar", length=1.0 / count, mass=1.0 / count), *parts)
     if not middle:
@@ -91,7 +91,7 @@ def welded(count: int, *, middle: bool = True) -> sd.Mechanism:
 
 
 def checks() -> list[Check]:
-    """All of them: by elements, then by modes."""
+    """Check all subjects by elements, then by modes."""
     chains = [*_elastica(), *_circle(), *_vibration(), *_rotating(CHAIN, 5e-6), *_spun_up(CHAIN, 2e-4), *_wall(), *_heated()]
     wholes = [*_elastica_by_modes(), *_circle_by_modes(), *_vibration_by_modes(), *_rotating(WHOLE, 5e-6)]
     wholes += [*_spun_up(WHOLE, 2e-3), *_wall(modes=MODES), *_heated_by_modes()]
@@ -99,7 +99,7 @@ def checks() -> list[Check]:
 
 
 def _bent_by_force(rigid: sd.Mechanism, name: str, allowed: tuple[float, float], load: float, **options: Any) -> list[Check]:
-    """An elastica: errors allowed of the angle and of the place of the tip."""
+    """Check an elastica; `allowed` has the errors of the angle and of the position of the tip."""
     made = sd.with_bending(rigid, bending_stiffness=RIGIDITY, axial_stiffness=1e9, **options)
     force = sd.Force("push", (made.bodies[-1].name, "end"), (0.0, RIGIDITY * load))
     x, y, angle = tip(still(made.with_parts({"components": (*made.components, force)}).driven(speed=0.0)))
@@ -121,7 +121,7 @@ def _elastica() -> list[Check]:
 
 
 def _elastica_by_modes() -> list[Check]:
-    """One bar follows a large slope by its modes alone, which costs digits; several need few."""
+    """Check an elastica by modes: one bar with a large slope is less accurate; several bars need few modes."""
     found = []
     for load in ELASTICA:
         allowed = (1e-6, 5e-6) if load < 5.0 else (2e-5, 2e-5)
@@ -131,7 +131,7 @@ def _elastica_by_modes() -> list[Check]:
 
 
 def _bent_by_moment(rigid: sd.Mechanism, name: str, allowed: float, **options: Any) -> list[Check]:
-    """A circle."""
+    """Check a bar bent to a circle."""
     made = sd.with_bending(rigid, bending_stiffness=RIGIDITY, axial_stiffness=1e7, **options)
     moment = sd.Torque("moment", made.bodies[-1].name, 2.0 * math.pi * RIGIDITY)
     x, y, angle = tip(still(made.with_parts({"components": (*made.components, moment)}).driven(speed=0.0)))
@@ -148,7 +148,7 @@ def _circle() -> list[Check]:
 
 
 def _circle_by_modes() -> list[Check]:
-    """Strains count as small: with EI kappa^2/EA = 3.9e-4 the curvature is 7.9e-4 too large."""
+    """Check a circle by modes, which assume small strains: with EI kappa^2/EA = 3.9e-4 the curvature is 7.9e-4 too large."""
     return _bent_by_moment(welded(2, middle=False), "2 bars of 8 modes", 1e-3, modes=8)
 
 
@@ -171,7 +171,7 @@ def _vibration_by_modes() -> list[Check]:
 
 
 def _rotating(kind: Kind, allowed: float) -> list[Check]:
-    """Frequencies of the vibration after a push, by least squares."""
+    """Check the frequencies of the vibration after a push by least squares."""
     found, unit = [], math.sqrt(RIGIDITY)
     for part, flapping in FLAPPING.items():
         made = sd.with_bending(bar(), bending_stiffness=RIGIDITY, axial_stiffness=1e8, **kind.options)
@@ -179,7 +179,7 @@ def _rotating(kind: Kind, allowed: float) -> list[Check]:
         made = made.with_parts({"components": (*made.components, push)}).driven(speed=part * unit)
         path = sd.simulate(made, until=2.0, samples=4001, rtol=1e-9, atol=1e-9)
         time = path["time"].values
-        across = _in_the_frame_of_the_clamp(path)[:, 1][time > 0.06]
+        across = _in_clamp_frame(path)[:, 1][time > 0.06]
         time = time[time > 0.06]
         omega = [unit * math.sqrt(each**2 - part**2) for each in flapping]
         for _ in range(3):
@@ -192,7 +192,7 @@ def _rotating(kind: Kind, allowed: float) -> list[Check]:
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, omega: list[float], k: int) -> float:
-    """Frequency k with which harmonics leave the least of the values, the others held."""
+    """Return the frequency k whose harmonics leave the least residual, with the other frequencies fixed."""
 
     def left(trial: float) -> float:
         waves = [wave(each * time) for each in (*omega[:k], trial, *omega[k + 1 :]) for wave in (np.cos, np.sin)]
@@ -205,15 +205,15 @@ def _nearest(time: np.ndarray, values: np.ndarray, omega: list[float], k: int) -
     return float(minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": 1e-9 * omega[k]}).x)
 
 
-def _in_the_frame_of_the_clamp(found: xr.Dataset) -> np.ndarray:
-    """Way of the last cross-section along and across the direction of the clamp [m]."""
+def _in_clamp_frame(found: xr.Dataset) -> np.ndarray:
+    """Return the position of the last cross-section along and across the clamp's direction [m]."""
     angle, place = found["angle"].sel(body="bar").values, found["position"].isel(body=-1).values
     cos, sin = np.cos(angle), np.sin(angle)
     return np.column_stack([cos * place[:, 0] + sin * place[:, 1], cos * place[:, 1] - sin * place[:, 0]])
 
 
 def _spun_up(kind: Kind, allowed: float) -> list[Check]:
-    """The first direction of a bar with modes has length one: what that takes from the extension is made up for."""
+    """Check the extension of a bar that is spun up; with modes its unit first direction must be compensated."""
     length, axial, mass, speed, lasting = 10.0, 2.8e7, 12.0, 6.0, 15.0
 
     def angle(t: float) -> float:
@@ -225,7 +225,7 @@ def _spun_up(kind: Kind, allowed: float) -> list[Check]:
     made = sd.with_bending(bar(length=length, mass=mass), bending_stiffness=1.4e4, axial_stiffness=axial, **kind.options)
     driven = made.driven(tabulated(angle, until=20.0, points=401))
     found = sd.simulate(driven, until=20.0, samples=4001, method="rodas5p", rtol=1e-6, atol=1e-6)
-    along = _in_the_frame_of_the_clamp(found)[:, 0]
+    along = _in_clamp_frame(found)[:, 0]
     k = math.sqrt(mass / length * speed**2 * length**2 / axial)
     late = found["time"].values > lasting + 0.5
     name = f"spun up, {kind.name}"
@@ -244,7 +244,7 @@ def _spun_up(kind: Kind, allowed: float) -> list[Check]:
 
 
 def _wall(modes: int | None = None) -> list[Check]:
-    """With 16 elements, or with modes."""
+    """Check a bar against a wall, with 16 elements or with modes."""
     speed, axial, gap = 1.0, 1e6, 1e-3
     loose = sd.Clearance(gap, stiffness=Linear(1e9), damping=NoDamping(), friction=sd.NoFriction())
     free = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0), velocity=(speed, 0.0))
@@ -290,7 +290,7 @@ def _heated() -> list[Check]:
 
 
 def _heated_by_modes() -> list[Check]:
-    """A clamped direction has length one: rise and gradient one by one, and a rise between pins."""
+    """Check heat by modes: rise and gradient apart, as a clamped direction has length one, and a rise between pins."""
     depth, alpha, rise, across = 0.02, 12e-6, 8.0, 30.0
     options: dict[str, Any] = {"section": "solid 20x20 mm", "material": "steel", **WHOLE.options}
     mass, arc, name = 7850.0 * depth**2, alpha * across / depth, f"heated, {WHOLE.name}"
@@ -318,7 +318,7 @@ def _heated_by_modes() -> list[Check]:
 
 
 def _balance(name: str, **options: int) -> list[Check]:
-    """Energy with bars that bend and a film in one mechanism."""
+    """Check the energy balance of a mechanism with bars that bend and a film."""
     arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
     oil = sd.Lubrication(viscosity=0.1)
     loose = sd.Clearance(0.5e-3, journal_radius=10e-3, bearing_length=15e-3, friction=sd.NoFriction(), lubrication=oil)

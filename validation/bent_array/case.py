@@ -1,4 +1,4 @@
-"""The paper's array with bars that bend, by two formulations."""
+"""Paper's array with bars that bend, by two formulations."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ NAME = "bent_array"
 BARS = {"tube": (42743.0, 7.5e7, 3.4e-3), "solid bar": (2252.0, 7.6e7, 6e-3)}  # EI [N m^2], EA [N], end [s]
 
 ELEMENTS, FINER, MODES = 16, 32, 24
-"""Of our chains; of the second formulation beside our modes, which both are converged then; and these."""
+"""Elements of our chains; elements of the second formulation against modes, where both have converged; and modes."""
 
-ONE_UNIT = "tube", 3.0e-3  # The bar of one unit, and the end [s]
+ONE_UNIT = "tube", 3.0e-3  # Bar and end [s] of the run with one unit
 
 
 def checks() -> list[Check]:
-    """Instant, approach speed and force of the first contact, and the work of the drive until after it."""
+    """Check time, approach speed and force of the first contact, and the work of the drive until shortly after it."""
     found = []
     for name, (bending, axial, until) in BARS.items():
         found += _first_contact(name, bending, axial, until, ELEMENTS, f"elements={ELEMENTS}")
@@ -30,7 +30,7 @@ def checks() -> list[Check]:
 def _first_contact(
     name: str, bending: float, axial: float, until: float, elements: int, ours: str, units: int = 2
 ) -> list[Check]:
-    """Both formulations: `elements` of the second one, and what a bar of ours has."""
+    """Compare both formulations: `elements` of the second one, and `ours` for a bar of the package."""
     impacts, work = BentArray(elements, bending, axial, units).run(until)
     run_ours = run(
         NAME,
@@ -41,7 +41,7 @@ def _first_contact(
         f"run.until={until:g} s",
     )
     first, kind, chain = impacts[0], "second formulation", ours.startswith("elements")
-    speed = 1e-3 if units == 2 else 1e-2  # the clamp has no strain with modes, which one unit feels more
+    speed = 1e-3 if units == 2 else 1e-2  # the clamp has no strain with modes, which matters more for one unit
     which = f"{name}, {ours.replace('=', ' ')}" + (", one unit" if units == 1 else "")
     said = f"{which}: first contact"
     return [
@@ -53,7 +53,7 @@ def _first_contact(
 
 
 def _stroke() -> list[Check]:
-    """Largest force and work of the drive over the whole stroke."""
+    """Check the largest force and the work of the drive over the whole stroke."""
     bending, axial, _ = BARS["tube"]
     impacts, work = BentArray(8, bending, axial).run(50e-3)
     ours = run(NAME, "bending.0.elements=8", "run.until=50 ms")

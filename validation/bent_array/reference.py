@@ -1,4 +1,4 @@
-"""The paper's array by absolute nodal coordinates: bars of cubic elements with gradient vectors, pins by shared points.
+"""Paper's array by absolute nodal coordinates: bars of cubic elements with gradient vectors, pins as shared points.
 
 Gerstmayr and Irschik 2008: a node is a point r and a gradient r_x, r(x) = S(x) q with Hermite's cubics, strain
 (|r_x|^2 - 1)/2, curvature (r_x x r_xx)/|r_x|^2. The mass matrix is constant. No equation of the package is used.
@@ -23,7 +23,7 @@ GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class Impact:
-    """A contact of the clearance joint: instant [s], approach speed [m/s], largest force [N]."""
+    """Contact of the clearance joint: time [s], approach speed [m/s], largest force [N]."""
 
     instant: float
     speed: float
@@ -31,12 +31,12 @@ class Impact:
 
 
 class BentArray:
-    """Units with the bar at the ground driven at its first cross-section, the journal of the other one loose in the slider.
+    """Array with one ground bar driven at its first cross-section and clearance between the other bar and the slider.
 
     Parameters
     ----------
     elements : int
-        Of each bar, an even number.
+        Elements of each bar, an even number.
     bending, axial : float
         EI [N m^2], EA [N].
     units : int
@@ -55,7 +55,7 @@ class BentArray:
         self.approach = 0.0
 
     def _number(self) -> None:
-        """Numbers of the points and gradients of every node of every bar; the slider's y is the last coordinate."""
+        """Number the points and gradients of every node of every bar; the slider's y is the last coordinate."""
         n, half = self.elements, self.elements // 2
         shared = {(bar, half): f"middle {bar // 2}" for bar in range(self.bars)}
         for bar in range(0, self.bars - 2, 2):
@@ -69,12 +69,12 @@ class BentArray:
         self.gradients = len(known) + np.arange(self.bars * (n + 1)).reshape(self.bars, n + 1)
         self.vectors = len(known) + self.bars * (n + 1)
         ends = np.stack([self.points[:, :-1], self.gradients[:, :-1], self.points[:, 1:], self.gradients[:, 1:]], axis=-1)
-        self.nodes = ends.reshape(-1, 4)  # of each element: its four vectors
+        self.nodes = ends.reshape(-1, 4)  # four vectors of each element
         self.held = int(self.points[0, 0]), int(self.gradients[0, 0])
         self.journal = int(self.points[1, 0])
 
     def _shapes(self) -> None:
-        """Hermite's cubics and their derivatives at Gauss points, five of them."""
+        """Evaluate Hermite's cubics and their derivatives at five Gauss points."""
         places, weights = np.polynomial.legendre.leggauss(5)
         x, size = 0.5 * (places + 1.0), self.size
         self.weights = 0.5 * size * weights
@@ -86,7 +86,7 @@ class BentArray:
         self.first, self.second = first / size, second / size**2
 
     def _masses(self) -> None:
-        """The mass matrix of all vectors, and the factors of that of the free ones."""
+        """Assemble the mass matrix of all vectors, and factorise that of the free ones."""
         one = self.mass / self.length * np.einsum("ag,bg,g->ab", self.values, self.values, self.weights)
         matrix = np.zeros((self.vectors, self.vectors))
         weight = np.zeros(self.vectors)
@@ -102,7 +102,7 @@ class BentArray:
         self.stretched = matrix[gradient, gradient] - self.coupling @ self.solved
 
     def begin(self) -> np.ndarray:
-        """Unbent bars with the velocities of rigid ones; the journal in the middle."""
+        """Return the start: straight bars with the velocities of rigid ones, the journal in the middle."""
         q, v = np.zeros((2, self.vectors, 2))
         angle, along = self.start, np.linspace(0.0, self.length, self.elements + 1)
         cos, sin, size = math.cos(angle), math.sin(angle), self.length
@@ -119,7 +119,7 @@ class BentArray:
         return np.concatenate([*place, *rate, [0.0]])
 
     def unpacked(self, time: float, y: np.ndarray) -> tuple[np.ndarray, ...]:
-        """All vectors and their rates; the stretch of the clamp and its rate; place and speed of the slider."""
+        """Return all vectors and their rates, the stretch of the clamp and its rate, and position and speed of the slider."""
         count = 2 * self.free.size + 2
         place, rate = y[:count], y[count : 2 * count]
         angle = self.start + self.speed * time
@@ -129,21 +129,23 @@ class BentArray:
         q[self.held[1]], v[self.held[1]] = place[-2] * u, rate[-2] * u + place[-2] * self.speed * w
         return q, v, place[-2:], rate[-2:], u, w
 
-    def loose(self, q: np.ndarray, v: np.ndarray, slider: np.ndarray, moving: np.ndarray) -> tuple[float, float, np.ndarray]:
-        """Indentation, its rate and the direction of the eccentricity."""
+    def contact_state(
+        self, q: np.ndarray, v: np.ndarray, slider: np.ndarray, moving: np.ndarray
+    ) -> tuple[float, float, np.ndarray]:
+        """Return the penetration, its rate and the direction of the eccentricity."""
         e = q[self.journal] - np.array([0.0, slider[1]])
         distance = math.hypot(*e)
         normal = e / distance if distance > 0.0 else np.array([1.0, 0.0])
         return distance - self.clearance, float(normal @ (v[self.journal] - np.array([0.0, moving[1]]))), normal
 
     def force(self, depth: float, rate: float) -> float:
-        """Of the contact [N]."""
+        """Return the contact force [N]."""
         if depth <= 0.0 or self.approach <= 0.0:
             return 0.0
         return max(0.0, self.elastic(depth) * (1.0 + self.factor * rate / self.approach))
 
     def rate(self, time: float, y: np.ndarray) -> np.ndarray:
-        """Derivative of the state; its last entry is the work of the drive."""
+        """Return the derivative of the state; its last entry is the power of the drive."""
         q, v, slider, moving, u, w = self.unpacked(time, y)
         # elastic forces: EA eps d(eps) + EI kappa d(kappa)
         nodes = q[self.nodes]
@@ -162,7 +164,7 @@ class BentArray:
         force = np.zeros((self.vectors, 2))
         np.subtract.at(force, self.nodes.ravel(), inner.reshape(-1, 2))
         force[:, 1] -= GRAVITY * self.weight
-        depth, growing, normal = self.loose(q, v, slider, moving)
+        depth, growing, normal = self.contact_state(q, v, slider, moving)
         push = self.force(depth, growing)
         force[self.journal] -= push * normal
         slid = push * normal[1] / self.slider - GRAVITY
@@ -172,14 +174,14 @@ class BentArray:
         left = force[self.held[1]] - self.coupling @ cho_solve(self.factors, force[self.free]) - self.stretched * known
         stretching = float(left @ u) / self.stretched
         free -= np.outer(self.solved, stretching * u)
-        # what holds the direction: the moment of the clamp is lambda times the force across u
+        # the moment of the clamp that holds the direction is lambda times the force across u
         across = float((self.stretched * (known + stretching * u) - left) @ w)
         given = slider[0] * across * self.speed
         count = 2 * self.free.size + 2
         return np.concatenate([y[count : 2 * count], free.ravel(), [stretching, slid, given]])
 
     def run(self, until: float, tolerance: float = 1e-8) -> tuple[list[Impact], float]:
-        """Contacts and work of the drive [J], contact by contact."""
+        """Return the contacts and the work of the drive [J]; the integration restarts at each contact."""
         y, time, found = self.begin(), 0.0, []
         inside = False
         while time < until:
@@ -190,12 +192,12 @@ class BentArray:
                 path = solver.dense_output()
 
                 def gap(t: float) -> float:
-                    return self.loose(*self.unpacked(t, path(t))[:4])[0]  # noqa: B023 (used before it changes)
+                    return self.contact_state(*self.unpacked(t, path(t))[:4])[0]  # noqa: B023 (used before it changes)
 
                 here = np.linspace(solver.t_old, solver.t, 5)
                 gaps = [gap(t) for t in here]
                 if inside:
-                    peak = max(peak, *(self.force(*self.loose(*self.unpacked(t, path(t))[:4])[:2]) for t in here))
+                    peak = max(peak, *(self.force(*self.contact_state(*self.unpacked(t, path(t))[:4])[:2]) for t in here))
                 crossed = [k for k in range(4) if (gaps[k] > 0.0) == inside and (gaps[k + 1] > 0.0) != inside]
                 if crossed and not (solver.t_old == time and crossed[0] == 0 and abs(gaps[0]) < 1e-15):
                     k = crossed[0]
@@ -211,7 +213,7 @@ class BentArray:
                 found[-1] = Impact(found[-1].instant, found[-1].speed, peak)
                 self.approach = 0.0
             else:
-                self.approach = self.loose(*self.unpacked(time, y)[:4])[1]
+                self.approach = self.contact_state(*self.unpacked(time, y)[:4])[1]
                 found.append(Impact(time, self.approach, 0.0))
             inside = not inside
         return found, float(y[-1])

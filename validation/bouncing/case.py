@@ -1,4 +1,4 @@
-"""Bouncing in a bearing: the restitution of every damping factor."""
+"""Bouncing in a bearing: the restitution coefficient of every damping factor."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ FACTORS = {
     "safaeifar-farshidianfar": lambda e: 5 * (1 - e) / (4 * e),
     "zhiying-qishao": lambda e: 0.75 * (1 - e**2) * math.exp(2 * (1 - e)),
 }
-"""Damping factors xi of the restitution coefficient, typed anew from their sources."""
+"""Damping factors xi of the restitution coefficient, copied from their sources independently of the package."""
 
 
 def returned(xi: float) -> float:
-    """The restitution that comes out."""
+    """Return the restitution that results from a damping factor."""
     return brentq(lambda e: math.log((1 + xi) / (1 - xi * e)) - xi * (1 + e), 1e-6, min(1.0, (1 - 1e-12) / xi), xtol=1e-15)
 
 
 def journal(law: str) -> sd.Mechanism:
-    """The journal in its bearing with a damping law."""
+    """Return the journal in its bearing with a damping law."""
     return mechanism(NAME).replace("pin.damping", BY_KIND["damping"][law](restitution=NOMINAL))
 
 
 def checks() -> list[Check]:
-    """Rebound speeds of the first two bounces."""
+    """Check the rebound speeds of the first two bounces."""
     made = []
     for law in (*FACTORS, "exact"):
         e = NOMINAL if law == "exact" else returned(FACTORS[law](NOMINAL))

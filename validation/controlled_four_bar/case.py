@@ -1,4 +1,4 @@
-"""A controlled four-bar linkage with three clearance joints and friction, against a published record with rigid contact."""
+"""Controlled four-bar linkage with three clearance joints and friction, against a published record with rigid contact."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from validation.controlled_four_bar.steering import law
 __all__ = ["CASE"]
 
 NAME = "controlled_four_bar"
-AMPLITUDE, FREQUENCY = 6.0, 0.75 * math.pi  # The reference motion of the crank [rad], [rad/s]
+AMPLITUDE, FREQUENCY = 6.0, 0.75 * math.pi  # Reference motion of the crank [rad], [rad/s]
 
 JOINTS = ("crank pin", "rocker pin", "rocker bearing")
 
-LATE = 2  # The first instant at which the journals of all joints have settled in contact
+LATE = 2  # First instant at which the journals of all joints have settled in contact
 
 
 def _torque(time: float, angle: float, speed: float) -> float:
-    """The torque law at a state of the crank."""
+    """Return the torque law at a state of the crank."""
     phase = FREQUENCY * time
     wanted = AMPLITUDE * math.sin(phase)
     rate, second = AMPLITUDE * FREQUENCY * math.cos(phase), -wanted * FREQUENCY**2
@@ -29,7 +29,7 @@ def _torque(time: float, angle: float, speed: float) -> float:
 
 
 def checks() -> list[Check]:
-    """The torque law at the record's states; angles and places of the journals at its 21 instants."""
+    """Check the torque law at the record's states, and angles and journal positions at its 21 instants."""
     found, soft = run(NAME), run(NAME, *(f"{joint}.stiffness.stiffness=1e6 N/m" for joint in JOINTS))
     given = [_torque(t, a, s) for t, a, s in zip(TIMES, ANGLES[:, 0], SPEEDS, strict=True)]
     missed = float(np.abs(np.array(given) - TORQUES).max())

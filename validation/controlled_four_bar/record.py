@@ -1,4 +1,4 @@
-"""The record of the controlled four-bar linkage: 21 instants in 1 s, computed with rigid contact at steps of 0.1 ms."""
+"""Record of the controlled four-bar linkage: 21 instants in 1 s, computed with rigid contact at steps of 0.1 ms."""
 
 import numpy as np
 
@@ -71,4 +71,4 @@ _ROWS = np.array(
 ANGLES = _ROWS[:, :3]  # Angles of crank, coupler and rocker [rad]
 SPEEDS = _ROWS[:, 3]  # Angular velocity of the crank [rad/s]
 TORQUES = _ROWS[:, 4]  # Torque on the crank [N m]
-ECCENTRICITIES = _ROWS[:, 5:]  # Places of the three journals in their bearings, x and y [mm]
+ECCENTRICITIES = _ROWS[:, 5:]  # Eccentricities of the three journals, x and y [mm]

@@ -12,7 +12,7 @@ COUNT, GAP, SPEED = 5, 1e-3, 1.0
 
 
 def cradle(restitution: float) -> sd.Mechanism:
-    """The row of masses with a restitution coefficient."""
+    """Return the row of masses with a restitution coefficient."""
     found = mechanism(NAME)
     for k in range(1, COUNT):
         found = found.replace(f"pin {k}.damping.restitution", restitution)
@@ -20,11 +20,11 @@ def cradle(restitution: float) -> sd.Mechanism:
 
 
 def checks() -> list[Check]:
-    """Approach speeds of the impacts in a row, and the speeds at the end."""
+    """Check the approach speeds of the impacts in a row, and the final speeds."""
     made = []
     for restitution in (1.0, 0.5):
         share = 0.5 * (1.0 + restitution)
-        # the last impact begins when all gaps have been crossed at the speeds of the masses in turn
+        # the last impact begins after all gaps have been crossed, each at the speed of its mass
         crossing = [GAP / (SPEED * share**k) for k in range(COUNT - 1)]
         found = sd.simulate(
             cradle(restitution), until=sum(crossing) + 0.3 * GAP, start="as-placed", samples=11, rtol=1e-11, atol=1e-11

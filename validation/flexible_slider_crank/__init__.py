@@ -1,1 +1,1 @@
-"""A slider-crank with a rod that bends."""
+"""Slider-crank with a rod that bends."""

@@ -1,6 +1,6 @@
-"""The slider-crank with a rod that bends in Exudyn: ANCF cables, a rigid crank whose inertia keeps its speed, a sliding mass.
+"""Exudyn model of the slider-crank with a rod that bends: ANCF cables, a rigid crank of high inertia, a sliding mass.
 
-The pin between crank and rod is the only constraint. The solvers are implicit: explicit ones take no constraints.
+The pin between crank and rod is the only constraint. The solvers are implicit: explicit ones do not take constraints.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ __all__ = ["CLEARANCE", "TIMES", "UNTIL", "Settings", "orbit", "vibration"]
 CRANK, ROD, ROD_MASS, SLIDER_MASS, SPEED = 0.05, 0.3, 0.0942, 0.5, 10.0 * math.pi
 BENDING, AXIAL = 11.2, 8.4e6
 CLEARANCE, JOURNAL, STIFFNESS, RESTITUTION = 5e-4, 9.5e-3, 5e6, 0.9
-LOSS = 0.75 * (1.0 - RESTITUTION**2)  # Of Lankarani and Nikravesh: F = K delta (1 + loss delta'/approach)
+LOSS = 0.75 * (1.0 - RESTITUTION**2)  # Lankarani and Nikravesh: F = K delta (1 + loss delta'/approach)
 
 UNTIL = 0.015
 TIMES = np.linspace(0.0, UNTIL, 1501)
-KEPT = 1e10  # Mass and inertia of the crank [kg, kg m^2]: it keeps its place and its speed
+KEPT = 1e10  # Mass and inertia of the crank [kg, kg m^2], which keep its position and its speed
 
 
 @dataclass(frozen=True)
 class Settings:
-    """How Exudyn discretises and integrates.
+    """Settings of Exudyn's discretisation and integration.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Settings:
 
 
 def orbit(step: float, chosen: Settings, *, contact: bool = True) -> tuple[np.ndarray, float]:
-    """Eccentricity of the journal at `TIMES` (samples, 2) [m], and processor seconds of the solver."""
+    """Return the eccentricity of the journal at `TIMES` (samples, 2) [m], and processor seconds of the solver."""
     exu, items = library()
     mbs = exu.SystemContainer().AddSystem()
     crank = mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[0.0, 0.0, 0.0], initialVelocities=[0.0, 0.0, SPEED]))
@@ -93,7 +93,7 @@ def orbit(step: float, chosen: Settings, *, contact: bool = True) -> tuple[np.nd
 
 
 def rod(mbs: Any, chosen: Settings, *, start: float, rate: Any) -> list[int]:
-    """Nodes of cables along x; `rate` gives velocity across and angular velocity at a distance from the first node."""
+    """Add cables along x and return their nodes; `rate` gives velocity and angular velocity by distance from the first node."""
     _, items = library()
     nodes = []
     for k in range(chosen.elements + 1):
@@ -123,7 +123,7 @@ def rod(mbs: Any, chosen: Settings, *, start: float, rate: Any) -> list[int]:
 def solved(
     mbs: Any, markers: list[int], until: float, step: float, chosen: Settings
 ) -> tuple[list[tuple[np.ndarray, np.ndarray, np.ndarray]], float]:
-    """Times, places and velocities of markers, and seconds."""
+    """Return times, positions and velocities of markers, and seconds."""
     exu, items = library()
     kinds = exu.OutputVariableType.Position, exu.OutputVariableType.Velocity
     sensors = [
@@ -157,7 +157,7 @@ def solved(
 
 
 def vibration(step: float, chosen: Settings, periods: int = 3) -> float:
-    """Error of the first mode of the rod on two pins, over its amplitude: A sin(w t), w = (pi/L)^2 sqrt(EI/mu)."""
+    """Return the relative error of the first mode of the rod on two pins: A sin(w t), w = (pi/L)^2 sqrt(EI/mu)."""
     exu, items = library()
     mbs = exu.SystemContainer().AddSystem()
     natural = (math.pi / ROD) ** 2 * math.sqrt(BENDING * ROD / ROD_MASS)

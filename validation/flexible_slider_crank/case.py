@@ -1,4 +1,4 @@
-"""A slider-crank with a rod that bends and clearance: the orbit of the journal against Exudyn's cables."""
+"""Slider-crank with a rod that bends and clearance: the orbit of the journal against Exudyn's cables."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ __all__ = ["CASE", "GOAL", "error"]
 
 NAME = "flexible_slider_crank"
 GOAL = 1e-3
-FINE = 32  # Elements of the reference and of Exudyn's model where it is checked alone
+FINE = 32  # Elements of the reference, and of Exudyn's model in its own check
 
 PIN = "slider pin"
 
 
 @cache
 def exact() -> np.ndarray:
-    """The orbit with many beam elements, which share neither shapes nor forces with bars of few shapes."""
+    """Return the orbit with many beam elements, whose shapes and forces are not those of bars with few modes."""
     found = run(NAME, f"bending.0.elements={FINE}", rtol=1e-8, atol=1e-8)
     return np.asarray(found["eccentricity"].sel(joint=PIN).values)
 
 
 def error(found: np.ndarray) -> float:
-    """Largest distance from the reference, in clearances."""
+    """Return the largest distance from the reference, in clearances."""
     return float(np.max(np.hypot(*(found - exact()).T))) / CLEARANCE
 
 
 def ours(tolerance: float, change: str) -> Measured:
-    """The package, with its Dataset."""
+    """Run the package, with its Dataset."""
     one = mechanism(NAME, change)
     began = time.process_time()
     found = sd.simulate(one, until=UNTIL, samples=TIMES.size, rtol=tolerance, atol=tolerance)
@@ -46,7 +46,7 @@ def ours(tolerance: float, change: str) -> Measured:
 
 
 def integration(tolerance: float, change: str, monitor: bool = True) -> Measured:
-    """The package, integration with what prepares it; with torque, energies, peaks and events, or motion and events only."""
+    """Run the package's integration with its preparation; without `monitor` it computes motion and events only."""
     planned = plan(mechanism(NAME, change))
     began = time.process_time()
     path = compute(planned, Options(UNTIL, samples=TIMES.size, rtol=tolerance, atol=tolerance), monitor=monitor)
@@ -56,7 +56,7 @@ def integration(tolerance: float, change: str, monitor: bool = True) -> Measured
 
 
 def checks() -> list[Check]:
-    """First contacts of a rod of few shapes against the reference, which shares neither shapes nor forces with it."""
+    """Check the first contacts of a rod of few modes against the reference, whose shapes and forces are others."""
     kind, made = "second formulation", []
     fine, coarse = (run(NAME, f"bending.0.{one}", rtol=1e-8, atol=1e-8) for one in (f"elements={FINE}", "modes=16"))
     for k in range(2):
@@ -69,7 +69,7 @@ def checks() -> list[Check]:
 
 
 def models() -> list[Model]:
-    """Exudyn's cable alone against the closed form, and the whole model in the limit of many elements."""
+    """Return the checks of Exudyn's cable against the closed form, and of the whole model in the limit of many elements."""
     alone, whole = Settings(FINE, radius=1.0, newton=1e-6, located=True), Settings(FINE, located=True)
     first = f"first mode of the rod on two pins, {FINE} cables, three periods [amplitude]: closed form; 1 us"
     orbits = f"orbit until 15 ms, {FINE} cables [c]: {FINE} beam elements of scissordyn at 1e-8; 1 us"
@@ -80,7 +80,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """Both at settings that reach the goal and beside them."""
+    """Return both codes at settings near the goal."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8)
     made = []
     for change in OURS:
@@ -102,7 +102,7 @@ def codes() -> list[Code]:
 
 
 def cables(step: float, chosen: Settings) -> Measured:
-    """Exudyn."""
+    """Run Exudyn."""
     found, seconds = orbit(step, chosen)
     return error(found), seconds
 
@@ -110,7 +110,7 @@ def cables(step: float, chosen: Settings) -> Measured:
 OURS = ("modes=12", "modes=16", "elements=16")
 
 EXUDYN = (Settings(16, newton=1e-3, located=True), Settings(16, radius=1.0, newton=1e-3, located=True))
-"""The best of `python -m validation.flexible_slider_crank.settings`."""
+"""Best settings of `python -m validation.flexible_slider_crank.settings`."""
 
 NOTES = (
     "The two orbits tend to each other as elements and steps get finer. Errors of both are those of their elements; nearby\n"

@@ -14,7 +14,7 @@ STEPS = (4e-6, 3e-6, 2e-6)
 
 
 def measured(step: float, settings: Settings) -> tuple[float, float]:
-    """Error and seconds; infinite if Exudyn fails."""
+    """Return error and seconds; infinite if Exudyn fails."""
     try:
         found, seconds = orbit(step, settings)
     except Exception as failure:  # another code's failure is a result
@@ -24,7 +24,7 @@ def measured(step: float, settings: Settings) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Print every combination of settings with its errors, and its least time to the goal."""
+    """Print every combination of settings with its errors and its least time to the goal."""
     measured(8e-6, Settings(located=True))  # loads the library
     rows, runs = [], 0
     for elements, reduced, (radius, index2), modified, newton in itertools.product(

@@ -1,4 +1,4 @@
-"""A four-bar linkage with three clearance joints, against Lagrange multipliers."""
+"""Four-bar linkage with three clearance joints, against Lagrange multipliers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ UNTIL, CONTACTS = 0.012, 6
 
 
 def checks() -> list[Check]:
-    """The first contacts of the three joints in order of time."""
+    """Check the first contacts of the three joints in order of time."""
     one = mechanism(NAME)
     found = run(NAME, until=UNTIL, samples=11, rtol=1e-12, atol=1e-12)
     march = March(Multipliers(one), rtol=1e-12, atol=1e-12).run(UNTIL, most_contacts=CONTACTS)

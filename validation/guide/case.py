@@ -1,4 +1,4 @@
-"""The slider-crank with a clearance guide: compliant contact against rigid contact."""
+"""Slider-crank with a clearance guide: compliant contact against rigid contact."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ __all__ = ["CASE", "agreeing", "published"]
 NAME = "guide"
 MODEL = SliderCrank()
 BEGIN, END = 2.69e-3, 2.6926e-3  # Free flight until shortly before the first contact; end of the cluster of impacts [s]
-WITHIN = 0.02  # Revolutions that differ by more than this are said to differ
+WITHIN = 0.02  # Largest relative difference at which revolutions count as equal
 
 
 def compliant(stiffness: float, until: float, tolerance: float) -> list[Impact]:
-    """Contacts of the package with a stiffness of the corners [N/m]."""
+    """Return the contacts of the package with a stiffness of the corners [N/m]."""
     one = mechanism(NAME).replace("guide.stiffness.stiffness", stiffness)
     found = sd.simulate(one, until=until, samples=3, start="as-placed", rtol=tolerance, atol=tolerance)
     return [
-        # corners 4 and 3 of the package are rear and front of the left, here upper, guide surface
+        # corners 4 and 3 of the package are rear and front of the left (here upper) guide surface
         Impact(5 - int(str(name)[-1]), float(start), float(speed), -float(back))
         for name, start, speed, back in zip(
             found["contact_joint"].values,
@@ -40,7 +40,7 @@ def compliant(stiffness: float, until: float, tolerance: float) -> list[Impact]:
 
 
 def agreeing(found: list[Impact], rigid: list[Impact], within: float) -> int:
-    """How many impacts from the first on have the rigid corner, approach speed and rebound speed."""
+    """Return how many first impacts have the corner, approach speed and rebound speed of rigid contact."""
     count = 0
     for one, other in zip(found, rigid, strict=False):
         near = abs(one.approach / other.approach - 1.0) < within and abs(one.rebound / other.rebound - 1.0) < within
@@ -51,7 +51,7 @@ def agreeing(found: list[Impact], rigid: list[Impact], within: float) -> int:
 
 
 def checks() -> list[Check]:
-    """Free flight, the cluster of impacts as the stiffness grows, and averages after it."""
+    """Check the free flight, the cluster of impacts as the stiffness grows, and averages after it."""
     flight = run(NAME, until=2.2e-3, samples=2, rtol=1e-11, atol=1e-11)
     crank = float(flight["angular_velocity"].sel(body="crank")[-1])
     rigid, _ = cluster(MODEL, BEGIN, END)
@@ -71,12 +71,12 @@ def checks() -> list[Check]:
     made += [
         Check(f"impact {k + 1}: {label}", rigid[k].rebound, stiff[k].rebound, 1e-3, "second formulation") for k in range(3)
     ]
-    # impacts that end before the next one begins agree; the stiffer the corners, the more of them
+    # impacts that end before the next one begins agree; a higher stiffness has more of them
     for stiffness, number in ((1e9, 0.0), (1e11, 1.0), (1e13, 3.0), (1e15, 6.0)):
         count = agreeing(compliant(stiffness, END, 1e-10), rigid, 1e-2)
         label = f"impacts that agree within 1 % at k = {stiffness:.0e} N/m"
         made.append(Check(label, number, float(count), 0.0, "second formulation", relative=False))
-    # Moreau's stepping from the end of the free flight, until between the fifth and the sixth impact
+    # Moreau's stepping from the end of the free flight until a time between the fifth and the sixth impact
     state, until = free_flight(BEGIN, MODEL), 2.692535e-3
     _, wanted = cluster(MODEL, BEGIN, until)
     kept, _ = march(MODEL, state[:3].copy(), state[3:].copy(), until - BEGIN, 1e-11, round((until - BEGIN) / 1e-11))
@@ -94,11 +94,11 @@ def checks() -> list[Check]:
     late_crank = float(late["angular_velocity"].sel(body="crank")[-1])
     label = "crank's angular velocity at 30 ms, k = 1e9 N/m, against Moreau's stepping at 1e-6 s [rad/s]"
     made.append(Check(label, float(kept[-1, 3]), late_crank, 2e-2, "second formulation"))
-    return made + of_the_record()
+    return made + check_from_record()
 
 
-def of_the_record() -> list[Check]:
-    """From the record's start, against the limit of rigid contact, where the record itself is 6 % away from it."""
+def check_from_record() -> list[Check]:
+    """Check a run from the record's start against the limit of rigid contact, from which the record itself differs by 6 %."""
     directions, speeds = Recorded.start
     fine, _ = march(MODEL, directions.copy(), speeds.copy(), 0.2, 1e-6, 100)
     wanted = float(fine[-1, 0]) / (2.0 * math.pi)
@@ -108,14 +108,14 @@ def of_the_record() -> list[Check]:
 
 @functools.cache
 def revolutions() -> dict[float, float]:
-    """Revolutions of the crank at the times of the record, from its start, k = 1e9 N/m."""
+    """Return revolutions of the crank at the times of the record, from its start, with k = 1e9 N/m."""
     found = run(NAME, "slider.angular_velocity=0 rad/s", until=0.2, samples=2001, rtol=1e-7, atol=1e-7)
     turned = np.unwrap(found["angle"].sel(body="crank").values) / (2.0 * math.pi)
     return {1e-4 * at: float(np.interp(1e-4 * at, found["time"].values, turned)) for at, *_ in SLIDER_CRANK}
 
 
 def published() -> list[Printed]:
-    """The record with ours."""
+    """Return the record with our results."""
     ours = revolutions()
     return [
         Printed(f"crank's revolutions at {0.1 * at:g} ms", turned, ours[1e-4 * at], WITHIN) for at, turned, _ in SLIDER_CRANK

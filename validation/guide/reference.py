@@ -24,7 +24,7 @@ class Impact(NamedTuple):
 
 
 def free_flight(until: float, model: moreau.SliderCrank) -> np.ndarray:
-    """State of directions and rates without contact."""
+    """Return directions and rates without contact."""
 
     def rate(_: float, state: np.ndarray) -> np.ndarray:
         m, h = moreau.matrices(model, state[:3], state[3:])
@@ -34,7 +34,10 @@ def free_flight(until: float, model: moreau.SliderCrank) -> np.ndarray:
 
 
 def cluster(model: moreau.SliderCrank, begin: float, until: float, most: int = 12) -> tuple[list[Impact], np.ndarray]:
-    """Impacts with friction from the free flight until `begin` on, and the state at `until`; single impacts by Newton's law."""
+    """Return the impacts with friction after a free flight until `begin`, and the state at `until`.
+
+    Single impacts follow Newton's law.
+    """
     state, t = free_flight(begin, model), begin
     impacts: list[Impact] = []
     while len(impacts) < most:
@@ -62,7 +65,7 @@ def cluster(model: moreau.SliderCrank, begin: float, until: float, most: int = 1
         _, n, tangent = moreau.corner(model, state[:3], k)
         u = state[3:]
         approach = -float(n @ u)
-        # unknown impulses: Newton's law along the normal; sliding, so that friction is its limit
+        # unknown impulses: Newton's law along the normal; sliding friction is at its limit
         slip = np.sign(tangent @ u)
         direction = inverse @ (n - model.friction * slip * tangent)
         impulse = (1.0 + model.restitution) * approach / float(n @ direction)

@@ -17,13 +17,13 @@ __all__ = ["CASE"]
 NAME = "hard_contact"
 GRAVITY = 9.81
 FIRST = math.sqrt(2.0 / GRAVITY)  # Time of fall [s]
-HALF, SIDE, GAP = 0.05, 0.1, 0.02  # Of the block, and the gap on either side of it in its channel [m]
+HALF, SIDE, GAP = 0.05, 0.1, 0.02  # Half length and side of the block, and its gap on either side in the channel [m]
 
 SLIDING, FRICTION = 0.5, 0.2
 
 
 def block(*, velocity: float = 0.0, angle: float = 0.0, friction: float) -> sd.Mechanism:
-    """A block of 1 kg on the lower surface of a wide channel."""
+    """Return a block of 1 kg on the lower surface of a wide channel."""
     low = -SIDE * math.cos(angle) - HALF * math.sin(abs(angle))
     place = (0.0, -(SIDE + GAP) - low)
     inertia = (HALF**2 + SIDE**2) / 3.0
@@ -36,7 +36,7 @@ def block(*, velocity: float = 0.0, angle: float = 0.0, friction: float) -> sd.M
 
 
 def checks() -> list[Check]:
-    """Ball, blocks and slider-crank."""
+    """Check ball, blocks and slider-crank."""
     fallen = run(NAME, step=1e-4)
     starts, speeds = fallen["contact_start"].values, fallen["approach_speed"].values
     made = [
@@ -56,7 +56,7 @@ def checks() -> list[Check]:
         stepped = run(NAME, step=step, events="crossed")
         label = f"rest by time stepping at {1e3 * step:g} ms [s]"
         made.append(Check(label, 3.0 * FIRST, float(stepped["contact_start"][-1]), 10.0 * step, "closed form"))
-    made += of_the_blocks()
+    made += check_blocks()
     rigid, _ = cluster(SliderCrank(), 2.69e-3, 2.6926e-3)
     hard = sd.simulate(slider_crank(rotation=-0.01), until=2.6926e-3, start="as-placed", samples=3, step=1e-6)
     for k in range(3):
@@ -69,8 +69,8 @@ def checks() -> list[Check]:
     return made
 
 
-def of_the_blocks() -> list[Check]:
-    """A sliding and a rocking block."""
+def check_blocks() -> list[Check]:
+    """Check a sliding and a rocking block."""
     slid = sd.simulate(block(velocity=SLIDING, friction=FRICTION), until=0.4, start="as-placed", step=1e-4)
     rocked = sd.simulate(block(angle=0.05, friction=5.0), until=0.3, start="as-placed", step=5e-5)
     speeds = rocked["approach_speed"].values

@@ -1,4 +1,4 @@
-"""Limit of stiff contacts: an array with hard and with ever stiffer compliant contact, joint by joint."""
+"""Limit of stiff contacts: an array with hard contact and with compliant contact of increasing stiffness, by joint."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from validation.case import Case, Check, case_file, mechanism
 __all__ = ["CASE"]
 
 NAME = "hard_limit"
-FACTORS = (1, 10, 100)  # Of the stiffness
+FACTORS = (1, 10, 100)  # Factors of the stiffness
 
 TOLERANCE, STEP = 1e-6, 1e-4
 NEIGHBOURS = np.array([0.0, 1e-9, -1e-9, 2e-9, -2e-9])
-"""Relative changes of the clearances of the compliant runs: single ones differ by chaos, their means hardly."""
+"""Relative changes of the clearances of the compliant runs: chaos makes single runs differ, but hardly their means."""
 
-OF_ALL = 0.01  # Part of all losses by which those of a joint, or of restitution, may differ
+OF_ALL = 0.01  # Allowed difference of the losses of a joint, or of restitution, as a fraction of all losses
 
 
 def stiffer(joint: Clearance, factor: float, other: float) -> Clearance:
-    """A joint with all its stiffnesses multiplied, and its clearance changed."""
+    """Return a joint with all its stiffnesses multiplied and its clearance changed."""
     assert joint.material is not None
     assert joint.bearing_material is not None
     pair = [replace(each, youngs_modulus=factor * each.youngs_modulus) for each in (joint.material, joint.bearing_material)]
@@ -43,7 +43,7 @@ def stiffer(joint: Clearance, factor: float, other: float) -> Clearance:
 
 
 def deployed(contact: str, factor: float, other: float = 0.0) -> xr.Dataset:
-    """The array with one kind of contact."""
+    """Return a run of the array with one kind of contact."""
     made = mechanism(NAME, f"clearance.all.contact={contact}")
     joints = tuple(
         joint if joint.clearance is None else replace(joint, clearance=stiffer(joint.clearance, factor, other))
@@ -57,28 +57,28 @@ def deployed(contact: str, factor: float, other: float = 0.0) -> xr.Dataset:
     return found
 
 
-def of_joints(run: xr.Dataset, name: str) -> dict[str, float]:
-    """Sums of a variable of contacts, by joint."""
+def sum_by_joint(run: xr.Dataset, name: str) -> dict[str, float]:
+    """Return sums of a variable of contacts by joint."""
     which, values = run["contact_joint"].values, run[name].values
     return {str(joint): float(np.nansum(values[which == joint])) for joint in np.unique(which)}
 
 
 def checks() -> list[Check]:
-    """Compliant contact as reference, hard contact as found."""
+    """Check hard contact against compliant contact."""
     made: list[Check] = []
     for factor in FACTORS:
-        made += _at(factor, [deployed("compliant", factor, other) for other in NEIGHBOURS], deployed("hard", factor))
+        made += _check_factor(factor, [deployed("compliant", factor, other) for other in NEIGHBOURS], deployed("hard", factor))
     return made
 
 
-def mean_of_joints(runs: list[xr.Dataset], name: str) -> dict[str, float]:
-    """Means over the runs of the sums of a variable of contacts, by joint."""
-    each = [of_joints(run, name) for run in runs]
+def mean_sum_by_joint(runs: list[xr.Dataset], name: str) -> dict[str, float]:
+    """Return means over the runs of the sums of a variable of contacts, by joint."""
+    each = [sum_by_joint(run, name) for run in runs]
     return {joint: float(np.mean([one[joint] for one in each])) for joint in each[0]}
 
 
-def _at(factor: int, soft: list[xr.Dataset], hard: xr.Dataset) -> list[Check]:
-    """The checks at one stiffness; those of each joint at the largest."""
+def _check_factor(factor: int, soft: list[xr.Dataset], hard: xr.Dataset) -> list[Check]:
+    """Return the checks at one stiffness; single joints are checked at the largest one."""
     label, kind = f"{factor} times as stiff: ", "second formulation"
 
     def both(value: Callable[[xr.Dataset], float]) -> tuple[float, float]:
@@ -88,7 +88,7 @@ def _at(factor: int, soft: list[xr.Dataset], hard: xr.Dataset) -> list[Check]:
     friction, restitution = both(lambda run: float(run["friction_loss"][-1])), both(lambda run: float(run["damping_loss"][-1]))
     all_losses = friction[0] + restitution[0]
     impulses, losses = (
-        [mean_of_joints(runs, name) for runs in (soft, [hard])] for name in ("impulse", "contact_friction_loss")
+        [mean_sum_by_joint(runs, name) for runs in (soft, [hard])] for name in ("impulse", "contact_friction_loss")
     )
     made = [
         Check(f"{label}largest deviation of the tip [mm]", *tip, 0.01, kind),

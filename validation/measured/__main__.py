@@ -1,4 +1,7 @@
-"""Measured pendula: ``python -m validation.measured COPY`` with a copy of the repository named in `read`; about ten minutes."""
+"""Compute the results of measured pendula: ``python -m validation.measured COPY`` (about ten minutes).
+
+COPY is a copy of the repository that `read` names.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Double and triple pendulum: numbers beside those of the authors, and errors of prediction over time beside the horizon."""
+"""Double and triple pendulum: parameters compared with those of the authors, and errors of prediction over time."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ FREE = {
         *("arm 3.inertia", "friction A.damping", "friction B.damping", "friction C.damping"),
     ],
 }
-"""Masses and the last mass centre stay as the authors have them: a free oscillation does not determine them all."""
+"""Parameters that are fitted; masses and the last mass centre keep the authors' values, as a free oscillation allows."""
 
-LEAST = 1e-5  # Damping that the search starts from, at least [N m s/rad]
+LEAST = 1e-5  # Smallest damping at the start of the search [N m s/rad]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Numbers of a chain by its authors and by a fit, and errors of prediction.
+    """Parameters of a chain by its authors and by a fit, and errors of prediction.
 
     Parameters
     ----------
     arms : int
     fit : Dataset
     theirs : list of float
-        Of the numbers that are fitted.
+        Authors' values of the fitted parameters.
     seconds : float
-        Of the fit [s].
+        Duration of the fit [s].
     elapsed : ndarray
-        Since the start of a piece [s].
+        Times since the start of a piece [s].
     ours_error, their_error : ndarray
         Root mean square over pieces and arms of the error of predicted angles [rad].
     horizon : float
@@ -66,15 +66,15 @@ class Comparison:
 
 
 def compared(copy: Path, arms: int, every: int) -> Comparison:
-    """Fit every second piece of the recording, and predict the others from their first tenth on.
+    """Fit every second piece of the recording, and predict the others after their first tenth.
 
     Parameters
     ----------
     copy : Path
-        See `read`.
+        Copy of the repository, see `read`.
     arms : {2, 3}
     every : int
-        Take each so many-th instant.
+        Use every n-th instant.
     """
     pieces = records(copy, arms, "id", every) + records(copy, arms, "vad", every)
     given: Numbers = numbers(estimated(copy, arms))
@@ -95,7 +95,7 @@ def compared(copy: Path, arms: int, every: int) -> Comparison:
 
 
 def error_over_time(made: Mechanism, pieces: list[Measured], arms: int) -> tuple[np.ndarray, np.ndarray]:
-    """Root mean square error of the angles over the time since the start of a piece."""
+    """Return the root mean square error of the angles over the time since the start of a piece."""
     held = sd.prediction(made, OPTIONS, pieces, segment=math.inf)
     error = (held["predicted"] - held["measured"]).values[:, :arms]
     count = min(piece.time.size for piece in pieces)
@@ -105,7 +105,7 @@ def error_over_time(made: Mechanism, pieces: list[Measured], arms: int) -> tuple
 
 
 def horizon(made: Mechanism, pieces: list[Measured]) -> float:
-    """Median over the pieces of the time in which a difference of the start, 1e-6 rad in each angle, grows tenfold."""
+    """Return the median over the pieces of the time in which a start difference of 1e-6 rad in each angle grows tenfold."""
     times = []
     for piece in pieces:
         bodies = [

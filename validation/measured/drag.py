@@ -7,21 +7,21 @@ from scissordyn.components.port import HINGE
 
 
 def force(angle, speed, factor):
-    """Torque [N m], stored energy [J], dissipated power [W]."""
+    """Return torque [N m], stored energy [J] and dissipated power [W]."""
     torque = factor * abs(speed) * speed
     return -torque, 0.0, torque * speed
 
 
 @sd.component(port=HINGE, force=force, section="air_drag", symbol="hinge", example={"body": "arm 1", "factor": "1e-5 N m s^2"})
 class AirDrag:
-    """A torque -c |w| w on a body.
+    """Torque -c |w| w on a body.
 
     Parameters
     ----------
     name : str
     body, base : str
     factor : float
-        c [N m s^2].
+        Coefficient c [N m s^2].
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Which friction law fits the decay of the single pendulum: each law fitted to some pieces, and asked for the others."""
+"""Compare friction laws on the decay of the single pendulum: each is fitted to some pieces and predicts the others."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LAWS = {
     "viscous and drag": (VISCOUS, DRAG),
     "viscous, dry and drag": (VISCOUS, DRY, DRAG),
 }
-"""Numbers of each law that are fitted."""
+"""Parameters of each law that are fitted."""
 
 OPTIONS = sd.Options(1.0, "as-placed")
 
@@ -43,16 +43,16 @@ FOLDS = 3
 
 @dataclass(frozen=True)
 class Verdict:
-    """How well a law fits.
+    """Quality of the fit of a law.
 
     Parameters
     ----------
     law : str
     values, errors : dict of str to float
-        Fitted to all pieces, and their standard errors.
+        Parameters fitted to all pieces, and their standard errors.
     fitted, left_out, predicted : float
-        Root mean square error of the angle [rad]: of pieces that were fitted; of those that were not, with their starts
-        fitted to them, and with their starts estimated from their first tenth.
+        Root mean square error of the angle [rad]: of fitted pieces; of other pieces with fitted starts; and of other pieces
+        with starts estimated from their first tenth.
     """
 
     law: str
@@ -81,14 +81,14 @@ def _fitted(made: Mechanism, law: str, pieces: Sequence[Measured]):  # type: ign
 
 
 def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
-    """Each law on the six pieces of 9.2 s, by three folds of two pieces each.
+    """Fit each law to the six pieces of 9.2 s by three folds of two pieces each.
 
     Parameters
     ----------
     copy : Path
-        See `read`.
+        Copy of the repository, see `read`.
     every : int
-        Take each so many-th instant.
+        Use every n-th instant.
     """
     pieces = records(copy, 1, "id", every) + records(copy, 1, "vad", every)
     found = []
@@ -117,15 +117,15 @@ def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a law that was fitted to the begin of the decay says of the rest.
+    """Prediction of the rest of the decay by a law that was fitted to its beginning.
 
     Parameters
     ----------
     law : str
     until : float
-        End of what was fitted [s].
+        End of the fitted part [s].
     fitted, predicted : float
-        Root mean square error of the angle until then, and from then on [rad].
+        Root mean square errors of the angle before and after `until` [rad].
     """
 
     law: str
@@ -140,14 +140,14 @@ def _decay(copy: Path, until: float, every: int) -> Measured:
 
 
 def _fitted_decay(copy: Path, law: str, record: Measured) -> tuple[Mechanism, xr.Dataset]:
-    """The vertical of this record is not exactly that of the encoder: the direction of gravity is fitted too."""
+    """Fit a law to a decay and the direction of gravity, since the record's vertical is not exactly the encoder's."""
     made = _mechanism(numbers(estimated(copy, 1)), law, 1e-3)
     free = ["arm 1.inertia", "gravity_direction", *LAWS[law]] + (["dry friction.yield_angle"] if DRY in LAWS[law] else [])
     return made, sd.fit(made, [record], free, segment=math.inf, deviations={"angle of arm 1": 1e-4}, options=OPTIONS)
 
 
 def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Dataset]:
-    """Fits of each law to the decay to rest."""
+    """Return fits of each law to the decay to rest."""
     record, found = _decay(copy, until, every), {}
     for law in LAWS:
         _, fit = _fitted_decay(copy, law, record)
@@ -157,7 +157,7 @@ def at_rest(copy: Path, until: float = 8.0, every: int = 200) -> dict[str, xr.Da
 
 
 def forecasts(copy: Path, cuts: Sequence[float] = (3.0, 4.0, 5.0), until: float = 8.0, every: int = 200) -> list[Forecast]:
-    """Cross-validation in time: each law fitted to the decay up to a cut, start included, and run on to its end."""
+    """Fit each law to the decay up to each cut, with its start, and predict the rest."""
     record, found = _decay(copy, until, every), []
     for law in LAWS:
         for cut in cuts:

@@ -1,4 +1,4 @@
-"""The pendula as mechanisms, with the numbers of their authors."""
+"""Pendula as mechanisms, with the parameters of their authors."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Numbers:
 
 
 def numbers(estimated: Sequence[float]) -> Numbers:
-    """The numbers of the authors by name."""
+    """Return the parameters of the authors by name."""
     match [float(value) for value in estimated]:
         case [a, m, inertia, damping, g]:
             return Numbers([m], [a], [], [inertia], [damping], g)
@@ -38,9 +38,10 @@ def numbers(estimated: Sequence[float]) -> Numbers:
 
 
 def pendulum(given: Numbers, *, coulomb: float = 0.0, drag: float = 0.0) -> Mechanism:
-    """A chain of arms that hangs at an angle of pi: gravity acts along the x axis backwards, so that their angles are ours.
+    """Return a chain of arms that hangs at an angle of pi.
 
-    Their angles are clockwise from the upward vertical; the mirror image of the chain has the same motion.
+    Gravity acts along the negative x axis, so that the authors' angles are ours. Their angles are clockwise from the upward
+    vertical; the mirror image of the chain has the same motion.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def pendulum(given: Numbers, *, coulomb: float = 0.0, drag: float = 0.0) -> Mech
     coulomb : float
         Dry friction at the first pin [N m]; none if zero.
     drag : float
-        Of the first arm [N m s^2]; none if zero.
+        Drag coefficient of the first arm [N m s^2]; none if zero.
     """
     count, bodies, joints, springs = len(given.mass), [], [], []
     place, names = 0.0, [f"arm {k + 1}" for k in range(count)]

@@ -1,4 +1,4 @@
-"""The picture of the page on measured pendula."""
+"""Picture of the page on measured pendula."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["draw"]
 
 
 def draw(path: Path, chains: Sequence[Comparison], rest: Mapping[str, xr.Dataset]) -> Path:
-    """Errors of prediction of the chains over time, and the decay of the single pendulum to rest with two laws.
+    """Draw errors of prediction of the chains over time, and the decay of the single pendulum with two laws.
 
     Parameters
     ----------

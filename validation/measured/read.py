@@ -1,6 +1,6 @@
-"""Measured oscillations of pendula: read from a copy of their repository, which is not part of this package.
+"""Read measured oscillations of pendula from a copy of their repository, which is not part of this package.
 
-Source: https://github.com/dynamicslab/MultiArm-Pendulum, MIT licence, Copyright (c) 2022 dynamicslab, commit e99a7e1; the
+Source: https://github.com/dynamicslab/MultiArm-Pendulum, MIT licence, Copyright (c) 2022 dynamicslab, commit e99a7e1. The
 cart is fixed, angles are measured from the upward vertical by encoders, and velocities are filtered by the authors. Get it by
 
     git clone https://github.com/dynamicslab/MultiArm-Pendulum pendula
@@ -23,14 +23,14 @@ NAMES = {1: "Single", 2: "Double", 3: "Triple"}
 
 
 def _content(copy: Path, path: str) -> io.BytesIO:
-    """A file of a work tree or of a bare copy."""
+    """Return a file of a work tree or of a bare copy."""
     if (copy / path).is_file():
         return io.BytesIO((copy / path).read_bytes())
     return io.BytesIO(subprocess.run(["git", "-C", str(copy), "show", f"HEAD:{path}"], check=True, capture_output=True).stdout)
 
 
 def records(copy: Path, arms: int, which: str, every: int) -> list[Measured]:
-    """The pieces that the authors fit ("id") or predict ("vad").
+    """Return the pieces that the authors fit ("id") or predict ("vad").
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def records(copy: Path, arms: int, which: str, every: int) -> list[Measured]:
     arms : {1, 2, 3}
     which : {"id", "vad"}
     every : int
-        Take each so many-th of their instants, which are 1 ms apart.
+        Use every n-th of their instants, which are 1 ms apart.
     """
     folder = f"ParameterEstimation/{NAMES[arms]}Pendulum"
     data = loadmat(_content(copy, f"{folder}/{NAMES[arms]}PendulumDataForParameterEstimation.mat"), squeeze_me=True)
@@ -52,13 +52,13 @@ def records(copy: Path, arms: int, which: str, every: int) -> list[Measured]:
 
 
 def free_decay(copy: Path, every: int) -> Measured:
-    """Angle of the single pendulum until it is at rest; the time starts at zero."""
+    """Return the angle of the single pendulum until it is at rest; the time starts at zero."""
     data = loadmat(_content(copy, "Datas/SinglePendulum/SingleDataFreeSwing_1_Dt_0_0001.mat"), squeeze_me=True)["Theta1"]
     time, angle = data["time"].item(), data["signals"].item()["values"].item()
     return Measured((time - time[0])[::every], ("angle of arm 1",), angle[::every, None].astype(float), ("rad",), "free decay")
 
 
 def estimated(copy: Path, arms: int) -> np.ndarray:
-    """The numbers that the authors estimated, in their order."""
+    """Return the parameters that the authors estimated, in their order."""
     path = f"ParameterEstimation/{NAMES[arms]}Pendulum/EstimatedParameters_{NAMES[arms]}Pendulum.mat"
     return np.asarray(loadmat(_content(copy, path))["EstimatedParameters"]).ravel()

@@ -1,4 +1,4 @@
-"""Hard beside compliant contact: mechanisms with contacts of both kinds against compliant contact alone."""
+"""Mechanisms with hard and compliant contacts, against compliant contact alone."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.config.file import read_case
 from validation.case import Case, Check
-from validation.hard_limit.case import of_joints
+from validation.hard_limit.case import sum_by_joint
 
 __all__ = ["CASE"]
 
@@ -19,7 +19,7 @@ KIND = "second formulation"
 
 
 def runs(name: str) -> tuple[xr.Dataset, xr.Dataset]:
-    """A case of the zoo with compliant contact, and with hard contact at every other clearance, guides first."""
+    """Return runs of a zoo case with compliant contact, and with hard contact at every other clearance (guides first)."""
     case = read_case(sd.zoo[name].case_file, [])
     options = {**case.run.keywords, "samples": 2001}
     mixed = case.mechanism
@@ -38,13 +38,13 @@ def runs(name: str) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def impulses(label: str, soft: xr.Dataset, mixed: xr.Dataset) -> list[Check]:
-    """The normal impulse of each joint or contact point, contact forces that last included."""
-    reference, found = of_joints(soft, "impulse"), of_joints(mixed, "impulse")
+    """Check the normal impulse of each joint or contact point, including contact forces that last."""
+    reference, found = sum_by_joint(soft, "impulse"), sum_by_joint(mixed, "impulse")
     return [Check(f"{label}, {joint}: normal impulse [N s]", of, found[joint], 0.02, KIND) for joint, of in reference.items()]
 
 
 def checks() -> list[Check]:
-    """Compliant contact alone as reference, both kinds as found."""
+    """Check mixed contact against compliant contact alone."""
     soft, mixed = runs("solar-array")
     far = [1e3 * float(run["peak_track_deviation"][0]) for run in (soft, mixed)]
     apart = 1e3 * float(np.max(np.linalg.norm(soft["track_position"].values - mixed["track_position"].values, axis=-1)))

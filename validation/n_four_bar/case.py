@@ -1,4 +1,4 @@
-"""A02: the N-four-bar mechanism, through its singular positions."""
+"""N-four-bar mechanism (A02), through its singular positions."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ LOOPS = (2, 40)
 
 
 def exact(units: int) -> np.ndarray:
-    """Positions of B0 at the times."""
+    """Return positions of B0 at the times."""
     return np.array([place(units, t) for t in TIMES])
 
 
 def pins(found: xr.Dataset) -> np.ndarray:
-    """Positions of B0 of a run."""
+    """Return positions of B0 of a run."""
     angle = found["angle"].sel(body="crank 0").values
     return np.column_stack([np.cos(angle), np.sin(angle)])
 
 
 def checks() -> list[Check]:
-    """B0 and the energy at a tight tolerance."""
+    """Check B0 and the energy at a tight tolerance."""
     made = []
     for units in LOOPS:
         found = run(NAME, f"structure.units={units}", samples=101, rtol=1e-12, atol=1e-12)
@@ -58,7 +58,7 @@ def checks() -> list[Check]:
 
 
 def ours(units: int, tolerance: float) -> Measured:
-    """The package."""
+    """Run the package."""
     one = mechanism(NAME, f"structure.units={units}")
     began = time.perf_counter()
     found = sd.simulate(one, until=UNTIL, samples=101, rtol=tolerance, atol=tolerance)
@@ -68,12 +68,12 @@ def ours(units: int, tolerance: float) -> Measured:
 
 @njit
 def swing(t, y, factor):
-    """The angle of the equivalent pendulum, and its rate."""
+    """Return the rates of the equivalent pendulum's angle and angular velocity."""
     return np.array([y[1], -factor * math.cos(y[0])])
 
 
 def scipys(units: int, tolerance: float) -> Measured:
-    """Scipy on the equivalent pendulum, which is one equation whatever N is."""
+    """Run scipy on the equivalent pendulum, which is one equation for any N."""
     factor = ((units + 1) / 2 + units) / ((units + 1) / 3 + units) * 9.81
     began = time.perf_counter()
     found = solve_ivp(
@@ -84,7 +84,7 @@ def scipys(units: int, tolerance: float) -> Measured:
 
 
 def exudyns(units: int, step: float, **options: object) -> Measured:
-    """Exudyn on the bars and pins; of crank 0, whose ground pin is the origin, the direction is compared."""
+    """Run Exudyn on bars and pins and compare the direction of crank 0, whose ground pin is the origin."""
     one = mechanism(NAME, f"structure.units={units}")
     t, made, seconds = positions(one, UNTIL, Settings(step, **options), "crank 0")  # type: ignore[arg-type]
     some = slice(None, None, max(1, len(t) // 100))
@@ -93,7 +93,7 @@ def exudyns(units: int, step: float, **options: object) -> Measured:
 
 
 def models() -> list[Model]:
-    """Scipy at a tight tolerance, Exudyn in the limit of short steps."""
+    """Return the checks of scipy at a tight tolerance and of Exudyn in the limit of short steps."""
 
     def tends(units: int, step: float) -> float:
         crank = limit(mechanism(NAME, f"structure.units={units}"), UNTIL, Settings(step), "crank 0")
@@ -109,7 +109,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
     steps = (1e-2, 3e-3, 1e-3, 3e-4)
     return [

@@ -1,4 +1,4 @@
-"""The N-four-bar mechanism as the rotating pendulum that it is, in Jacobi's elliptic functions."""
+"""Motion of the N-four-bar mechanism, a rotating pendulum, in Jacobi's elliptic functions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["place"]
 
 
 def place(units: int, t: float, gravity: float = 9.81) -> np.ndarray:
-    """Position of the first upper pin, 1 m from its ground pin [m].
+    """Return the position of the first upper pin, 1 m from its ground pin [m].
 
     With s the angle from the upright, s'' = a sin s, s(0) = 0, s'(0) = 1, so that s'^2 = 1 + 4 a sin^2(s/2); with
     w = pi/2 - s/2 this is w'^2 = (1/4)(1 + 4 a)(1 - m sin^2 w), m = 4 a/(1 + 4 a).

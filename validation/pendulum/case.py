@@ -1,4 +1,4 @@
-"""A01: the simple pendulum."""
+"""Simple pendulum (A01)."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ TIMES = np.linspace(0.0, UNTIL, 101)
 
 
 def exact() -> np.ndarray:
-    """Positions at the times."""
+    """Return positions at the times."""
     return np.array([place(t) for t in TIMES])
 
 
 def checks() -> list[Check]:
-    """Position and energy at a tight tolerance."""
+    """Check position and energy at a tight tolerance."""
     found = run(NAME, samples=101, rtol=1e-12, atol=1e-12)
     mass = found["position"].sel(body="mass").values
     away = float(np.max(np.abs(mass - exact())))
@@ -42,18 +42,18 @@ def checks() -> list[Check]:
 
 
 def error(found: xr.Dataset) -> float:
-    """Largest error of the position [m]."""
+    """Return the largest error of the position [m]."""
     return float(np.max(np.abs(found["position"].sel(body="mass").values - exact())))
 
 
 @njit
 def swing(t, y):
-    """The angle from the downward vertical, and its rate."""
+    """Return the rates of the angle from the downward vertical and of the angular velocity."""
     return np.array([y[1], -9.81 * math.sin(y[0])])
 
 
 def scipys(method: str, tolerance: float) -> Measured:
-    """Scipy on the equation of the angle."""
+    """Run scipy on the equation of the angle."""
     began = time.perf_counter()
     found = solve_ivp(swing, (0.0, UNTIL), (-0.5 * math.pi, 0.0), method=method, t_eval=TIMES, rtol=tolerance, atol=tolerance)
     seconds = time.perf_counter() - began
@@ -62,14 +62,14 @@ def scipys(method: str, tolerance: float) -> Measured:
 
 
 def exudyns(step: float, **options: object) -> Measured:
-    """Exudyn's generalised alpha method on the mass and the distance constraint."""
+    """Run Exudyn's generalised alpha method on the mass and the distance constraint."""
     t, made, seconds = positions(mechanism(NAME), UNTIL, Settings(step, **options), "mass")  # type: ignore[arg-type]
     wanted = np.array([place(float(one)) for one in t[:: max(1, len(t) // 100)]])
     return float(np.max(np.abs(made[:: max(1, len(t) // 100), :2] - wanted))), seconds
 
 
 def exudyns_tree(tolerance: float) -> Measured:
-    """Exudyn's DOPRI5 on one angle, at its own instants."""
+    """Run Exudyn's DOPRI5 on one angle, at its own instants."""
     t, angle, seconds = pendulum(tolerance, UNTIL)
     some = slice(None, None, max(1, len(t) // 100))
     made = np.column_stack([np.cos(angle[some]), np.sin(angle[some])])
@@ -77,7 +77,7 @@ def exudyns_tree(tolerance: float) -> Measured:
 
 
 def models() -> list[Model]:
-    """Scipy and Exudyn at tight settings, and in the limit of short steps."""
+    """Return the checks of scipy and Exudyn at tight settings and in the limit of short steps."""
 
     def implicit(**options: object) -> float:
         tends = limit(mechanism(NAME), UNTIL, Settings(1e-3, 1e-11, **options), "mass")  # type: ignore[arg-type]
@@ -95,7 +95,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
     steps = (1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
     return [

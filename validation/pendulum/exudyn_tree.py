@@ -1,4 +1,4 @@
-"""The simple pendulum in Exudyn with the one coordinate that it has: a kinematic tree of one link, an explicit solver."""
+"""Exudyn model of the simple pendulum in one coordinate: a kinematic tree of one link, an explicit solver."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ __all__ = ["pendulum"]
 
 
 def pendulum(tolerance: float, until: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Times of all steps, angles from the x axis, and seconds of the solver.
+    """Return times of all steps, angles from the x axis, and seconds of the solver.
 
     Parameters
     ----------
     tolerance : float
-        Relative, and absolute in radians and radians per second.
+        Relative tolerance, and absolute tolerance in radians and radians per second.
     until : float
         End [s].
     """

@@ -1,4 +1,4 @@
-"""The pendulum in Jacobi's elliptic functions."""
+"""Motion of the pendulum in Jacobi's elliptic functions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["place"]
 
 
 def place(t: float, length: float = 1.0, gravity: float = 9.81) -> np.ndarray:
-    """Position of the mass released at rest from the horizontal at the left [m]."""
+    """Return the position of the mass released at rest from the left horizontal [m]."""
     with mpmath.workdps(30):
         k2 = mpmath.mpf(1) / 2  # the square of sin(45 degrees)
         phase = mpmath.ellipk(k2) - mpmath.sqrt(mpmath.mpf(gravity) / length) * t

@@ -1,6 +1,6 @@
-"""Every step of a copy of the records against their schemes: ``python -m validation.records COPY``.
+"""Compare every step of a copy of the records with their schemes: ``python -m validation.records COPY``.
 
-COPY is the folder ``examples/mechanics`` of https://github.com/siconos/siconos-tutorials; nothing of it is kept here.
+COPY is the folder ``examples/mechanics`` of https://github.com/siconos/siconos-tutorials, which is not part of this package.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ FILES = {
     "woodpecker": "Woodpecker/Woodpecker.ref",
     "four-bar": "FourBarLinkageWith3clearance/FourBarClearance.ref",
 }
-"""The first line of a file has its numbers of rows and columns."""
+"""Names of the files by record; a file's first line has its numbers of rows and columns."""
 
 
 def main(folder: Path) -> None:

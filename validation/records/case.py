@@ -1,4 +1,4 @@
-"""Three published records of rigid contact: by their own scheme, step by step, and by the package at the same step."""
+"""Three published records of rigid contact: by their own scheme step by step, and by the package at the same step."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from validation.records.systems import FourBar, SliderCrank, Woodpecker
 __all__ = ["CASE", "STEPS", "by_its_scheme"]
 
 STEPS = {"slider-crank": (1e-4, 2000), "woodpecker": (2e-5, 14_999), "four-bar": (1e-4, 10_000)}
-"""Step [s] of each record and number of steps."""
+"""Step [s] of each record, and number of steps."""
 
 JOINTS = ["crank pin", "rocker pin", "rocker bearing"]
 
-SETTLED = 2  # The first of the 21 instants at which all journals have settled in contact
+SETTLED = 2  # First of the 21 instants at which all journals have settled in contact
 
 
 def by_its_scheme(name: str, count: int | None = None) -> np.ndarray:
-    """Coordinates and velocities at every step of a record, from its scheme."""
+    """Return coordinates and velocities at every step of a record, by its scheme."""
     step, most = STEPS[name]
     steps = most if count is None else count
     if name == "slider-crank":
@@ -41,7 +41,7 @@ def by_its_scheme(name: str, count: int | None = None) -> np.ndarray:
 
 
 def woodpecker_apart(steps: int) -> tuple[float, float, float]:
-    """Largest differences between the woodpecker's scheme and the package: of the height [m], of sleeve and bird [rad]."""
+    """Return the largest differences of scheme and package: height [m], rotations of sleeve and bird [rad]."""
     step, scale, velocities = STEPS["woodpecker"][0], 1e-5, np.array([-0.34, 0.0, -7.5])
     wanted = free(Woodpecker(), np.zeros(3), velocities, step, steps)
     ours = _hard(woodpecker_of_small_angles(scale, velocities), steps * step, steps + 1, step)
@@ -52,7 +52,7 @@ def woodpecker_apart(steps: int) -> tuple[float, float, float]:
 
 
 def checks() -> list[Check]:
-    """The schemes against their records, then ours against the schemes."""
+    """Check the schemes against their records, and the package against the schemes."""
     return [*_slider_crank(), *_woodpecker(), *_four_bar(), *_first_impacts()]
 
 
@@ -68,7 +68,7 @@ def _slider_crank() -> list[Check]:
         found = float(kept[at, 0]) / (2.0 * math.pi)
         made.append(Check(f"{label} revolutions", turned, found, 1e-13, "published"))
         made.append(Check(f"{label} angular velocity [rad/s]", speed, float(kept[at, 3]), 1e-12, "published"))
-    until = 0.2  # the scheme is of first order: its steps of 10 and 5 us, extrapolated
+    until = 0.2  # the scheme is of first order: results with steps of 10 and 5 us are extrapolated
     by_step = [direct(SliderCrank(), *SliderCrank.start, step, round(until / step))[-1, 0] for step in (1e-5, 5e-6)]
     limit = float(2.0 * by_step[1] - by_step[0]) / (2.0 * math.pi)
     at_hand = _revolutions()[2000]
@@ -95,7 +95,7 @@ def _four_bar() -> list[Check]:
     missed = float(np.abs(kept[:, :3] - ANGLES).max())
     label = "four-bar, its scheme: largest difference at 21 instants of"
     made = [Check(f"{label} the angles [rad]", 0.0, missed, 1e-6, "published", relative=False)]
-    signs = np.array([-1.0, -1.0, 1.0])  # the first two offsets are those of the bearing
+    signs = np.array([-1.0, -1.0, 1.0])  # the first two offsets are offsets of the bearing
     places = np.array([signs[:, None] * FourBar().offsets(state[:7])[0] for state in kept]).reshape(-1, 6)
     missed = float(np.abs(1e3 * places - ECCENTRICITIES).max())
     made.append(Check(f"{label} the journals' places [mm]", 0.0, missed, 1e-4, "published", relative=False))
@@ -110,7 +110,7 @@ def _four_bar() -> list[Check]:
 
 
 def _first_impacts() -> list[Check]:
-    """Of the woodpecker of large angles and the four-bar, located, from free flights of other formulations."""
+    """Check located impacts of the woodpecker of large angles and of the four-bar after free flights of other formulations."""
     declared = [read_quantity(one.value, Quantity(one.value.split()[1])) for one in sd.zoo["woodpecker"].numbers]
     bar, (place, speeds) = FourBar(), FourBar.start
     closing = lambda _, state: bar.gaps(state[:7])[0]  # noqa: E731
@@ -141,7 +141,7 @@ def _first_impacts() -> list[Check]:
 
 
 def _revolutions() -> dict[int, float]:
-    """Of the crank at steps of the slider-crank's record, by our time stepping at its step."""
+    """Return revolutions of the crank at steps of the slider-crank's record, by our time stepping at its step."""
     step, count = STEPS["slider-crank"]
     found = _hard(slider_crank(rotation=0.0), step * count, count + 1, step)
     turned = np.unwrap(found["angle"].sel(body="crank").values) / (2.0 * math.pi)
@@ -149,7 +149,7 @@ def _revolutions() -> dict[int, float]:
 
 
 def published() -> list[Printed]:
-    """Revolutions of the slider-crank's record, by our time stepping at its step."""
+    """Return revolutions of the slider-crank's record and of our time stepping at its step."""
     ours = _revolutions()
     return [
         Printed(f"slider-crank: crank's revolutions at {0.1 * at:g} ms", turned, ours[at], 0.02)

@@ -1,4 +1,4 @@
-"""The package's models of the three mechanisms, with hard contact."""
+"""Models of the three mechanisms in the package, with hard contact."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["four_bar", "slider_crank", "woodpecker_of_small_angles"]
 SHARP = 1e-9  # Radius of the corners [m]
 
 RIGID = Linear(1e15)
-"""Stiffness of surfaces that do not yield, as those of the records; edges this sharp would, by more than a scaled gap."""
+"""Stiffness of surfaces that do not yield, as in the records; edges this sharp would yield by more than a scaled gap."""
 
 
 def slider_crank(*, rotation: float) -> sd.Mechanism:
-    """The slider-crank with the clearance guide, hard corners and Coulomb friction; angular velocity of the slider [rad/s]."""
+    """Return the slider-crank with clearance guide, hard corners and Coulomb friction; `rotation` is the slider's [rad/s]."""
     one = mechanism("guide").replace("body.slider.angular_velocity", rotation)
     wide = one.guides[0].clearance
     assert wide is not None
@@ -39,7 +39,7 @@ def slider_crank(*, rotation: float) -> sd.Mechanism:
 
 
 def four_bar() -> sd.Mechanism:
-    """The controlled four-bar linkage with three hard clearance joints."""
+    """Return the controlled four-bar linkage with three hard clearance joints."""
     one = mechanism("controlled_four_bar")
     for joint in one.joints:
         if joint.clearance is not None:
@@ -56,16 +56,16 @@ def four_bar() -> sd.Mechanism:
 
 
 def woodpecker_of_small_angles(scale: float, velocities: np.ndarray) -> sd.Mechanism:
-    """The woodpecker with gaps, gravity and velocities scaled down, so that its equations tend to those of small angles.
+    """Return the woodpecker with gaps, gravity and velocities scaled down, so that angles become small.
 
-    The sleeve is on the pole's axis, and has edges on one side only, as the record's has.
+    The sleeve is on the pole's axis and has edges on one side only, like the record's.
 
     Parameters
     ----------
     scale : float
-        Angles and ways are those of the record's model times this.
+        Factor of the angles and displacements of the record's model.
     velocities : ndarray, shape (3,)
-        Of the sleeve [m/s], and angular velocities of sleeve and bird [rad/s]; both start upright.
+        Velocity of the sleeve [m/s], and angular velocities of sleeve and bird [rad/s]; both start upright.
     """
     up, sleeve_turn, bird_turn = scale * velocities
     to_pin, to_bird = woodpecker.TO_SPRING, woodpecker.TO_BIRD
@@ -110,7 +110,7 @@ def woodpecker_of_small_angles(scale: float, velocities: np.ndarray) -> sd.Mecha
 
 
 def _around(gap: float, corners: tuple[tuple[float, float], ...], restitution: float) -> sd.GuideClearance:
-    """Corners around a pole."""
+    """Return the clearance of corners around a pole."""
     return sd.GuideClearance(
         gap,
         around=True,

@@ -1,4 +1,4 @@
-"""A few numbers of the records, for a comparison without a copy of them."""
+"""Values of the records for a comparison without a copy of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The three mechanisms of the records, in the records' coordinates."""
+"""Three mechanisms of the records, in the records' coordinates."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class SliderCrank:
     start = (np.zeros(3), np.array([150.0, -75.0, 0.0]))
 
     def mass(self, q: np.ndarray) -> np.ndarray:
-        """Of the directions."""
+        """Return the mass matrix of the directions."""
         return moreau.matrices.py_func(self.model, q, np.zeros(3))[0]
 
     def force(self, _: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Weights and terms of the velocities."""
+        """Return weights and terms of the velocities."""
         return moreau.matrices.py_func(self.model, q, v)[1]
 
     def slopes(self, _: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the force."""
+        """Return the derivatives of the force by coordinates and velocities."""
         p = self.model
         both = (0.5 * p.rod_mass + p.slider_mass) * p.crank * p.rod
         sine, cosine = both * math.sin(q[0] - q[1]), both * math.cos(q[0] - q[1])
@@ -42,11 +42,11 @@ class SliderCrank:
         return by_place, by_speed
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Of the corners [m]."""
+        """Return the gaps of the corners [m]."""
         return np.array([moreau.corner.py_func(self.model, q, k)[0] for k in range(4)])
 
     def gradients(self, q: np.ndarray) -> np.ndarray:
-        """Of the corners."""
+        """Return the gradients of the corners' gaps."""
         return np.array([row for k in range(4) for row in moreau.corner.py_func(self.model, q, k)[1:]])
 
 
@@ -58,28 +58,28 @@ class Woodpecker:
     start = (np.array([0.0, -0.1036, -0.2788]), np.array([-0.3411, 4.8572e-15, -7.4583]))
 
     def mass(self, _: np.ndarray) -> np.ndarray:
-        """Of the coordinates."""
+        """Return the mass matrix of the coordinates."""
         one, arms = woodpecker.MASS_BIRD, np.array([1.0, woodpecker.TO_SPRING, woodpecker.TO_BIRD])
         own = np.diag([woodpecker.MASS_SLEEVE, woodpecker.INERTIA_SLEEVE, woodpecker.INERTIA_BIRD])
         return own + one * np.outer(arms, arms)
 
     def force(self, _: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Weights and the spring."""
+        """Return weights and the spring's force."""
         weight = self.mass(q)[0] * woodpecker.GRAVITY
         return self.slopes(0.0, q, v)[0] @ q - weight
 
     def slopes(self, _: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the spring."""
+        """Return the derivatives of the spring's force."""
         by_place = np.zeros((3, 3))
         by_place[1:, 1:] = woodpecker.STIFFNESS * np.array([[-1.0, 1.0], [1.0, -1.0]])
         return by_place, np.zeros((3, 3))
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Of beak, lower and upper edge [m]."""
+        """Return the gaps of beak, lower and upper edge [m]."""
         return woodpecker._gaps.py_func(q)
 
     def gradients(self, _: np.ndarray) -> np.ndarray:
-        """Of beak, lower and upper edge."""
+        """Return the gradients of these gaps."""
         high, up, over = woodpecker.HALF_HEIGHT, woodpecker.BEAK_UP, woodpecker.SLEEVE
         beak = [1.0, woodpecker.TO_SPRING, woodpecker.TO_BIRD - woodpecker.BEAK_BACK]
         edge = [1.0, over, 0.0]
@@ -109,11 +109,11 @@ class FourBar:
     )
 
     def mass(self, _: np.ndarray) -> np.ndarray:
-        """Each bar has 1 kg."""
+        """Return the mass matrix; each bar has 1 kg."""
         return np.diag([self.crank**2 / 3.0, self.coupler**2 / 12.0, self.rocker**2 / 12.0, 1.0, 1.0, 1.0, 1.0])
 
     def force(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Weights and the torque on the crank."""
+        """Return weights and the torque on the crank."""
         phase, rate = 0.75 * math.pi * time, 0.75 * math.pi
         wanted = 6.0 * math.sin(phase)
         given = law(wanted, 6.0 * rate * math.cos(phase), -wanted * rate**2, wanted - q[0], v[0], 200.0, 10.0)
@@ -121,13 +121,13 @@ class FourBar:
         return np.array([given + weight, 0.0, 0.0, 0.0, -self.gravity, 0.0, -self.gravity])
 
     def slopes(self, _: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the weights; the record's model leaves those of the torque out."""
+        """Return the derivatives of the weights; the record's model omits those of the torque."""
         by_place = np.zeros((7, 7))
         by_place[0, 0] = 0.5 * self.crank * self.gravity * math.sin(q[0])
         return by_place, np.zeros((7, 7))
 
     def offsets(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of the bearings, in the ground of the journal, from the other centre [m], and their gradients, joint by joint."""
+        """Return offsets of the bearings from the other centre [m] and their gradients, by joint."""
         c, s = np.cos(q[:3]), np.sin(q[:3])
         arms = np.array([self.crank, 0.5 * self.coupler, 0.5 * self.rocker])
         x, y = arms * c, arms * s
@@ -147,11 +147,11 @@ class FourBar:
         return places, slopes
 
     def gaps(self, q: np.ndarray) -> np.ndarray:
-        """Of crank pin, rocker pin and rocker bearing [m]."""
+        """Return the gaps of crank pin, rocker pin and rocker bearing [m]."""
         return self.clearance - np.hypot(*self.offsets(q)[0].T)
 
     def gradients(self, q: np.ndarray) -> np.ndarray:
-        """Of the three joints; journals turn with crank, coupler and rocker."""
+        """Return the gradients of the three joints' gaps; journals turn with crank, coupler and rocker."""
         rows = []
         for k, (place, slope) in enumerate(zip(*self.offsets(q), strict=True)):
             x, y = place / np.hypot(*place)

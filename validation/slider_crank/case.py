@@ -1,4 +1,4 @@
-"""The slider-crank with clearance between rod and slider: contacts, and work against precision."""
+"""Slider-crank with clearance between rod and slider: contacts, and work against precision."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CONTACTS = 6
 
 
 def checks() -> list[Check]:
-    """The first contacts; errors grow from contact to contact, as nearby motions diverge."""
+    """Check the first contacts; errors grow from contact to contact, as nearby motions diverge."""
     found = run(NAME, until=2.2e-3, samples=11, rtol=1e-12, atol=1e-12)
     joint = ClearanceJoint(0.5e-3, 9.5e-3, hertz(0.5e-3, 9.5e-3), lankarani_nikravesh(0.9))
     march = March(SliderCrank(joint, 5000.0 * math.pi / 30.0), max_step=1e-5).run(2.2e-3, most_contacts=CONTACTS)
@@ -49,7 +49,7 @@ def checks() -> list[Check]:
 
 
 def ours(tolerance: float) -> Measured:
-    """The package, with its Dataset."""
+    """Run the package, with its Dataset."""
     one = mechanism(NAME)
     began = time.perf_counter()
     found = sd.simulate(one, until=UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance)
@@ -58,7 +58,7 @@ def ours(tolerance: float) -> Measured:
 
 
 def integration(tolerance: float, monitor: bool = True) -> Measured:
-    """The package, integration alone; with torque, energies, peaks and events, or motion and events only."""
+    """Run the package's integration alone; without `monitor` it computes motion and events only."""
     path = compute(plan(mechanism(NAME)), Options(UNTIL, samples=SAMPLES, rtol=tolerance, atol=tolerance), monitor=monitor)
     pin = record(path.plan.maps, path.system, path.samples).contact[:, 0]
     orbit = pin["distance"][:, None] * np.column_stack([pin["nx"], pin["ny"]])
@@ -67,23 +67,23 @@ def integration(tolerance: float, monitor: bool = True) -> Measured:
 
 @cache
 def exact() -> np.ndarray:
-    """The orbit by scipy's DOP853 at the smallest tolerance that it takes, of the equations derived by hand."""
+    """Return the orbit of the equations derived by hand, by scipy's DOP853 at its smallest tolerance."""
     return scipys("DOP853", 3e-14)[1]
 
 
 def error(orbit: np.ndarray) -> float:
-    """Root mean square error of the orbit, in clearances."""
+    """Return the root mean square error of the orbit, in clearances."""
     return orbit_error(orbit, exact())
 
 
 def other(found: Found) -> Measured:
-    """Error and seconds of another code."""
+    """Return error and seconds of another code."""
     seconds, orbit = found
     return error(orbit), seconds
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     own = (1e-6, 5e-7, 3e-7, 2e-7, 1.5e-7, 1e-7, 5e-8, 1e-8, 1e-9)
     decades = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
     located = (1e-6, 1e-7, 5e-8, 2e-8, 1e-8, 5e-9, 2e-9, 1e-9, 1e-10)
@@ -117,7 +117,7 @@ EXUDYN = (
     Settings(1e-4, 30.0, 30.0),
     Settings(1e-4, 10.0, 5.0),
 )
-"""Of the settings of `python -m validation.slider_crank.settings`, the fastest ones and the most reliable one."""
+"""Fastest settings of `python -m validation.slider_crank.settings`, and the most reliable one."""
 
 NOTES = (
     "The equations derived by hand compute the orbit alone; scissordyn also torque, energies and the table of contacts,\n"

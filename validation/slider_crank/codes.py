@@ -1,6 +1,6 @@
 """Other codes on the slider-crank: scipy and numbalsoda on the equations derived by hand.
 
-Each returns seconds and the eccentricities at the same instants, which are computed outside of the time that is measured.
+Each returns seconds and the eccentricities at the same instants, which are computed outside the measured time.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ ROUND_OFF = 1e-12  # Gap, in clearances, at which a contact begins or ends
 
 
 def orbit(states: np.ndarray) -> np.ndarray:
-    """Eccentricities of states (samples, 4)."""
+    """Return eccentricities of states (samples, 4)."""
     return np.array([eccentricity(when, *state)[:2] for when, state in zip(TIMES, states, strict=True)])
 
 
 def scipys(method: str, tolerance: float) -> Found:
-    """Scipy on the compiled equations, from contact to contact; short steps, which it needs to find all contacts."""
+    """Run scipy on the compiled equations from contact to contact, with the short steps that find all contacts."""
     began = time.perf_counter()
     states, y = np.empty((SAMPLES, 4)), start()
     t, done, touching, approach = 0.0, 0, False, 1.0
@@ -80,13 +80,13 @@ def scipys(method: str, tolerance: float) -> Found:
 
 
 def _scales(unit: float) -> tuple[float, float, float, float]:
-    """Units of the four unknowns: lengths in clearances, times in `unit` [s]."""
+    """Return units of the four unknowns: lengths in clearances, times in `unit` [s]."""
     return CLEARANCE / ROD, CLEARANCE, CLEARANCE / ROD / unit, CLEARANCE / unit
 
 
 @cache
 def _scaled(unit: float) -> Any:
-    """The equations in scaled unknowns in the form of numbalsoda, told whether there is a contact and its approach speed."""
+    """Return the equations in scaled unknowns for numbalsoda; parameters are a contact flag and the approach speed."""
     from numba import carray, cfunc
     from numbalsoda import lsoda_sig
 
@@ -106,7 +106,7 @@ def _scaled(unit: float) -> Any:
 
 @cache
 def _scaled_gap(unit: float) -> Any:
-    """The compiled gap and its rate in scaled unknowns."""
+    """Return the compiled gap and its rate in scaled unknowns."""
     of_angle, of_place, of_spin, of_speed = _scales(unit)
 
     @njit
@@ -119,14 +119,14 @@ def _scaled_gap(unit: float) -> Any:
 
 @cache
 def _crossing(unit: float) -> Any:
-    """A compiled search for the instant at which the gap changes its sign."""
+    """Return a compiled search for the instant at which the gap changes sign."""
     from numbalsoda import dop853
 
     address, gap = _scaled(unit).address, _scaled_gap(unit)
 
     @njit
     def crossing(t, y, end, beyond, side, contact, relative, absolute):
-        """Newton's method between (t, y) and end; each value is an integration from the last state before the root."""
+        """Apply Newton's method between (t, y) and end; each value is an integration from the last state before the root."""
         low, high = t, end
         here, there = side * gap(t, y)[0], side * gap(end, beyond)[0]
         root = low + (high - low) * here / (here - there) if here > 1e-9 else 0.5 * (low + high)
@@ -150,15 +150,15 @@ def _crossing(unit: float) -> Any:
 
 @cache
 def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
-    """A compiled loop around numbalsoda's DOP853: it ends where the gap changes its sign and goes on from there.
+    """Return a compiled loop around numbalsoda's DOP853 that stops where the gap changes sign and then continues.
 
-    Lengths are in clearances and times in a unit near that of a contact, so that one absolute tolerance, all that numbalsoda
-    has, is right for all unknowns.
+    Lengths are in clearances and times in a unit near the duration of a contact: numbalsoda has only one absolute tolerance,
+    which then suits all unknowns.
 
     Parameters
     ----------
     unit : float
-        Of time [s].
+        Unit of time [s].
     """
     from numbalsoda import dop853
 
@@ -168,7 +168,7 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
     def march(times, y, relative, absolute):
         states = np.empty((times.size, 4))
         states[0] = y
-        contact = np.array([0.0, 1.0])  # whether there is one, and its approach speed [m/s]
+        contact = np.array([0.0, 1.0])  # contact flag, and approach speed [m/s]
         t, done, good = times[0], 1, True
         while done < times.size and good:
             grid = np.empty(min(AHEAD, times.size - done) + 1)
@@ -195,7 +195,7 @@ def _locating(unit: float) -> Callable[..., tuple[np.ndarray, bool]]:
 
 
 def numbalsodas(tolerance: float, unit: float) -> Found:
-    """Numbalsoda's DOP853 from contact to contact, with the loop around it that it lacks."""
+    """Run numbalsoda's DOP853 from contact to contact, in a loop that it lacks."""
     march = _locating(unit)
     began = time.perf_counter()
     states, success = march(TIMES / unit, start() / np.array(_scales(unit)), 1e-3 * tolerance, tolerance)

@@ -1,4 +1,4 @@
-"""The slider-crank with clearance in two unknowns, the angle of the rod and the place of the slider, derived by hand."""
+"""Equations of the slider-crank with clearance in two unknowns, the rod's angle and the slider's position, by hand."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ TIMES = np.linspace(0.0, UNTIL, SAMPLES)
 
 @njit
 def eccentricity(t, angle, place, spin, speed):
-    """Rod's end against the slider's pin, and its rate, from the angle of the rod, the place of the slider and their rates."""
+    """Return the rod's end relative to the slider's pin, and its rate, from rod angle, slider position and their rates."""
     phase = SPEED * t
     ex = CRANK * math.cos(phase) + ROD * math.cos(angle) - place
     ey = CRANK * math.sin(phase) + ROD * math.sin(angle)
@@ -53,7 +53,7 @@ def eccentricity(t, angle, place, spin, speed):
 
 @njit
 def gap_rate(t, angle, place, spin, speed):
-    """Eccentricity beyond the clearance [m], and its rate, zero at the centre."""
+    """Return the eccentricity beyond the clearance [m] and its rate, zero at the centre."""
     ex, ey, ux, uy = eccentricity(t, angle, place, spin, speed)
     e = math.hypot(ex, ey)
     return e - CLEARANCE, (ex * ux + ey * uy) / e if e > 0.0 else 0.0
@@ -61,7 +61,7 @@ def gap_rate(t, angle, place, spin, speed):
 
 @njit
 def rates(t, angle, place, spin, speed, touching, approach):
-    """Lagrange's equations of rod and slider."""
+    """Return Lagrange's equations of rod and slider."""
     ex, ey, ux, uy = eccentricity(t, angle, place, spin, speed)
     fx = fy = 0.0
     e = math.hypot(ex, ey)
@@ -72,17 +72,17 @@ def rates(t, angle, place, spin, speed, touching, approach):
         force = max(force, 0.0)
         fx, fy = -force * nx, -force * ny
     c, s = math.cos(angle), math.sin(angle)
-    pull = CRANK * SPEED * SPEED  # of the crank pin towards the centre
+    pull = CRANK * SPEED * SPEED  # acceleration of the crank pin towards the centre
     px, py = -pull * math.cos(SPEED * t), -pull * math.sin(SPEED * t)
     turning = ROD * (c * fy - s * fx) - 0.5 * ROD_MASS * ROD * (c * py - s * px)
     return spin, speed, turning / (ROD_INERTIA + 0.25 * ROD_MASS * ROD * ROD), -fx / SLIDER_MASS
 
 
 def start() -> np.ndarray:
-    """Crank and rod stretched, journal concentric."""
+    """Return the state with crank and rod stretched and the journal concentric."""
     return np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0])
 
 
 def orbit_error(orbit: np.ndarray, exact: np.ndarray) -> float:
-    """Root mean square of the difference, in parts of the clearance."""
+    """Return the root mean square of the difference, in clearances."""
     return math.sqrt(float(np.mean(np.sum((orbit - exact) ** 2, axis=1)))) / CLEARANCE

@@ -1,7 +1,7 @@
-"""The slider-crank in Exudyn: a kinematic tree and a mass in minimal coordinates, without constraints, and a contact.
+"""Exudyn model of the slider-crank: a kinematic tree and a mass in minimal coordinates, without constraints, and a contact.
 
-The solver is explicit. Constraints are kept out of the model: with the slider as a rigid body of three coordinates, two of
-them constrained, the same solver has an error of 12 % of the clearance after one revolution at every tolerance down to 1e-10
+The solver is explicit. The model has no constraints: with the slider as a rigid body of three coordinates, two of them
+constrained, the same solver has an error of 12 % of the clearance after one revolution at every tolerance down to 1e-10
 (`tests/validation/test_peers.py` has that model).
 """
 
@@ -38,7 +38,7 @@ __all__ = ["Settings", "contact_free", "exudyns", "sliding_mass"]
 
 @dataclass(frozen=True)
 class Settings:
-    """How Exudyn integrates, with DOPRI5.
+    """Settings of Exudyn's integration with DOPRI5.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Settings:
     increase : float
         Largest ratio of a step to the one before; `stepSizeMaxIncrease`, Exudyn's default is 2.
     scale : float
-        Absolute tolerance over the relative one [m].
+        Ratio of absolute to relative tolerance [m].
     """
 
     longest: float = 1e-4
@@ -60,15 +60,15 @@ class Settings:
 
 
 def exudyns(tolerance: float, settings: Settings, slider: Callable[[Any], int] | None = None) -> Found:
-    """One revolution; places and velocities of all steps are stored and interpolated with cubics.
+    """Run one revolution; positions and velocities of all steps are stored and interpolated with cubics.
 
     Parameters
     ----------
     tolerance : float
-        Relative.
+        Relative tolerance.
     settings : Settings
     slider : callable, optional
-        Another slider: it adds one to the system and returns the marker of its pin.
+        Function that adds another slider to the system and returns the marker of its pin.
     """
     mbs = library()[0].SystemContainer().AddSystem()
     journal, bearing = _links(mbs), (slider or sliding_mass)(mbs)
@@ -77,13 +77,13 @@ def exudyns(tolerance: float, settings: Settings, slider: Callable[[Any], int] |
 
 
 def contact_free(tolerance: float) -> np.ndarray:
-    """The orbit of the journal if the pin is left out; short steps, as they are interpolated."""
+    """Return the orbit of the journal without the pin; steps are short, as they are interpolated."""
     mbs = library()[0].SystemContainer().AddSystem()
     return _solved(mbs, (_links(mbs), sliding_mass(mbs)), tolerance, Settings(longest=6e-6))[1]
 
 
 def sliding_mass(mbs: Any) -> int:
-    """The slider: a mass with the one coordinate that it has."""
+    """Add the slider as a mass with one coordinate, and return its marker."""
     _, items = library()
     place = mbs.AddNode(items.Node1D(referenceCoordinates=[CRANK + ROD]))
     slider = mbs.AddObject(items.ObjectMass1D(mass=SLIDER_MASS, nodeNumber=place))
@@ -121,7 +121,7 @@ def _solved(mbs: Any, markers: tuple[int, int], tolerance: float, chosen: Settin
 
 
 def _links(mbs: Any) -> int:
-    """Crank and rod, and the marker of the journal; the crank keeps its speed by an inertia of 1e10 kg m^2."""
+    """Add crank and rod and return the marker of the journal; an inertia of 1e10 kg m^2 keeps the crank's speed."""
     exu, items = library()
     mbs.AddObject(items.ObjectGround())
     tree = mbs.AddNode(
@@ -156,9 +156,9 @@ def _links(mbs: Any) -> int:
 
 
 def _pin(mbs: Any, journal: int, bearing: int) -> None:
-    """The clearance joint, a sphere in a hollow sphere.
+    """Add the clearance joint, a sphere in a hollow sphere.
 
-    Hunt and Crossley's 3/2 (1 - e) is Lankarani and Nikravesh's 3/4 (1 - e^2) at another e.
+    Hunt and Crossley's 3/2 (1 - e) equals Lankarani and Nikravesh's 3/4 (1 - e^2) at another e.
     """
     _, items = library()
     data = mbs.AddNode(items.NodeGenericData(initialCoordinates=[CLEARANCE, 0.0, 0.0, 0.0], numberOfDataCoordinates=4))

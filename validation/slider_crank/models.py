@@ -1,7 +1,7 @@
-"""The models of the other codes on the slider-crank against exact solutions: without contact, and through one contact.
+"""Models of other codes on the slider-crank against exact solutions: without contact, and through one contact.
 
 Errors grow by four decades and more from contact to contact until the end of the revolution, where the goal is 1e-3 of the
-clearance. A model is held to 1e-7 of the clearance before the second contact.
+clearance. A model must be accurate to 1e-7 of the clearance before the second contact.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from validation.slider_crank.exudyn_pin import Settings, contact_free, exudyns
 
 __all__ = ["free_orbit", "models", "second_formulation", "until_second_contact"]
 
-SECOND_CONTACT = 0.63e-3  # Just before it [s]
+SECOND_CONTACT = 0.63e-3  # Time shortly before the second contact [s]
 
 
 def free_orbit() -> np.ndarray:
-    """The orbit of the journal without contact, in closed form.
+    """Return the orbit of the journal without contact, in closed form.
 
-    The slider rests. The angle of the rod against the crank moves as a pendulum, from rest position at the speed -(r/l + 1) w.
+    The slider rests. The rod's angle relative to the crank moves like a pendulum, from rest position at the speed -(r/l + 1) w.
     """
     natural = math.sqrt(0.5 * ROD_MASS * ROD * CRANK / (ROD_INERTIA + 0.25 * ROD_MASS * ROD**2)) * SPEED
     modulus = (CRANK / ROD + 1.0) * SPEED / (2.0 * natural)
@@ -54,19 +54,19 @@ def free_orbit() -> np.ndarray:
 
 @cache
 def second_formulation() -> np.ndarray:
-    """The orbit until the second contact, from the coordinates of the journal and another list of laws."""
+    """Return the orbit until the second contact, from the coordinates of the journal and another list of laws."""
     joint = ClearanceJoint(CLEARANCE, JOURNAL, hertz(CLEARANCE, JOURNAL), lankarani_nikravesh(RESTITUTION))
     march = March(SliderCrank(joint, SPEED), max_step=1e-5).run(SECOND_CONTACT)
     return march.at(TIMES[TIMES < SECOND_CONTACT]).eccentricity[:, 0]
 
 
 def until_second_contact(orbit: np.ndarray) -> float:
-    """Largest error of an orbit before the second contact, in clearances."""
+    """Return the largest error of an orbit before the second contact, in clearances."""
     return _farthest(orbit[TIMES < SECOND_CONTACT], second_formulation())
 
 
 def models() -> list[Model]:
-    """Scipy and numbalsoda have the same equations; the integrators are checked through one contact."""
+    """Return the models; scipy and numbalsoda have the same equations, and each integrator is checked through one contact."""
     free = "no contact, one revolution [c]: closed form; tolerance 1e-12"
     once = "until the second contact [c]: second formulation; tolerance {}"
     made = [Model("equations derived by hand", free, lambda: _farthest(_free_equations(1e-12), free_orbit()), 1e-7)]
@@ -98,7 +98,7 @@ def models() -> list[Model]:
 
 
 def _free_equations(tolerance: float) -> np.ndarray:
-    """The orbit of the equations derived by hand without contact."""
+    """Return the orbit of the equations derived by hand without contact."""
 
     def slope(t: float, y: np.ndarray) -> np.ndarray:
         return np.array(rates(t, *y, False, 1.0))
@@ -110,5 +110,5 @@ def _free_equations(tolerance: float) -> np.ndarray:
 
 
 def _farthest(orbit: np.ndarray, exact: np.ndarray) -> float:
-    """Largest distance, in clearances."""
+    """Return the largest distance, in clearances."""
     return float(np.max(np.hypot(*(orbit - exact).T))) / CLEARANCE

@@ -16,7 +16,7 @@ TOLERANCES = (1e-8, 5e-9, 2e-9, 1e-9, 1e-10)
 
 
 def measured(tolerance: float, settings: Settings) -> tuple[float, float]:
-    """Error and seconds; infinite if Exudyn fails."""
+    """Return error and seconds; infinite if Exudyn fails."""
     try:
         seconds, orbit = exudyns(tolerance, settings)
     except Exception as failure:  # another code's failure is a result
@@ -26,7 +26,7 @@ def measured(tolerance: float, settings: Settings) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Print every combination of settings with its errors, and its least time to the goal."""
+    """Print every combination of settings with its errors and its least time to the goal."""
     measured(1e-8, Settings())  # loads the library
     rows, runs = [], 0
     for longest, force, growth, scale in itertools.product(

@@ -1,4 +1,4 @@
-"""A sliding box that friction stops."""
+"""Sliding box that friction stops."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ FRICTION, G, SPEED = 0.2, 9.81, 1.0
 
 
 def checks() -> list[Check]:
-    """Momentum while it slides, place where it stops, and energy."""
+    """Check the momentum while it slides, the position where it stops, and the energy."""
     found = run(NAME, samples=701, rtol=1e-10, atol=1e-10)
     velocity = found["velocity"].sel(body="box").values
     time = found["time"].values

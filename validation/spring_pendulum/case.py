@@ -1,4 +1,4 @@
-"""The spring pendulum against polar coordinates."""
+"""Spring pendulum against polar coordinates."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ K, FREE, G = 100.0, 1.0, 9.81
 
 @njit
 def polar(t, y):
-    """Length, angle from the downward vertical, and their rates; of a mass of 1 kg."""
+    """Return the rates of length, angle from the downward vertical, and their velocities, of a mass of 1 kg."""
     r, angle, stretch, turn = y
     return np.array(
         [
@@ -35,7 +35,7 @@ def polar(t, y):
 
 
 def second(tolerance: float, method: str = "DOP853") -> tuple[np.ndarray, float]:
-    """Positions and seconds by scipy."""
+    """Return positions and seconds by scipy."""
     began = time.perf_counter()
     start = (1.2, 0.5 * math.pi, 0.0, 0.0)
     found = solve_ivp(polar, (0.0, UNTIL), start, method, t_eval=TIMES, rtol=tolerance, atol=tolerance)
@@ -47,12 +47,12 @@ EXACT = second(1e-13)[0]
 
 
 def error(found: xr.Dataset) -> float:
-    """Largest error of the position [m]."""
+    """Return the largest error of the position [m]."""
     return float(np.max(np.abs(found["position"].sel(body="mass").values - EXACT)))
 
 
 def checks() -> list[Check]:
-    """Position and energy at a tight tolerance."""
+    """Check position and energy at a tight tolerance."""
     found = run(NAME, samples=TIMES.size, rtol=1e-13, atol=1e-13)
     mass = found["position"].sel(body="mass").values
     energy = float(np.max(np.abs(found["energy_residual"].values)))
@@ -65,13 +65,13 @@ def checks() -> list[Check]:
 
 
 def scipys(method: str, tolerance: float) -> Measured:
-    """Scipy on polar coordinates."""
+    """Run scipy on polar coordinates."""
     made, seconds = second(tolerance, method)
     return float(np.max(np.abs(made - EXACT))), seconds
 
 
 def models() -> list[Model]:
-    """Scipy at tight tolerances: the two methods against each other, and the energy of the motion that is compared with."""
+    """Return the checks of scipy at tight tolerances: the two methods against each other, and the energy of the reference."""
 
     def energy() -> float:
         start = np.array([1.2, 0.5 * math.pi, 0.0, 0.0])
@@ -87,7 +87,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
     return [
         Code("scissordyn, simulate()", timed(NAME, error, samples=TIMES.size), tolerances),

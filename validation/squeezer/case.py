@@ -1,4 +1,4 @@
-"""A03: Andrews' squeezing mechanism."""
+"""Andrews' squeezing mechanism (A03)."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ SAMPLES = 101
 NAMES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 
 
-compiled = njit(rate)  # The second formulation's right-hand side, for scipy; compiled at the first call
+compiled = njit(rate)  # Right-hand side of the second formulation for scipy, compiled at the first call
 
 
 @functools.cache
 def exact() -> np.ndarray:
-    """Angles of the second formulation at the samples."""
+    """Return the angles of the second formulation at the samples."""
     return angles(np.linspace(0.0, UNTIL, SAMPLES))
 
 
 def relative(found: xr.Dataset) -> np.ndarray:
-    """The seven angles of the second formulation from the directions of the bodies."""
+    """Return the seven angles of the second formulation from the directions of the bodies."""
     k = {f"K{one}": found["angle"].sel(body=f"K{one}").values for one in range(1, 8)}
     return np.column_stack([k["K1"], k["K2"] - k["K1"], k["K3"], k["K4"] - k["K5"], k["K5"], k["K6"] - k["K7"], k["K7"]])
 
 
 def checks() -> list[Check]:
-    """Angles at 0.03 s as published, at 0.05 s by the second formulation."""
+    """Check angles at 0.03 s against published ones, and at 0.05 s against the second formulation."""
     found = run(NAME, samples=SAMPLES, rtol=1e-12, atol=1e-12)
     made = relative(found)
     at = 60  # 0.03 s
@@ -55,12 +55,12 @@ def checks() -> list[Check]:
 
 
 def error(found: xr.Dataset) -> float:
-    """Largest error of the crank's angle [rad]."""
+    """Return the largest error of the crank's angle [rad]."""
     return float(np.max(np.abs(relative(found)[:, 0] - exact()[:, 0])))
 
 
 def scipys(method: str, tolerance: float) -> Measured:
-    """Scipy on the compiled second formulation."""
+    """Run scipy on the compiled second formulation."""
     began = time.perf_counter()
     times = np.linspace(0.0, UNTIL, SAMPLES)
     start = np.concatenate([START, np.zeros(7)])
@@ -70,7 +70,7 @@ def scipys(method: str, tolerance: float) -> Measured:
 
 
 def exudyns(step: float, **options: object) -> Measured:
-    """Exudyn on bodies and pins."""
+    """Run Exudyn on bodies and pins."""
     t, made, seconds = positions(mechanism(NAME), UNTIL, Settings(step, **options), "K1")  # type: ignore[arg-type]
     wanted = np.linspace(0.0, UNTIL, SAMPLES)
     turned = made[np.searchsorted(t, wanted - 0.5 * (t[1] - t[0])), 2]
@@ -78,7 +78,7 @@ def exudyns(step: float, **options: object) -> Measured:
 
 
 def models() -> list[Model]:
-    """Scipy against the published angle, Exudyn in the limit of short steps."""
+    """Return the checks of scipy against the published angle, and of Exudyn in the limit of short steps."""
 
     def published(method: str, tolerance: float) -> float:
         start = np.concatenate([START, np.zeros(7)])
@@ -100,7 +100,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
     steps = (1e-4, 5e-5, 2.5e-5, 1.25e-5, 5e-6, 2.5e-6)
     return [

@@ -1,7 +1,7 @@
 """Andrews' mechanism in seven angles: Lagrange's equations of the first kind with the constraints differentiated twice.
 
-Angles beta, Theta, gamma, Phi, delta, Omega, epsilon and parameters as in Hairer and Wanner, Solving Ordinary Differential
-Equations II, section VII.7. Body k has the direction of its own frame in `a03-squeezer` of the zoo.
+Angles beta, Theta, gamma, Phi, delta, Omega, epsilon and parameters are those of Hairer and Wanner, Solving Ordinary
+Differential Equations II, section VII.7. Body k has the direction of its own frame in `a03-squeezer` of the zoo.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ STIFFNESS, FREE_LENGTH, TORQUE = 4530.0, 0.07785, 0.033
 
 @register_jitable
 def mass(q: np.ndarray) -> np.ndarray:
-    """Mass matrix."""
+    """Return the mass matrix."""
     _, th, _, ph, _, om, _ = q
     m = np.zeros((7, 7))
     m[0, 0] = M[1] * RA**2 + M[2] * (RR**2 - 2 * DA * RR * cos(th) + DA**2) + INERTIA[1] + INERTIA[2]
@@ -70,7 +70,7 @@ def mass(q: np.ndarray) -> np.ndarray:
 
 @register_jitable
 def force(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Applied and gyroscopic forces."""
+    """Return applied and gyroscopic forces."""
     _, th, ga, ph, _, om, _ = q
     be1, th1, _, ph1, de1, om1, ep1 = v
     xd, yd = SD * cos(ga) + SC * sin(ga) + XB, SD * sin(ga) - SC * cos(ga) + YB
@@ -92,7 +92,7 @@ def force(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def closure(q: np.ndarray) -> np.ndarray:
-    """The six constraints: E by way of F, of B, of G and of H."""
+    """Return the six constraints: point E is reached through F, B, G and H."""
     be, th, ga, ph, de, om, ep = q
     x, y = RR * cos(be) - D * cos(be + th), RR * sin(be) - D * sin(be + th)
     return np.array(
@@ -109,7 +109,7 @@ def closure(q: np.ndarray) -> np.ndarray:
 
 @register_jitable
 def jacobian(q: np.ndarray) -> np.ndarray:
-    """Derivatives of the constraints."""
+    """Return the derivatives of the constraints."""
     be, th, ga, ph, de, om, ep = q
     g = np.zeros((6, 7))
     g[0::2, 0], g[1::2, 0] = -RR * sin(be) + D * sin(be + th), RR * cos(be) - D * cos(be + th)
@@ -124,7 +124,7 @@ def jacobian(q: np.ndarray) -> np.ndarray:
 
 @register_jitable
 def curvature(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """The part of the second derivative of the constraints that is quadratic in the rates."""
+    """Return the part of the constraints' second derivative that is quadratic in the rates."""
     be, th, ga, ph, de, om, ep = q
     be1, th1, ga1, ph1, de1, om1, ep1 = v
     turn, four, six = be1 + th1, ph1 + de1, om1 + ep1
@@ -144,7 +144,7 @@ def curvature(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 @register_jitable
 def rate(_: float, state: np.ndarray) -> np.ndarray:
-    """Right-hand side of index 1."""
+    """Return the right-hand side of index 1."""
     q, v = state[:7], state[7:]
     g = jacobian(q)
     matrix = np.zeros((13, 13))
@@ -153,7 +153,7 @@ def rate(_: float, state: np.ndarray) -> np.ndarray:
 
 
 def angles(times: np.ndarray, tolerance: float = 3e-13) -> np.ndarray:
-    """The seven angles at given times; constraints drift by less than 1e-12 m in 0.05 s."""
+    """Return the seven angles at given times; constraints drift by less than 1e-12 m in 0.05 s."""
     found = solve_ivp(
         rate,
         (0.0, float(times[-1])),

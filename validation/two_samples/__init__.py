@@ -1,1 +1,1 @@
-"""Whether compliant and hard contact give other distributions over the range of a study."""
+"""Comparison of the distributions of compliant and hard contact over the range of a study."""

@@ -1,6 +1,7 @@
-"""Compliant against hard contact over the range of the panel's study: ``python -m validation.two_samples STORE [--write]``.
+"""Compare compliant and hard contact over the range of the panel's study.
 
-STORE is the folder of the runs, which is made, or gone on with; a quarter of an hour of processor time.
+``python -m validation.two_samples STORE [--write]`` takes a quarter of an hour of processor time. STORE is the folder of the
+runs; an interrupted comparison continues.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ from validation.case import HERE
 from validation.two_samples.tests import energy_test
 
 STUDY = HERE.parent / "examples" / "studies" / "solar_array_screened.toml"
-PAIRS, POINTS = 128, 256  # Points with compliant runs too, and all points: those with hard contact alone are the other sample
+PAIRS, POINTS = 128, 256  # Points with compliant runs, and all points; points with hard contact only are the other sample
 
 NUMBERS = {
     "deviation of the tip [mm]": ("tip.peak_track_deviation [m]", 1e3),
     "torque of the servo [N m]": ("servo.peak_component_force [N m]", 1.0),
 }
-"""Columns of the table of a study, and by what they are multiplied."""
+"""Columns of a study's table with their factors."""
 
 CONTACTS = "contacts of the joint with the most"
 
 
-def numbers_of(runs: pd.DataFrame) -> pd.DataFrame:
-    """What is compared of each case; NaN where it failed."""
+def values_of(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the compared values of each case; NaN where it failed."""
     found = {name: factor * runs[column] for name, (column, factor) in NUMBERS.items()}
     counts = [name for name in runs.columns if name.partition(" [")[0].endswith("contact_count")]
     found[CONTACTS] = runs[counts].max(axis=1)
@@ -43,14 +44,14 @@ def numbers_of(runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def compared(compliant: pd.DataFrame, hard: pd.DataFrame) -> tuple[list[tuple[str, ...]], tuple[float, float], tuple[int, int]]:
-    """Rows of all numbers; the test of the energy distance and its p; the sizes of both samples.
+    """Return rows of all values, energy distance and p, and the sizes of both samples.
 
     Parameters
     ----------
     compliant : DataFrame
-        Numbers of the first points.
+        Values of the first points.
     hard : DataFrame
-        Of all points.
+        Values of all points.
     """
     paired, other = hard.iloc[: len(compliant)], hard.iloc[len(compliant) :].dropna()
     both = (compliant.notna().all(axis=1) & paired.notna().all(axis=1)).to_numpy()
@@ -75,9 +76,9 @@ def compared(compliant: pd.DataFrame, hard: pd.DataFrame) -> tuple[list[tuple[st
 
 
 def page(result: StudyResult) -> str:
-    """The written result."""
+    """Return the page."""
     assert result.verified is not None
-    compliant, hard = (numbers_of(each.table) for each in (result.verified, result))
+    compliant, hard = (values_of(each.table) for each in (result.verified, result))
     rows, (distance, p), sizes = compared(compliant, hard)
     failed = sum(result.verified.counts[name] for name in result.verified.counts if name != "complete")
     head = (
@@ -106,7 +107,7 @@ Energy distance of tip and torque together: {distance:.3g}, p = {p:.2f} by 999 p
 
 
 def main() -> None:
-    """Compute what is missing, print the result, and write it if wanted."""
+    """Compute missing runs, print the result, and write it if wanted."""
     parser = argparse.ArgumentParser(prog="python -m validation.two_samples", description=str(__doc__).partition("\n")[0])
     parser.add_argument("store", type=Path)
     parser.add_argument("--pairs", type=int, default=PAIRS)

@@ -1,4 +1,4 @@
-"""Tests of two samples: Kolmogorov and Smirnov for one number, the energy distance for several, the signed ranks of pairs."""
+"""Tests of two samples: Kolmogorov and Smirnov for one value, energy distance for several, signed ranks for pairs."""
 
 from __future__ import annotations
 
@@ -9,17 +9,20 @@ __all__ = ["energy_distance", "energy_test"]
 
 
 def energy_distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Energy distance of two samples, shape (values, numbers): zero for equal distributions (Székely and Rizzo 2013)."""
+    """Return the energy distance of two samples, zero for equal distributions (Székely and Rizzo 2013).
+
+    Samples have the shape (values, numbers).
+    """
     return float(2.0 * cdist(one, other).mean() - cdist(one, one).mean() - cdist(other, other).mean())
 
 
 def energy_test(one: np.ndarray, other: np.ndarray, *, permutations: int = 999, seed: int = 1) -> tuple[float, float]:
-    """The energy distance of two samples, and the part of permutations of both with one as large.
+    """Return the energy distance of two samples, and the fraction of permutations of both with one as large.
 
     Parameters
     ----------
     one, other : ndarray, shape (values, numbers)
-        Numbers are divided by their deviation in both.
+        Columns are divided by their standard deviation in both samples.
     permutations, seed : int
 
     Returns

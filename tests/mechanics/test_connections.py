@@ -1,13 +1,13 @@
 """Massless rods, prescribed distances, latches, end stops and static equilibrium, by closed forms and second formulations."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from tests.build import warnings_of
 
 import scissordyn as sd
 from scissordyn.components.time_function import Cycloidal, Harmonic, Polynomial
@@ -217,7 +217,7 @@ def test_constrained_contact_published_figures():
     force, torque = run["rod_force"].isel(rod=0), run["drive_torque"]
     assert [float(force.min()), float(force.max())] == pytest.approx([3256.9, 7542.2], rel=1e-4)
     assert [float(torque.min()), float(torque.max())] == pytest.approx([4528.6, 9021.4], rel=1e-4)
-    assert json.loads(run.attrs["warnings"]) == []
+    assert warnings_of(run) == []
     assert worst_residual(run) < 1e-6
 
 
@@ -225,7 +225,7 @@ def test_constrained_contact_warns_of_negative_force():
     """Contract: from -90 degrees the contact would pull (docs/reference.md); the warning names joint and time."""
     run = sd.simulate(sd.constrain_contact(paper(), direction=-math.pi / 2), until=0.05)
     assert float(run["rod_force"].min()) < 0.0
-    (sentence,) = json.loads(run.attrs["warnings"])
+    (sentence,) = warnings_of(run)
     assert "joint 'A': negative normal force from t = " in sentence
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.build import warnings_of
 from tests.reference.impulse import Chain, plastic_impact
 
 import scissordyn as sd
@@ -63,7 +63,7 @@ def test_latch_on_a_driven_crank(method: str) -> None:
     assert run["event_drive_work"].values == pytest.approx([work], rel=1e-8)
     assert float(run["switching_loss"][-1]) == float(run["event_loss"][0])
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-8
-    (said,) = json.loads(run.attrs["warnings"])
+    (said,) = warnings_of(run)
     assert said.startswith("latch 'catch' locks at t = 0.0509008 s; the drives do 14.8 J of work")
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.build import EXAMPLES, warnings_of
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
@@ -187,7 +187,7 @@ def test_invalid_points(given: object) -> None:
         sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]
 
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))
 
 
 def arm(**surfaces: float) -> Mechanism:
@@ -234,7 +234,7 @@ def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[st
 
     wide = arm(bearing_length=1e6).driven(speed=1.0)
     (expected,) = proportion_warnings(wide)
-    assert expected in json.loads(sd.simulate(wide, until=1e-3, samples=3).attrs["warnings"])
+    assert expected in warnings_of(sd.simulate(wide, until=1e-3, samples=3))
     many = sd.simulate_many(wide, {"A.clearance": [4e-4, 5e-4]}, until=1e-3)
     assert all(expected in text.splitlines() for text in many["warnings"].values.tolist())
     (tmp_path / "case.toml").write_text(template("scissor"), encoding="utf-8")
@@ -242,7 +242,7 @@ def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[st
     assert "has a bearing length of 1e+06 m" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_examples_are_in_proportion(path: Path) -> None:
     """Contract: no example gives a proportion warning."""
     assert proportion_warnings(read_case(path).mechanism) == []

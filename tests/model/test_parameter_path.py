@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.build import one_line_error
+from tests.build import EXAMPLES, one_line_error
 
 import scissordyn as sd
 from scissordyn.errors import InputError
@@ -164,10 +164,10 @@ def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> It
         yield Place(path, value, quantity)
 
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))
 
 
-@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
 def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
     """Contract: each value is found at its path, and replacing it changes that value only."""
     mechanism = sd.read_case(case).mechanism
@@ -182,7 +182,7 @@ def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
         assert changed == [(leaf.path, 1.25 * leaf.value)]
 
 
-@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
 def test_given_fields_rebuild_a_part(case: Path) -> None:
     """Contract: the fields that differ from their defaults build an equal description."""
     mechanism = sd.read_case(case).mechanism

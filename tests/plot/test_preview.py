@@ -12,6 +12,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -32,9 +33,9 @@ from scissordyn.plot.style import SCALE_BAR
 from scissordyn.run.ideal import ideal_kinematics, motion_range
 from scissordyn.units import short
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
-LIFT = EXAMPLES[0].with_name("lift.toml")
-PAPER = str(EXAMPLES[0].with_name("paper.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))
+LIFT = EXAMPLES / "lift.toml"
+PAPER = str(EXAMPLES / "paper.toml")
 
 
 def names_in(axes: Axes) -> list[Text]:
@@ -62,13 +63,13 @@ def on_rings(axes: Axes) -> list[str]:
 
 def test_long_names_keep_off_clearance_joints() -> None:
     """Contract: in a flat array with twelve long names no name touches a joint."""
-    mechanism = read_case(next(path for path in EXAMPLES if path.stem == "solar_array"), []).mechanism
+    mechanism = read_case(EXAMPLES / "solar_array.toml", []).mechanism
     axes = preview(mechanism.replace("A.clearance", 2e-4))
     assert sum("(clearance 0.1 mm)" in text for text in written(names_in(axes))) == 11
     assert not on_rings(axes)
 
 
-@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
 def test_names_of_all_parts(case: Path) -> None:
     """Contract: all parts of every example have their names, without overlap, off clearance joints and inside the frame."""
     mechanism = read_case(case, []).mechanism
@@ -230,7 +231,7 @@ def test_torque_of_a_servo_before_a_run(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_preview_reports_assembly(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: a press with its ram 2 mm too low is assembled, and the preview reports the moved bodies."""
-    text = EXAMPLES[0].with_name("press.toml").read_text().replace("60, -150.788 mm", "60, -152.788 mm")
+    text = (EXAMPLES / "press.toml").read_text().replace("60, -150.788 mm", "60, -152.788 mm")
     case = tmp_path / "moved.toml"
     case.write_text(text)
     assert status_of(["preview", str(case)]) == 0

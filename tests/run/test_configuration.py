@@ -20,6 +20,7 @@ import pytest
 import xarray as xr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_configuration, write_configuration
@@ -34,7 +35,7 @@ from scissordyn.model.record import to_plain
 from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))
 
 LAWS = """
 import scissordyn as sd
@@ -115,7 +116,7 @@ def test_random_mechanisms(mechanism: Mechanism) -> None:
     assert write_configuration(again) == text
 
 
-@pytest.mark.parametrize("which", [*EXAMPLES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
+@pytest.mark.parametrize("which", [*FILES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
 def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
     """Identity: every mechanism with its laws, controllers and run options is read back to the last bit."""
     case = sd.zoo[which].case if isinstance(which, str) else read_case(which)
@@ -349,7 +350,7 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("laws")
     (folder / "laws.py").write_text(LAWS)
     own = sd.Clearance(0.5e-3, stiffness=sd.law("stiffness", f"{folder / 'laws.py'}:soft")(1e8))
-    mechanisms = [*(read_case(path).mechanism for path in EXAMPLES), sd.scissor(units=1).with_clearance("A", own)]
+    mechanisms = [*(read_case(path).mechanism for path in FILES), sd.scissor(units=1).with_clearance("A", own)]
     return [write_configuration(one, Options(0.01)) for one in mechanisms]
 
 

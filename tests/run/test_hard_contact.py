@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.build import counts_of, in_bearing
+from tests.build import counts_of, in_bearing, one_line_error
 
 import scissordyn as sd
 from scissordyn.laws.damping.factors import LankaraniNikravesh
@@ -217,9 +217,8 @@ def test_loads_act_at_the_middle_of_each_step():
 )
 def test_refused_fields_of_a_hard_contact(changes, words):
     """Contract: a field without meaning for a hard contact is refused by name."""
-    with pytest.raises(sd.InputError, match=words) as raised:
+    with one_line_error(words):
         sd.Clearance(1e-4, contact="hard", **changes)
-    assert "\n" not in str(raised.value)
 
 
 def test_method_and_contact_have_to_fit():

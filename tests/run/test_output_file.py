@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.config.file import read_case
@@ -251,7 +252,6 @@ def test_interrupt_inside_the_library(run: xr.Dataset, tmp_path: Path, monkeypat
     assert next(causes, None) is None
 
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}  # where in the file dimensions are
 
 

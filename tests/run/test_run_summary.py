@@ -155,11 +155,10 @@ def test_laws_at_equal_energy() -> None:
     assert force_at_equal_energy(Persson(), Persson(), contact, 1e-5) == pytest.approx(1.0, rel=1e-4)
 
 
-def test_auto_samples_meet_every_peak() -> None:
+def test_auto_samples_meet_every_peak(clearance_array: sd.Mechanism, clearance_run: xr.Dataset) -> None:
     """Contract: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
-    array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
-    plain = sd.simulate(array, until=0.05)
-    auto = sd.simulate(array, until=0.05, samples="auto")
+    plain = clearance_run
+    auto = sd.simulate(clearance_array, until=0.05, samples="auto")
     force = auto["normal_force"].sel(joint="A")
     instants = auto["contact_start"].values + auto["peak_time"].values
     assert np.isin(instants, auto["time"].values).all()
@@ -167,7 +166,7 @@ def test_auto_samples_meet_every_peak() -> None:
     assert float(plain["normal_force"].max()) < float(force.max())
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
     assert auto.sizes["time"] <= SAMPLES_MAX
-    wanted = compute_results(array, Options(0.05), curves=True)
+    wanted = compute_results(clearance_array, Options(0.05), curves=True)
     np.testing.assert_array_equal(wanted["position"].values, plain["position"].values)
     drawn = wanted.finer.dataset()
     xr.testing.assert_identical(drawn.drop_attrs(), auto.drop_attrs())
@@ -196,12 +195,11 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
     assert np.all(np.abs(path.samples.time[:, None] - log["time"]).min(axis=0) <= rounding)
 
 
-def test_recorded_steps_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recorded_steps_are_thinned_out(clearance_array: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limit: a full record keeps events and largest values, and every other one of the other steps."""
-    array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
-    whole = compute(plan(array), Options(0.3), curves=True)
+    whole = compute(plan(clearance_array), Options(0.3), curves=True)
     monkeypatch.setattr("scissordyn.run.trajectory.RECORDED_STEPS_MAX", 1024)
-    path = compute(plan(array), Options(0.3), curves=True)
+    path = compute(plan(clearance_array), Options(0.3), curves=True)
     assert whole.recorded.time.size > 2000
     assert path.recorded.every[0] > 1
     assert path.recorded.time.size < 0.7 * whole.recorded.time.size

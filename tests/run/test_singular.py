@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.build import warnings_of
+from tests.build import EXAMPLES, warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
@@ -18,7 +18,7 @@ from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, SingularPosition, suspects
 from scissordyn.plan.plan import plan
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))
 
 LOCATED = 1e-6  # Allowed error of a singular position, as a fraction of the stroke
 
@@ -107,7 +107,7 @@ def test_positions_are_those_of_a_run() -> None:
         assert np.allclose(np.cos(path.angle[:, k] - there), 1.0, atol=1e-6)
 
 
-@pytest.mark.parametrize("case", EXAMPLES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
 def test_examples_have_none(case: Path) -> None:
     """Closed form: no example passes a singular position.
 
@@ -123,7 +123,7 @@ def test_examples_have_none(case: Path) -> None:
 
 def paper(speed: str) -> sd.Mechanism:
     """Return the array of the paper at another speed."""
-    return read_case(EXAMPLES[0].with_name("paper.toml"), [f"drive.speed={speed!r}"]).mechanism
+    return read_case(EXAMPLES / "paper.toml", [f"drive.speed={speed!r}"]).mechanism
 
 
 def singular_warnings(run) -> list[str]:
@@ -251,7 +251,7 @@ def test_warnings_of_maps_and_diagrams() -> None:
 
 def test_check_warns_of_a_change_point(capsys: pytest.CaptureFixture[str]) -> None:
     """Contract: `scissordyn check` prints the warning of the README's faster run."""
-    case = str(EXAMPLES[0].with_name("paper.toml"))
+    case = str(EXAMPLES / "paper.toml")
     assert status_of(["check", case, "--set", "drive.speed='250 rpm'"]) == 0
     assert "change point at t = 0.0" in " ".join(capsys.readouterr().out.split())
     assert status_of(["check", case]) == 0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from reference.balance import Balance
@@ -19,7 +19,6 @@ from scissordyn.plan.plan import plan
 
 G = 9.81
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 WITHOUT_STROKE = (
     "a01-pendulum",

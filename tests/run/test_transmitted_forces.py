@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 from benchmarks.random_cases import random_case
-from tests.build import in_bearing
+from tests.build import EXAMPLES, in_bearing
 
 import scissordyn as sd
 from reference.balance import Balance, rotated
@@ -274,9 +273,9 @@ def test_load_that_fades_after_the_start() -> None:
     assert answer.start is None
 
 
-EXAMPLES = {path.stem: path for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))}
+FILES = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
 
-NAMES = [*(f"example {name}" for name in EXAMPLES), *(f"zoo {name}" for name in sd.zoo)]
+NAMES = [*(f"example {name}" for name in FILES), *(f"zoo {name}" for name in sd.zoo)]
 
 ALLOWED = 1e-3  # Allowed unexplained change of speed over a sample, as a part of the largest speed
 
@@ -304,7 +303,7 @@ def test_speeds_are_continuous(name: str) -> None:
     Where bars vibrate between two samples the run is repeated with more: a jump of speed would stay.
     """
     kind, _, which = name.partition(" ")
-    case = sd.read_case(EXAMPLES[which]) if kind == "example" else sd.zoo[which].case
+    case = sd.read_case(FILES[which]) if kind == "example" else sd.zoo[which].case
     jump = np.inf
     for samples in (2001, 6001):
         run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=samples)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.build import EXAMPLES, counts_of, warnings_of
+from tests.build import EXAMPLES, array, counts_of, warnings_of
 
 import scissordyn as sd
 from scissordyn.laws.evaluate import elastic_force
@@ -98,7 +98,7 @@ def test_controller_at_its_limit() -> None:
 def test_warnings_of_a_batch() -> None:
     """Contract: each case has the warnings of its own run about contacts, bristles and controllers, and no others."""
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
-    arm = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4, friction=constant))
+    arm = array(sd.Clearance(5e-4, friction=constant))
     speeds = [sd.rpm(20), sd.rpm(250)]
     batch = sd.simulate_many(arm, {"drive.speed": speeds}, until=0.02, measures=("steps",))
     for speed, said in zip(speeds, batch["warnings"].values.tolist(), strict=True):

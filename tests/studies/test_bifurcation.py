@@ -1,11 +1,11 @@
 """Bifurcation diagrams."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import warnings_of
 
 from scissordyn.cli.response import bifurcation as command
 from scissordyn.errors import InputError
@@ -56,14 +56,14 @@ def test_each_value_is_a_run(impacting, diagram):
         for name in ("slider_velocity", "eccentricity", "impacts", "peak_force", "cycle"):
             row = diagram[name] if name == "cycle" else diagram[name].isel(value=k)
             np.testing.assert_array_equal(row.values, run[name].values)
-        assert str(diagram["warnings"].values[k]) == "\n".join(json.loads(run.attrs["warnings"]))
+        assert str(diagram["warnings"].values[k]) == "\n".join(warnings_of(run))
 
 
 def test_warnings(diagram):
     """Contract: a warning of several values appears once among those of the diagram, with the first value."""
     said = [str(text) for text in diagram["warnings"].values]
     assert all("contacts start faster than" in text for text in said[1:])
-    (warning,) = (text for text in json.loads(diagram.attrs["warnings"]) if "contacts start faster than" in text)
+    (warning,) = (text for text in warnings_of(diagram) if "contacts start faster than" in text)
     first = next(k for k, text in enumerate(said) if "contacts start faster than" in text)
     assert warning == f"A.clearance = {CLEARANCES[first]:g} m, the first of {3 - first} values: {said[first].splitlines()[0]}"
 

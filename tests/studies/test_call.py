@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.cli.study import study as command
@@ -266,9 +267,9 @@ def test_engines(engine: Any, found: StudyResult) -> None:
     ("options", "says"),
     [
         ({"factors": {"A.clearence": (1e-4, 2e-4)}}, "did you mean 'clearance'"),
-        ({"factors": {"A.clearance": (2e-4, 1e-4)}}, r"'A.clearance' = \(0.0002, 0.0001\): a range from"),
+        ({"factors": {"A.clearance": (2e-4, 1e-4)}}, "'A.clearance' = (0.0002, 0.0001): a range from"),
         ({"factors": {"A.clearance": "0.1..0.4 kg"}}, "'kg' is not a unit of"),
-        ({"factors": {"A.clearance": object()}}, r"expected \(1e-4, 4e-4\), \[50.0"),
+        ({"factors": {"A.clearance": object()}}, "expected (1e-4, 4e-4), [50.0"),
         ({"factors": [("A.clearance", 1e-4)]}, "expected values by parameter"),
         ({"factors": {}}, "nothing varies"),
         ({"factors": {"A.clearance": (-1.0, 1.0)}}, "'A.clearance' up to -1"),
@@ -291,9 +292,8 @@ def test_engines(engine: Any, found: StudyResult) -> None:
 def test_refused_studies(options: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: wrong arguments give one line, and no store."""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(sd.InputError, match=says) as error:
+    with one_line_error(says):
         sd.study(arm(), **{"factors": VARIED, "until": UNTIL, "store": "a.db", **options})
-    assert "\n" not in str(error.value)
     assert os.listdir(tmp_path) == []
 
 

@@ -1,13 +1,13 @@
 """Long periodic runs, members whose starts differ by round-off, and largest Lyapunov exponents of mechanisms."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pint
 import pytest
 import xarray as xr
+from tests.build import counts_of, warnings_of
 
 from scissordyn.analysis.verdict import classify
 from scissordyn.components.place import GROUND
@@ -128,7 +128,7 @@ def test_keep(impacting):
 
 def of_joint(run: xr.Dataset) -> list[str]:
     """Return warnings about the laws of joint A."""
-    return [text for text in json.loads(run.attrs["warnings"]) if text.startswith("joint 'A'")]
+    return [text for text in warnings_of(run) if text.startswith("joint 'A'")]
 
 
 def test_warnings(impacting):
@@ -215,7 +215,7 @@ def test_refused_cycles(periodic, impacting, frictional, upright):
 
 def test_reason_of_the_method(settled):
     """Contract: the statistics have the method and its reason, as those of a run."""
-    statistics = json.loads(settled.attrs["statistics"])
+    statistics = counts_of(settled)
     assert statistics["method"] == "rodas5p"
     assert "internal states" in statistics["reason"]
 
@@ -256,8 +256,8 @@ def test_irregular_motion_diverges(impacting, diverging):
 def test_warnings_of_members(impacting, diverging):
     """Cross-check: a warning of several members appears once, as in the first member."""
     alone = cycle(impacting, cycles=8)
-    said = json.loads(diverging.attrs["warnings"])
-    assert said == json.loads(alone.attrs["warnings"])
+    said = warnings_of(diverging)
+    assert said == warnings_of(alone)
     assert any("contacts start faster than" in text for text in said)
 
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 G, ARMS = 9.81, 36.0
 

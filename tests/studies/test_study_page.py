@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.build import EXAMPLES
 
 import scissordyn as sd
 from reference.paper_case import paper_case
@@ -17,7 +18,6 @@ from scissordyn.studies.answer.verdict import by_point
 from scissordyn.studies.ask.design import DESIGNS
 from scissordyn.studies.compute.execute import execute
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
 
 

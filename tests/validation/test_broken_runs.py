@@ -1,12 +1,12 @@
 """Runs that end early or leave reactions undetermined: they name the cause, without NaN in the motion."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pytest
 from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, refused, tripod
+from tests.build import warnings_of
 
 import scissordyn as sd
 from scissordyn.components.latch import Latch
@@ -111,11 +111,6 @@ def test_impossible_rods(case: str) -> None:
     """Contract: rods of impossible, contradicting or redundant lengths are refused by name."""
     build, names = RODS[case]
     refused(build, *names)
-
-
-def warnings_of(run) -> list[str]:
-    """Return the warnings of a run."""
-    return json.loads(run.attrs["warnings"])
 
 
 def test_clearance_joint_of_a_rigid_ring() -> None:

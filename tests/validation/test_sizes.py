@@ -1,11 +1,11 @@
 """Mechanisms of very many bodies, and very small ones."""
 
-import json
 import math
 import tracemalloc
 
 import numpy as np
 import pytest
+from tests.build import one_line_error, warnings_of
 
 import scissordyn as sd
 from scissordyn.kinematics.branching import MOST_EQUATIONS, passing_warnings
@@ -29,9 +29,8 @@ def chain(count: int) -> sd.Mechanism:
 @pytest.mark.parametrize("make", [sd.scissor, sd.n_four_bar, sd.hoberman_ring, sd.polar_scissor, sd.mast])
 def test_too_many_units_are_refused_at_once(make):
     """Contract: 1e9 units are refused in one line with the largest number."""
-    with pytest.raises(sd.InputError, match=r"a whole number from \d to 10000") as caught:
+    with one_line_error("a whole number from ", " to 10000"):
         make(units=10**9)
-    assert "\n" not in str(caught.value)
 
 
 def test_memory_of_an_open_chain():
@@ -78,7 +77,7 @@ def test_array_of_two_thousand_units():
     array = sd.scissor(units=2000).with_clearance("A", sd.Clearance(2e-4)).driven(speed=1.0)
     run = sd.simulate(array, until=0.01, samples=11)
     assert run.attrs["status"] == "complete"
-    assert any("singular positions were not searched" in text for text in json.loads(run.attrs["warnings"]))
+    assert any("singular positions were not searched" in text for text in warnings_of(run))
 
 
 def test_warning_of_an_omitted_search():
@@ -115,7 +114,7 @@ def test_small_mechanisms_have_the_reactions_of_large_ones(size, clearance):
         return sd.simulate(array, until=0.01 * size**0.5, samples=5)
 
     large, small = run(1.0, 1.0), run(size, 1e-9)
-    assert not [text for text in json.loads(small.attrs["warnings"]) if "redundant" in text]
+    assert not [text for text in warnings_of(small) if "redundant" in text]
     assert np.allclose(
         1e9 * small["reaction"], large["reaction"], rtol=1e-6, atol=1e-6 * float(np.abs(large["reaction"]).max())
     )

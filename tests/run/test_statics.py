@@ -112,7 +112,7 @@ def test_servo_is_taken_on_its_reference() -> None:
     case = sd.read_case(EXAMPLES / "controlled.toml")
     (servo,) = case.mechanism.components
     driven = case.mechanism.ideal().replace("components", ()).driven(servo.reference)
-    torques = [sd.statics(one, until=case.run.until, points=5)["drive_torque"] for one in (case.mechanism, driven)]
+    torques = [sd.statics(one, until=case.run.until, points=5)["drive_torque"].values for one in (case.mechanism, driven)]
     np.testing.assert_allclose(*torques, rtol=1e-12)
     assert float(np.ptp(torques[1])) > 1.0
 

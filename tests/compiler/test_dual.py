@@ -12,7 +12,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from benchmarks.duals import compare, mechanism_of
+from tests.compiler.dual_system import compare, mechanism_of
 from tests.compiler.test_c import KERNELS
 
 from scissordyn.compiler.c import loaded

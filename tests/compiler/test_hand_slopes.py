@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from benchmarks.duals import number_type
+from tests.compiler.dual_system import number_type
 from tests.compiler.test_c import KERNELS, QUICK
 from tests.compiler.test_dual import elements, inputs_of
 from tests.compiler.test_dual import with_derivatives as slopes_of

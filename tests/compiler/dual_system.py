@@ -1,24 +1,19 @@
-"""Derivatives by dual numbers beside what the package has: the whole Jacobian by the step matrix, kernels by differences.
-
-``python -m benchmarks.duals --write`` writes the page; ``--quick`` takes a few cases and kernels.
-"""
+"""Right-hand side of a mechanism in dual numbers, and its comparison with the package's right-hand side and step matrix."""
 
 from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Annotated, Any, get_origin, get_type_hints
 
 import numpy as np
+from benchmarks import bits
 
 import scissordyn as sd
-from benchmarks import bits
-from benchmarks.measure import command, interleaved, paragraph, table
 from scissordyn.compiler.c import loaded
 from scissordyn.compiler.unit import Unit
-from scissordyn.kernel import F1, Entry, call_at
+from scissordyn.kernel import Entry
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.plan.plan import plan
@@ -26,25 +21,25 @@ from scissordyn.plugin.element import RECIPES
 from scissordyn.run.trajectory import make_driver
 
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
-"""Arrays of kernel pointers, by the part of a system that has them."""
+"""Arrays of kernel pointers by the part of a system that contains them."""
 
-DERIVATIVES = 8  # In one call of the right-hand side
+DERIVATIVES = 8  # Derivatives per call of the right-hand side
 
 
 def number_type(derivatives: int) -> Any:
-    """A dual number as C hands it."""
+    """Return the C type of a dual number."""
     return type("Dual", (ctypes.Structure,), {"_fields_": [("numbers", ctypes.c_double * (derivatives + 1))]})
 
 
 class DualSystem:
-    """The right-hand side of a mechanism, translated with derivatives.
+    """Right-hand side of a mechanism, compiled with derivatives.
 
     Parameters
     ----------
     content : System
-        As the package has it.
+        System of the package.
     *flags : str
-        For the C compiler.
+        Flags of the C compiler.
     """
 
     def __init__(self, content: Any, *flags: str) -> None:
@@ -64,7 +59,7 @@ class DualSystem:
         }
 
     def jacobian(self, t: float, y: np.ndarray, content: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The right-hand side and its derivatives by the state."""
+        """Return the right-hand side and its derivatives by the state."""
         self.kept: list[np.ndarray] = []
         content.work.instant[0] = math.nan
         memory = np.array(self._words(content, type(content)), np.int64)
@@ -80,7 +75,7 @@ class DualSystem:
         return out[:, 0], jacobian
 
     def _words(self, content: Any, described: Any) -> list[int]:
-        """A named tuple in memory, with zero derivatives."""
+        """Return the memory of a named tuple with zero derivatives."""
         hints = get_type_hints(described, include_extras=True)
         words: list[int] = []
         for (name, hint), part in zip(hints.items(), content, strict=True):
@@ -118,18 +113,18 @@ def _integers(content: Any, owner: str, name: str) -> np.ndarray:
 
 
 def with_derivatives(array: np.ndarray) -> np.ndarray:
-    """Numbers with derivatives that are zero."""
+    """Return numbers with zero derivatives."""
     numbers = np.zeros((*array.shape, DERIVATIVES + 1))
     numbers[..., 0] = array
     return numbers
 
 
 class TakenError(Exception):
-    """The mechanism of a case, in the place of its run."""
+    """Signal that carries the mechanism of a case instead of running it."""
 
 
 def mechanism_of(case: str) -> sd.Mechanism:
-    """The mechanism that a case of `benchmarks.bits` runs."""
+    """Return the mechanism that a case of `benchmarks.bits` runs."""
 
     def take(mechanism: sd.Mechanism, *_: Any, **__: Any) -> None:
         raise TakenError(mechanism)
@@ -147,7 +142,7 @@ def mechanism_of(case: str) -> sd.Mechanism:
 
 
 def compare(mechanism: sd.Mechanism, states: int, *flags: str) -> tuple[int, bool, float]:
-    """Size of the state, whether the right-hand side is bit for bit that of the package, largest error of the step matrix."""
+    """Return the size of the state, whether the right-hand side is the package's bit for bit, and the step matrix's error."""
     driver, _, _ = make_driver(plan(mechanism), sd.Options(until=0.1))
     content, random, same, worst = driver.system.content, np.random.default_rng(1), True, 0.0
     start, size, contacts = np.array(driver.state.y), driver.state.y.size, content.parameters.contact.size
@@ -178,112 +173,3 @@ def compare(mechanism: sd.Mechanism, states: int, *flags: str) -> tuple[int, boo
             scale = np.abs(solved) / step + np.abs(jacobian) @ np.abs(solved) + np.abs(right)
             worst = max(worst, float(np.max(np.abs(missing) / scale, initial=0.0)))
     return size, same, worst
-
-
-def differences(address: int, turns: int, t: float, q: F1, v: F1, z: F1, x: F1, p: F1, up: F1, down: F1) -> float:
-    """All derivatives of a kernel, and once more, by central differences as in the mechanics."""
-    total = 0.0
-    for _ in range(turns):
-        for k in range(q.size + v.size + z.size):
-            place = k if k < q.size else k - q.size if k < q.size + v.size else k - q.size - v.size
-            argument = q if k < q.size else v if k < q.size + v.size else z
-            here = argument[place]
-            h = 1e-6 * abs(here) + 1e-9
-            argument[place] = here + h
-            high = call_at(address, q, v, z, x, p, up)
-            argument[place] = here - h
-            low = call_at(address, q, v, z, x, p, down)
-            argument[place] = here
-            total += (high - low + up[0] - down[0]) / (2.0 * h)
-    return total + t
-
-
-def duals(address: int, turns: int, t: float, q: F1, v: F1, z: F1, x: F1, p: F1, up: F1, down: F1) -> float:
-    """The same by dual numbers."""
-    total = t
-    for _ in range(turns):
-        total += call_at(address, q, v, z, x, p, up) + up[0]
-    return total
-
-
-def loops(pointer: int, row: np.ndarray, turns: int) -> dict[str, Callable[[], None]]:
-    """One call for each of the two ways."""
-    recipe = RECIPES[pointer]
-    counts = [1 + max((int(text[2:-1]) for text in recipe.handed if text[0] == name), default=-1) for name in "qvz"]
-    random, candidates = np.random.default_rng(1), {}
-    # slips of millimetres per second, bristles of micrometres
-    inputs = [random.uniform(0.1, 1.0, count) * size for count, size in zip(counts, (1e-3, 1e-3, 1e-6), strict=True)]
-    for name, function, size in (("differences", differences, 0), ("duals", duals, 2 * ((sum(counts) + 1) // 2))):
-        unit, entry = Unit(derivatives=size), Entry(function)
-        unit.entry(entry)
-        unit.kernel(recipe)
-        compiled = loaded(unit.text())
-        address = ctypes.cast(getattr(compiled, recipe.symbol), ctypes.c_void_p).value
-        arrays = [np.zeros((*part.shape, size + 1)) for part in (*inputs, np.zeros(24), row, np.zeros(24), np.zeros(24))]
-        for array, part in zip(arrays, (*inputs, np.zeros(24), row), strict=False):
-            array[..., 0] = part
-        for k, place in enumerate((a, b) for a in range(3) for b in range(counts[a])):
-            if size:
-                arrays[place[0]][place[1], 1 + k] = 1.0
-        run, number = getattr(compiled, entry.symbol), number_type(size)
-        run.argtypes = [ctypes.c_int64] * 2 + [number] + [ctypes.c_void_p, ctypes.c_int64] * 7
-        run.restype = number
-        words = [word for array in arrays for word in (array.ctypes.data, array.shape[0])]
-        candidates[name] = lambda run=run, address=address, number=number, words=words, kept=(arrays, compiled): (
-            run(address, turns, number(), *words) and None
-        )
-    return candidates
-
-
-def kernels_of(content: Any) -> dict[int, np.ndarray]:
-    """The force and torque kernels of a system, with the numbers that they read."""
-    p, found = content.parameters, {}
-    for name, rows in (("stiffness", p.elastic), ("damping", p.damping), ("friction", p.friction)):
-        found |= {int(pointer): row for pointer, row in zip(p.law[name], rows, strict=True)}
-    for pointers, rows in ((content.model.force_kernel, p.component), (p.controller, p.control)):
-        found |= {int(pointer): row for pointer, row in zip(pointers, rows, strict=True)}
-    return {pointer: np.array(row) for pointer, row in found.items() if pointer in RECIPES}
-
-
-TURNS = 20_000
-SHORT = ("random ideal joints", "example paper", "pid", "components")
-
-
-def measure(quick: bool) -> str:
-    """Errors of step matrices of all cases, and times of kernels by both ways."""
-    errors, times, seen = [], [], set()
-    for case in SHORT if quick else bits.CASES:
-        mechanism = mechanism_of(case)
-        size, same, error = compare(mechanism, 4, "-O0")
-        errors.append([case, str(size), "same" if same else "OTHER", f"{error:.1e}"])
-        content = make_driver(plan(mechanism), sd.Options(until=0.1))[0].system.content
-        for pointer, row in kernels_of(content).items():
-            symbol = RECIPES[pointer].symbol
-            if symbol in seen:
-                continue
-            seen.add(symbol)
-            name = f"{RECIPES[pointer].function.__module__.removeprefix('scissordyn.')} {symbol[-4:]}"
-            apart, dual = (found.least / TURNS * 1e9 for found in interleaved(loops(pointer, row, TURNS), 5).values())
-            times.append([name, f"{apart:.0f}", f"{dual:.0f}", f"{dual / apart:.2f}"])
-    ratios = [float(row[3]) for row in times]
-    middle = math.exp(float(np.mean(np.log(ratios))))
-    return "\n".join(
-        (
-            paragraph(
-                "The right-hand side of each case in dual numbers at four states (the start, and three random ones on the",
-                "constraints with contacts open and closed): whether its values are those of the library bit for bit, and the",
-                "largest |(W - (1/hg - J)) k|, relative to the terms that it is the sum of, of the step matrix W at hg = 1e-6,",
-                "1e-4 and 1e-2 s, with J by duals.",
-            ),
-            "\n" + table(("case", "states", "values", "step matrix"), errors),
-            paragraph(
-                "All derivatives of a force or torque by inputs, rates and states, by central differences and by one call in",
-                f"dual numbers, least of five interleaved loops [ns]; geometric mean of the ratios {middle:.2f}.",
-            ),
-            "\n" + table(("kernel", "differences", "duals", "ratio"), times),
-        )
-    )
-
-
-if __name__ == "__main__":
-    command("duals", measure)

@@ -1,0 +1,82 @@
+"""``scissordyn gradient``: the table, JSON, the saved file and the picture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.cli.main import status_of
+
+CASE = """
+[structure]
+kind = "mechanism"
+gravity = "0 m/s^2"
+
+[[ground]]
+name = "middle"
+position = "0, 0 m"
+
+[[body]]
+name = "ball"
+mass = "1 kg"
+inertia = "1e-3 kg m^2"
+points = { centre = "0, 0 m" }
+position = "0, 0 m"
+velocity = "0.5, 0 m/s"
+
+[[joint]]
+name = "hole"
+journal = "ball.centre"
+bearing = "ground.middle"
+
+[[clearance]]
+joint = "hole"
+clearance = "1 mm"
+journal_radius = "10 mm"
+friction = "none"
+reference = "onset"
+
+[run]
+until = "3.5 ms"
+start = "as-placed"
+"""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> str:
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return str(path)
+
+
+def test_table_file_and_picture(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: the parameter with the largest elasticity comes first."""
+    saved, drawn = tmp_path / "gradient.nc", tmp_path / "bars.svg"
+    words = ["gradient", case, "--of", "hole.first_contact", "--by", "hole.restitution", "--by", "hole.clearance"]
+    assert status_of([*words, "-o", str(saved), "--plot", str(drawn)]) == 0
+    text = capsys.readouterr().out
+    assert "hole.first_contact = 2 ms" in text
+    assert text.index("hole.clearance") < text.index("hole.restitution")
+    assert "1 runs in" in text
+    found = sd.load(saved)
+    assert found["elasticity"].sel(parameter="hole.clearance").item() == pytest.approx(1.0, abs=1e-9)
+    assert "<svg" in drawn.read_text(encoding="utf-8")
+
+
+def test_json_of_all_parameters(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: without --by every parameter that acts is taken, and one line is printed."""
+    assert status_of(["gradient", case, "--of", "hole.first_contact", "--json"]) == 0
+    (line,) = capsys.readouterr().out.splitlines()
+    of = json.loads(line)["measures"]["hole.first_contact"]
+    assert of["value"] == pytest.approx(2e-3)
+    assert of["elasticity"]["joint.hole.clearance"] == pytest.approx(1.0, abs=1e-9)
+    assert of["derivative"]["body.ball.velocity.x"] == pytest.approx(-4e-3, rel=1e-9)
+
+
+def test_a_measure_is_needed(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: one line says what is missing."""
+    assert status_of(["gradient", case, "--by", "hole.clearance"]) == 2
+    assert "a gradient without a measure" in capsys.readouterr().err

@@ -80,6 +80,7 @@ def stopped() -> sd.Mechanism:
             sd.TorsionSpring("spring", "arm", stiffness=20.0, free_angle=1.0),
             sd.AngleStop("stop", "arm", angle=0.2, stiffness=1e5, restitution=0.6),
             sd.TorsionSpring("closer", "flap", stiffness=30.0, free_angle=1.0),
+            sd.PinFriction("friction", "arm", radius=0.05, kinetic=0.2),
             sd.Cable("cable", ("ground", "anchor"), ("hook", "end"), stiffness=5e4, free_length=0.35, damping=5.0),
         ),
         latches=(sd.Latch("latch", "flap", angle=0.5),),
@@ -112,11 +113,12 @@ NOISE = 2e-6
         ("cable.free_length", 0.35),
         ("latch.angle", 0.5),
         ("flap.inertia", 0.05),
+        ("friction.kinetic", 0.2),
     ],
 )
 def test_stops_latches_and_cables(path: str, value: float) -> None:
     """Cross-check: instants, speeds and largest values of all events against differences of six runs."""
-    mechanism, options = stopped(), sd.Options(0.13, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
+    mechanism, options = stopped(), sd.Options(0.125, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
     run = forward(plan(mechanism), options, [derivatives(Start(mechanism, "as-placed"), parameter_of(mechanism, path, 1.0))])
     time, rate, largest, peak, state = differences(mechanism, options, path, value, 1e-3)
     assert len(run.log) >= 7

@@ -157,7 +157,6 @@ def check_derivable(made: Plan, options: Options) -> None:
         "an oil film": bool(made.lubricated),
         "bars that bend": bool(made.coordinates.natural.axes) or made.model.bar.size > 0,
         "a controller with a delay": any(part.controller.delay > 0.0 for _, part in made.actuators),
-        "friction in ideal joints": bool(made.friction_workspace().component.size),
     }
     for words, here in refused.items():
         if here:

@@ -92,7 +92,9 @@ def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
     functions.accept(0.0, y, system.address, np.zeros(3))
     content: System = system.content
     arrays = dict(_arrays("", {owner: getattr(content, owner) for owner in OWNERS}))
-    arrays["work.value"], arrays["y"] = content.work.value, y
+    # the only scratch that is written at the start alone
+    arrays["work.value"], arrays["work.part_weight"] = content.work.value, content.work.part_weight
+    arrays["y"] = y
     arrays["log"] = np.array(prepared.initial_events, float).reshape(-1, LOG_COLUMNS)
     return arrays
 

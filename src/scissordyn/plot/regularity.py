@@ -153,7 +153,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     values = _select_series(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
     across, up = scale_of(value), scale_of(values)
-    look: dict[str, Any] = {"markersize": _dot_size(values.size, 0.8, 4.0), "rasterized": values.size > 20_000, **DOT_STYLE}
+    look: dict[str, Any] = {"markersize": _dot_size(values.size, 2.0, 5.0), "rasterized": values.size > 20_000, **DOT_STYLE}
     x = np.repeat(across.factor * value.values, values.shape[1])
     drawn.plot(x, up.factor * values.values.ravel(), color=BLUE, **look)
     drawn.set(xlabel=across.label(_long_name(value, "parameter")), ylabel=up.label(_long_name(values, chosen)))

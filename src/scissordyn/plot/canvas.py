@@ -174,7 +174,7 @@ render({{ el: place, model: {{
   save_changes: () => {{}}, send: () => {{}},
 }} }});
 const canvas = place.querySelector("canvas");
-canvas.focus();
+if (window === window.parent) canvas.focus();  // in a frame it would scroll the page around it
 // film.html#20 begins at frame 20
 const frame = Math.floor(Number(location.hash.slice(1)));
 if (frame > 0) place.querySelector(".sd-stage").frame(frame);

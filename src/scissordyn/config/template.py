@@ -83,7 +83,7 @@ RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table of the options of
 OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
     ControlTable: tuple(ControlTable.declared_keys()),
-    ClearanceTable: ("bearing_material", "lubrication"),
+    ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour"),
     RUN: ("step",),
     **{
         table: tuple(key for key, field in table.declared_keys().items() if field.default is None)

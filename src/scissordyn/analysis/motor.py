@@ -17,7 +17,7 @@ from scissordyn.components.motor import Motor
 from scissordyn.components.place import GROUND
 from scissordyn.components.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.options import AUTO, EQUALLY_SPACED
+from scissordyn.model.options import AUTO, DEFAULT_SAMPLES
 from scissordyn.record.joint_force import clearance_joints, largest_force
 from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
@@ -88,7 +88,7 @@ def _without_contact_samples(run: xr.Dataset) -> xr.Dataset:
     options = read_configuration(run).options
     if options is None or options.samples != AUTO or run.attrs["status"] != "complete":
         return run
-    return run.isel(time=np.isin(run["time"].values, np.linspace(0.0, float(run["time"][-1]), EQUALLY_SPACED)))
+    return run.isel(time=np.isin(run["time"].values, np.linspace(0.0, float(run["time"][-1]), DEFAULT_SAMPLES)))
 
 
 class _Source(NamedTuple):

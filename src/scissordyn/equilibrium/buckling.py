@@ -40,6 +40,7 @@ from scissordyn.plan.system import make_system
 from scissordyn.record.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
 from scissordyn.record.internal_forces import Bar, bars_of
 from scissordyn.record.results import Variable
+from scissordyn.tolerance import CONVERGENCE_TOL
 from scissordyn.units import Quantity, checked
 
 if TYPE_CHECKING:
@@ -265,7 +266,6 @@ class _IdealPositions:
         return gradients
 
 
-CANCELLATION_TOL = 1e-14  # Relative round-off of strains of beam elements and of the balance of forces
 COMPLEX_STEP = 1e-30  # Imaginary step of a complex-step derivative; no subtraction, so no cancellation
 
 
@@ -282,7 +282,7 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
     for _ in range(2):
         moved += allowed @ np.linalg.solve(stiffness, allowed.T @ (force - slopes @ moved))
     response = _InternalForces(at, moved, loaded.plan.gravity_vector, float(np.linalg.norm(force)))
-    uncertain = CANCELLATION_TOL * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
+    uncertain = CONVERGENCE_TOL * float(np.linalg.norm(np.abs(slopes) @ np.abs(moved)))
     whole: np.ndarray = added + response.stiffness(force - slopes @ moved, uncertain)
     return whole
 
@@ -376,7 +376,7 @@ class _InternalForces:
         along = maps[:2] / np.hypot(*maps[:2])
         rigidity, strained = beam.axial_stiffness / beam.length, along @ rows[:2]
         tension = rigidity * float(strained @ self.moved)
-        least = max(self.least, CANCELLATION_TOL * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
+        least = max(self.least, CONVERGENCE_TOL * rigidity * float(np.linalg.norm(strained) * np.linalg.norm(self.moved)))
         if abs(tension) * np.linalg.norm(strained) < least:
             return np.zeros((self.moved.size, self.moved.size))
         return tension * stiffness_of_element(maps, rows)

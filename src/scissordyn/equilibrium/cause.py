@@ -17,8 +17,7 @@ from scissordyn.mechanics.time_function import prescribe
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan
-
-NEAR_SINGULAR = 1e-3  # A position is near a singular one if the smallest singular value of the unit gradients is below this
+from scissordyn.plan.redundancy import SINGULAR_VALUE_MIN
 
 
 def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:
@@ -53,7 +52,7 @@ def describe_singular_position(plan: Plan, system: Handle, state: np.ndarray, ti
     rows = unit if isinstance(unit, np.ndarray) else unit.toarray()
     left, values, _ = np.linalg.svd(rows, full_matrices=len(active) > plan.coordinates.free)
     smallest = float(values[-1]) if values.size == len(active) else 0.0
-    if smallest > NEAR_SINGULAR:
+    if smallest > SINGULAR_VALUE_MIN:
         return ""
     part = np.abs(left[:, -1])
     named = [active[k].subject for k in np.argsort(-part, kind="stable") if part[k] > 0.1 * np.max(part)]
@@ -122,5 +121,5 @@ def _held_fraction(matrix: Any, moves: Any) -> np.ndarray:
         matrix, moves = matrix.toarray(), moves.toarray()
     moves = moves if isinstance(moves, np.ndarray) else moves.toarray()
     _, values, right = np.linalg.svd(matrix, full_matrices=False)
-    across = right[values > NEAR_SINGULAR * values[0]] @ moves.T
+    across = right[values > SINGULAR_VALUE_MIN * values[0]] @ moves.T
     return np.asarray(np.sum(across * across, axis=0))

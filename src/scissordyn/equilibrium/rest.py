@@ -25,13 +25,13 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values
 
-INDEPENDENT = 1e-9  # Singular values of the constraints' gradients below this part of the largest count as zero
-LONGEST_STEP = 1e4  # Largest step size of the descent [s]; its steps are Newton's method
-SHORTEST_STEP = 1e-9  # Step size at which the descent is given up [s]
+STEP_MAX = 1e4  # [s] largest step size of the descent, at which its steps are those of Newton's method
+STEP_MIN = 1e-9  # [s] step size below which the descent is given up
 STEPS_MAX = 5000  # Largest number of steps of a descent
-DISTANCE_MAX = 100.0  # [mechanism sizes] nothing holds a mechanism that has moved farther
-TRAVEL_MAX = 0.3  # Largest displacement in one step, as a fraction of the mechanism's size
-UNLOADED_ROUNDOFF = 100.0  # Round-off without weight, relative to that of coordinates: angles and references are rounded too
+DISPLACEMENT_MAX = 100.0  # [mechanism sizes] nothing holds a mechanism that has moved farther
+STEP_DISPLACEMENT_MAX = 0.3  # Largest displacement in one step, as a fraction of the mechanism's size
+# [-] round-off of a mechanism without weight, relative to that of its coordinates: angles and references are rounded too
+UNLOADED_ROUND_OFF_FACTOR = 100.0
 
 
 class At(NamedTuple):
@@ -192,8 +192,8 @@ def _descend(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _
         if outcome == "rest":
             descent.polish(step)
             return descent
-        step = min(LONGEST_STEP, 3.0 * step) if outcome == "solved" else 0.2 * step
-        if step < SHORTEST_STEP or descent.displacement > DISTANCE_MAX:
+        step = min(STEP_MAX, 3.0 * step) if outcome == "solved" else 0.2 * step
+        if step < STEP_MIN or descent.displacement > DISPLACEMENT_MAX:
             break
     raise InputError(
         f"start = 'static': {descent.failure(step)}",
@@ -253,7 +253,7 @@ class _Descent:
         self.bars = [first + i for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
         # without weight the load may be zero, as for a servo on its reference; unbalanced forces are then round-off
         self.stiff = self.bars if self.load else list(range(first, first + len(plan.components)))
-        self.roundings = 1.0 if self.load else UNLOADED_ROUNDOFF
+        self.roundings = 1.0 if self.load else UNLOADED_ROUND_OFF_FACTOR
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from the first position
 
     def implicit_step(self, step: float, max_corrections: int = 40) -> str:
@@ -267,7 +267,7 @@ class _Descent:
             moved = float(np.linalg.norm(state[:n] - base))
             turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
             # turns are counted from step to step: no body may turn by more than 1 rad
-            if not (math.isfinite(self.force) and moved <= TRAVEL_MAX * self.size and turned <= 1.0):
+            if not (math.isfinite(self.force) and moved <= STEP_DISPLACEMENT_MAX * self.size and turned <= 1.0):
                 break
             applied = float(np.linalg.norm(self.system.work.force[:n]))
             if not self.load:  # without weight the load is that of springs and forces at the first position
@@ -288,7 +288,7 @@ class _Descent:
             state[:n] += change
             # the residual normal to the constraints does not vanish, but the correction does
             moved = float(np.linalg.norm(state[:n] - base))
-            if step >= LONGEST_STEP and moved <= 1e-14 * self.size:
+            if step >= STEP_MAX and moved <= 1e-14 * self.size:
                 return "rest"
             solved = bool(np.linalg.norm(change) <= 0.01 * moved)
         state[:n], self.force = base, before
@@ -328,11 +328,11 @@ class _Descent:
         state, place = self.state, self.state[: self.free]
         for _ in range(max_steps):
             before, force, turns = place.copy(), self.force, self.system.state.reference.copy()
-            step = min(LONGEST_STEP, 3.0 * step)
+            step = min(STEP_MAX, 3.0 * step)
             left = self.unbalanced(before, step)
             for _ in range(corrections):
                 change = self.correction(left, step)
-                if change is None or not np.linalg.norm(change) <= TRAVEL_MAX * self.size:
+                if change is None or not np.linalg.norm(change) <= STEP_DISPLACEMENT_MAX * self.size:
                     break
                 place += change
                 left = self.unbalanced(before, step)
@@ -358,8 +358,10 @@ class _Descent:
 
     def failure(self, step: float) -> str:
         """Describe why no equilibrium was found."""
-        if self.displacement > DISTANCE_MAX:
-            return f"no equilibrium: nothing holds the mechanism, it moves away by more than {DISTANCE_MAX:g} times its size"
+        if self.displacement > DISPLACEMENT_MAX:
+            return (
+                f"no equilibrium: nothing holds the mechanism, it moves away by more than {DISPLACEMENT_MAX:g} times its size"
+            )
         left = "the first step cannot be solved"
         if math.isfinite(self.force):
             left = f"{self.force / self.scale:.2g} of the load is unbalanced"
@@ -368,7 +370,7 @@ class _Descent:
             limit = getattr(part.controller, "limit", None)
             if limit is not None and abs(torques[i]) >= limit:
                 left += f"; actuator '{part.name}' is at its limit of {limit:g} N m"
-        if step < SHORTEST_STEP:
+        if step < STEP_MIN:
             return f"no equilibrium was found: the descent stops where forces jump or the position is singular ({left})"
         return (
             f"no equilibrium was found: after {STEPS_MAX} steps downhill, over {self.displacement:.2g} of its size, "

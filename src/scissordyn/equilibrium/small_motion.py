@@ -26,7 +26,7 @@ STATIC = "start = 'static': "
 Still = Callable[[float, Mapping[str, float]], Plan]
 """Function that returns the plan of the mechanism locked at a time, given the angles by which its bodies have turned."""
 
-CHANGE_MAX = 0.1  # Largest change of an input between two computed positions [rad, m/m]
+INPUT_STEP_MAX = 0.1  # [rad, m/m] largest change of an input between two computed positions
 
 
 def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
@@ -63,7 +63,7 @@ def along(still: Still, inputs: Inputs, times: Iterable[float], position: Positi
         if place is None and time != 0.0:
             _, place = _reached(ideal, position, None, 0.0, 0.0)
         change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
-        for between in np.linspace(before, time, max(1, int(np.ceil(change / CHANGE_MAX))) + 1)[1:-1].tolist():
+        for between in np.linspace(before, time, max(1, int(np.ceil(change / INPUT_STEP_MAX))) + 1)[1:-1].tolist():
             _, place = _reached(ideal, position, place, before, between)
             before = between
         at, place = _reached(still, position, place, before, time)

@@ -14,12 +14,12 @@ from scissordyn.components.time_function import Polynomial
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.equilibrium.cause import describe_jam
 from scissordyn.equilibrium.rest import At, count_turns
-from scissordyn.equilibrium.small_motion import along
+from scissordyn.equilibrium.small_motion import INPUT_STEP_MAX, along
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
-from scissordyn.kinematics.path import INSTANTS, smooth_peak, start_of
+from scissordyn.kinematics.path import INPUT_SAMPLES, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.outputs import Record
 from scissordyn.model.commanded import commanded
@@ -44,12 +44,11 @@ if TYPE_CHECKING:
 TITLE = "scissordyn statics"
 
 POINTS, POINTS_MIN = 201, 51  # Default number of positions; smallest number for measures of many cases
-ROTATION_STEP = 0.1  # Rotation of a drive between two positions of such a measure [rad]
 
 CREEP_SPEED = 1e-9
 """Speed of the fastest drive that sets the sense of friction and one-way loads [rad/s, m/s]; its squares are round-off."""
 
-MIN_TRANSITION = 1e-30
+TRANSITION_SPEED_MIN = 1e-30
 """Transition speed of friction and one-way loads, practically zero [m/s, rad/s].
 
 It is written into the kernel's parameters, as fields of components have a larger minimum.
@@ -134,7 +133,7 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
 
 def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
     """Return the largest magnitude of each force, torque and bar stress, with forward friction if there is any."""
-    points = max(POINTS_MIN, 1 + math.ceil(rotations(mechanism, until)[-1] / ROTATION_STEP))
+    points = max(POINTS_MIN, 1 + math.ceil(rotations(mechanism, until)[-1] / INPUT_STEP_MAX))
     parts = frictionless(mechanism.ideal()).components
     rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
     forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
@@ -149,7 +148,7 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
 def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
     """Return the total rotation of the drive that rotates most, to and fro, at evenly spaced instants [rad]."""
     inputs = Inputs(plan(commanded(mechanism).ideal()))
-    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, INSTANTS)), axis=0, prepend=inputs.at(0.0)[None]))
+    turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, INPUT_SAMPLES)), axis=0, prepend=inputs.at(0.0)[None]))
     angles = turned[:, np.array(inputs.units) == "rad"]
     return np.asarray(np.cumsum(angles.max(axis=1, initial=0.0)))
 
@@ -243,7 +242,7 @@ def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[
         if part.declaration.section in SENSES:
             speed, coefficients = SENSES[part.declaration.section]
             row, numbers = content.parameters.component[i], part.declaration.numbers
-            row[numbers.index(speed)] = MIN_TRANSITION
+            row[numbers.index(speed)] = TRANSITION_SPEED_MIN
             for name in coefficients:
                 row[numbers.index(name)] *= friction != "none"
     position = at.state[: slow.coordinates.free]
@@ -335,7 +334,7 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
     angles = variables["input"].values[:, variables["prescribed_unit"].values == "rad"]
     apart = float(np.abs(np.diff(angles, axis=0)).max(initial=0.0))
     if apart > 0.4:  # [rad]
-        enough = math.ceil(times.size * apart / ROTATION_STEP)
+        enough = math.ceil(times.size * apart / INPUT_STEP_MAX)
         words = f"positions are up to {math.degrees(apart):.3g} deg apart: larger forces between them may be missed"
         warnings.append(f"{words}; use points = {enough} or more")
     for _, part, output in beyond_outputs(plan):

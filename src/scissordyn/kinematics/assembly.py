@@ -22,8 +22,8 @@ from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import make_system
+from scissordyn.tolerance import ROUND_OFF_TOL
 
-CLOSURE_TOL = 1e-12  # Largest residual of a constraint of an assembled mechanism
 IMPROVEMENT_FRACTION = 0.9  # A correction towards given values is kept if it reduces their error below this fraction
 
 
@@ -183,7 +183,7 @@ def _close(
         residual = np.concatenate([gradients.residual(full), gradients.held @ full - values])
         jacobian = gradients.jacobian(full)
         # eight times round-off: short rods far from the origin cannot meet the tolerance
-        if np.all(np.abs(residual) < np.maximum(CLOSURE_TOL, 8.0 * gradients.rounding(full))):
+        if np.all(np.abs(residual) < np.maximum(ROUND_OFF_TOL, 8.0 * gradients.rounding(full))):
             return x, jacobian, residual
         x = x - least_change(jacobian[:, : x.size], residual)
     return x, None, residual
@@ -204,7 +204,7 @@ def _close_to(
         missed = np.linalg.norm(places.misses(np.append(moved, b)))
         if missed < IMPROVEMENT_FRACTION * least:
             best, jacobian, least = moved, closed, missed
-        if met or np.max(np.abs(moved - x), initial=0.0) <= CLOSURE_TOL * np.max(np.abs(x), initial=0.0):
+        if met or np.max(np.abs(moved - x), initial=0.0) <= ROUND_OFF_TOL * np.max(np.abs(x), initial=0.0):
             break
         x = moved
     return None if jacobian is None else (best, jacobian)

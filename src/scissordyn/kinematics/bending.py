@@ -25,9 +25,8 @@ from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.model.section import Section, StructuralMaterial, read_material, read_section
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Meaning, Quantity, checked, documented
-
-UNIFORM_TOL = 1e-6  # Largest relative difference of a body's mass centre and inertia from those of a uniform bar
 
 
 class Legs(NamedTuple):
@@ -71,7 +70,7 @@ def _groups(body: Body) -> list[list[str]]:
         return []
     groups = [[points[0][0], points[1][0]]]
     for (_, before), (name, here), (following, after) in zip(points, points[1:], points[2:], strict=False):
-        if abs(_turn_angle(before, here, after)) <= UNIFORM_TOL:
+        if abs(_turn_angle(before, here, after)) <= DATA_TOL:
             groups[-1].append(following)
         else:
             groups.append([name, following])
@@ -95,8 +94,8 @@ def _is_uniform(body: Body, line: Sequence[Point]) -> bool:
     centre, inertia = uniform_legs(body.mass, lengths, middles)
     return (
         body.inertia is not None
-        and math.dist(body.centre, centre) <= UNIFORM_TOL * sum(lengths)
-        and abs(body.inertia - inertia) <= UNIFORM_TOL * inertia
+        and math.dist(body.centre, centre) <= DATA_TOL * sum(lengths)
+        and abs(body.inertia - inertia) <= DATA_TOL * inertia
     )
 
 

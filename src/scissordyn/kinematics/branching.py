@@ -17,12 +17,12 @@ from scissordyn.kinematics.path import Path, instants, path_of, start_of
 from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
 from scissordyn.plan.plan import Plan
 
-ROTATION_MAX = 0.2
+SAMPLE_ROTATION_MAX = 0.2
 """Largest rotation between two samples that are compared [rad]; with larger ones a driven mechanism is followed instead."""
 
 SAMPLES_MIN = 9  # Smallest number of samples searched for singular positions
 
-MOST_EQUATIONS = 300
+EQUATIONS_MAX = 300
 """Largest number of closure equations for which singular positions are searched.
 
 The cost is cubic: some seconds at this size.
@@ -47,7 +47,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     Recorded samples show cheaply where singular positions may be. Where the drives determine the motion, the path of the ideal
     mechanism then locates them; otherwise the samples do.
     """
-    if _equations(plan) > MOST_EQUATIONS:
+    if _equations(plan) > EQUATIONS_MAX:
         return [_size_warning(plan)]
     angle = run.variables["angle"].values
     rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
@@ -56,7 +56,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     if closure is None or not closure.chosen.size or not len(angle):
         return []
     driven = bool(closure.inputs.count)
-    if driven and (np.max(rotation, initial=0.0) > ROTATION_MAX or len(angle) < SAMPLES_MIN):
+    if driven and (np.max(rotation, initial=0.0) > SAMPLE_ROTATION_MAX or len(angle) < SAMPLES_MIN):
         return _driven(closure, run, until)
     square = closure.chosen.size == closure.free.shape[1]
     if not square and start_of(closure) is None:
@@ -137,7 +137,7 @@ def drive_warnings(plan: Plan, until: float) -> list[str]:
     """Return warnings for the singular positions to which the drives lead the ideal mechanism."""
     if not plan.motions:
         return []
-    if _equations(plan) > MOST_EQUATIONS:
+    if _equations(plan) > EQUATIONS_MAX:
         return [_size_warning(plan)]
     closure = _closure(plan)
     return [] if closure is None else [text for _, _, text in _ideal_warnings(closure, until)]
@@ -173,7 +173,7 @@ def _equations(plan: Plan) -> int:
 def _size_warning(plan: Plan) -> str:
     """Return the warning that the mechanism is too large for the search."""
     count = _equations(plan)
-    return f"singular positions were not searched: {count} closure equations exceed the limit of {MOST_EQUATIONS}"
+    return f"singular positions were not searched: {count} closure equations exceed the limit of {EQUATIONS_MAX}"
 
 
 def _closure(plan: Plan) -> Closure | None:
@@ -237,15 +237,15 @@ def _passed(
 ) -> list[tuple[SingularPosition, np.ndarray]]:
     """Return the change point that a free motion passes between two samples, with its position; empty if there is none.
 
-    Two samples are compared only if no body rotates by more than `ROTATION_MAX` between them. The mean of two directions that
-    are farther apart is much shorter than one, and the gradients of its length constraints vanish.
+    Two samples are compared only if no body rotates by more than `SAMPLE_ROTATION_MAX` between them. The mean of two
+    directions that are farther apart is much shorter than one, and the gradients of its length constraints vanish.
     """
     values = np.array([smallest(closure, point) for point in z])
     k = int(np.argmin(values))
     left, _, right = np.linalg.svd(closure.jacobian(z[k]), full_matrices=False)
     test = np.einsum("m,kmn,n->k", left[:, -1], closure.jacobian(z), right[-1])
     for i in (k - 1, k):
-        if not 0 <= i < len(z) - 1 or rotation[i] > ROTATION_MAX or test[i] * test[i + 1] > 0.0:
+        if not 0 <= i < len(z) - 1 or rotation[i] > SAMPLE_ROTATION_MAX or test[i] * test[i + 1] > 0.0:
             continue
         fraction = float(test[i] / (test[i] - test[i + 1])) if test[i] != test[i + 1] else 0.0
         between = z[i] + fraction * (z[i + 1] - z[i])

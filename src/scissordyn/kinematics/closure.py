@@ -17,9 +17,9 @@ from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 CLOSURE_TOL = 1e-13  # Largest residual of a closed position; all maps are of the order of one
-NEARLY_CLOSED_TOL = 1e-10  # Largest residual where only the existence of a closed position matters
 
 
 def check_tables(plan: Plan, until: float) -> None:
@@ -230,7 +230,7 @@ class Closure:
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = float(np.max(np.abs(residual), initial=0.0))
-            if worst < NEARLY_CLOSED_TOL:
+            if worst < ASSEMBLY_TOL:
                 return self._count_turns(z)
             if not worst < 1e3:
                 return None

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from scissordyn.kinematics.closure import Closure
-from scissordyn.kinematics.unfolding import DIFFERENCE, Point, Unfolding
+from scissordyn.kinematics.unfolding import DIFFERENCE_FRACTION, Point, Unfolding
+from scissordyn.tolerance import DATA_TOL
 
 TURN_MAX = 0.15  # Largest rotation of a body in one step [rad]
 CORRECTION_FRACTION = 0.3  # A correction above this fraction of the step may have jumped to another branch
-MARGIN = 1e-6  # Tolerance of a change point's parameter against round-off, as a fraction of the longest step
 AtPlace = Callable[[float], np.ndarray]  # Inputs or natural coordinates as a function of the path parameter
 
 
@@ -86,7 +86,7 @@ def _determinant_sign(closure: Closure, z: np.ndarray) -> float:
 def _passes_change_point(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple[float, np.ndarray], longest: float) -> bool:
     """Return whether a step that changes the sign of the determinant passes a change point."""
     here, place = leg.points[-1], new[0]
-    low, high = min(here[0], place) - MARGIN * longest, max(here[0], place) + MARGIN * longest
+    low, high = min(here[0], place) - DATA_TOL * longest, max(here[0], place) + DATA_TOL * longest
     meetings = [meeting_before for meeting_before in leg.met if low <= meeting_before.place <= high]
     if not meetings:
         near = _nearest_to_singular(closure, here, new)
@@ -209,7 +209,7 @@ def _predict(
 
 def _tangent(closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> np.ndarray | None:
     """Return the derivative of the natural coordinates by the path parameter; None at a singular position."""
-    h = DIFFERENCE * width
+    h = DIFFERENCE_FRACTION * width
     rows = [inputs(place + k * h) for k in (-2, -1, 1, 2)]
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
     moved, value = (weights @ np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))

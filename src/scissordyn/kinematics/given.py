@@ -14,8 +14,7 @@ from scissordyn.model.body import Body
 from scissordyn.plan.coordinates import PointMap, combined
 from scissordyn.plan.gradients import least_change, matrix_of
 from scissordyn.plan.plan import Plan
-
-GIVEN_TOL = 1e-10  # Error of given values, as a fraction of the mechanism's size or of its largest speed
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 
 class Given(NamedTuple):
@@ -32,7 +31,7 @@ class Given(NamedTuple):
         """Return whether the given values are met up to round-off."""
         reached = np.asarray(self.rows @ full)
         largest = max(np.max(np.abs(self.target), initial=0.0), np.max(np.abs(reached), initial=0.0))
-        return bool(np.all(np.abs(self.target - reached) <= GIVEN_TOL * largest))
+        return bool(np.all(np.abs(self.target - reached) <= ASSEMBLY_TOL * largest))
 
 
 def prescribed_bodies(plan: Plan) -> set[str]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.kinematics.closure import Closure
-from scissordyn.kinematics.continuation import MARGIN, AtPlace, Meeting, extrapolated, meeting_between, walk
+from scissordyn.kinematics.continuation import AtPlace, Meeting, extrapolated, meeting_between, walk
 from scissordyn.kinematics.singular import (
     CHANGE,
     LOCKING,
@@ -23,8 +23,9 @@ from scissordyn.kinematics.singular import (
 )
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
+from scissordyn.tolerance import DATA_TOL
 
-INSTANTS = 4001  # Number of instants at which the range of the inputs is sampled
+INPUT_SAMPLES = 4001  # [samples] number at which the range of the inputs is searched
 
 NEAR_MISS_MAX = 1e-3
 """Branches that miss each other by less than this fraction of the mechanism's size are reported as near change points.
@@ -104,7 +105,7 @@ def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | 
 def grid(plan: Plan, until: float) -> np.ndarray:
     """Return the instants at which the range of the inputs is sampled [s]."""
     breaks = [t for _, motion in plan.motions for t in breaks_of(motion) if 0.0 < t < until]
-    return np.unique(np.concatenate([np.linspace(0.0, until, INSTANTS), breaks]))
+    return np.unique(np.concatenate([np.linspace(0.0, until, INPUT_SAMPLES), breaks]))
 
 
 def follow(
@@ -152,7 +153,7 @@ def _meetings(path: Path, inputs: AtPlace, known: list[Meeting], typical: float,
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspects(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
-        margin = MARGIN * (high - low)
+        margin = DATA_TOL * (high - low)
         if any(low - margin <= other.place <= high + margin for other in meetings) or any(
             end is not None and low <= end <= high for end in ends
         ):

@@ -15,6 +15,7 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.elimination import in_words
+from scissordyn.warning import NAMES_MAX
 
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
@@ -26,7 +27,6 @@ ZERO_FRACTION = 1e-5
 Places = tuple[float, float, float]
 
 CONCERNED_FRACTION = 0.2  # A body is named if it moves by more than this fraction of the largest amplitude
-NAMES_MAX = 3  # Largest number of bodies, and of joints, that a message names
 
 
 @dataclass(frozen=True)

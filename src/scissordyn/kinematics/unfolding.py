@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.kinematics.closure import Closure
+from scissordyn.tolerance import ASSEMBLY_TOL
 
-DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
-DIFFERENCE = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
-STALLED_MAX = 1e-9  # Newton steps below this that no longer decrease are round-off
+SEARCH_DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
+DIFFERENCE_FRACTION = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
 
 AtPlace = Callable[[float], np.ndarray]
 
@@ -68,13 +68,13 @@ class Unfolding:
             border[:n, :n] = closure.jacobian(z)
             error[:n], error[n] = closure.left_of(z) - value - g * self.u, self.v @ (y - self._y0) - a
             worst = float(np.max(np.abs(error)))
-            if worst < allowed or (worst < STALLED_MAX and worst >= 0.5 * last):
+            if worst < allowed or (worst < ASSEMBLY_TOL and worst >= 0.5 * last):
                 return self._derivatives(border, a, place, z, g)
             try:
                 change = np.linalg.solve(border, error)
             except np.linalg.LinAlgError:
                 return None
-            if not np.max(np.abs(change[:n])) < DISTANCE_MAX:
+            if not np.max(np.abs(change[:n])) < SEARCH_DISTANCE_MAX:
                 return None
             y, g, last = y - change[:n], g - float(change[n]), worst
             z[closure.stays] = y
@@ -84,7 +84,7 @@ class Unfolding:
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
         """Return a point with the first and second derivatives of g; None if the bordered matrix is singular."""
         closure, n = self.closure, self._y0.size
-        h = DIFFERENCE * self.width
+        h = DIFFERENCE_FRACTION * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
         driven, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
         first, second = (
@@ -127,7 +127,7 @@ class Unfolding:
         """Solve two equations for a and the path parameter by Newton's method; return None if it does not converge nearby."""
         unit, last = np.array([1.0, self.width]), np.inf
         for _ in range(max_steps):
-            if point is None or abs(point.a) > DISTANCE_MAX or abs(point.place - self.place) > 3.0 * self.width:
+            if point is None or abs(point.a) > SEARCH_DISTANCE_MAX or abs(point.place - self.place) > 3.0 * self.width:
                 return None
             error, matrix = equations(point)
             try:
@@ -137,7 +137,7 @@ class Unfolding:
             size = float(np.max(np.abs(change / unit)))
             if not np.isfinite(size):
                 return None
-            if size < 1e-13 or (size < STALLED_MAX and size >= 0.5 * last):
+            if size < 1e-13 or (size < ASSEMBLY_TOL and size >= 0.5 * last):
                 return point
             change, last = change / max(1.0, 2.0 * size), size
             point = self.at(point.a + change[0], point.place + change[1], point.z)

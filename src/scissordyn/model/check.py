@@ -18,6 +18,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
 from scissordyn.model.coupling import CoordinateDrive, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Revolute
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
 """Dimensions of every run; a section of components cannot have these names."""
-
-SAME_PLACE = 1e-9  # Points of a body closer than this fraction of the mechanism's size coincide
 
 
 def check_parts(mechanism: Mechanism) -> None:
@@ -122,7 +121,7 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
         if name not in fixed:
             continue
         apart = math.dist(points[name][point], fixed[name].centre)
-        if apart > SAME_PLACE * mechanism.size:
+        if apart > ASSEMBLY_TOL * mechanism.size:
             raise InputError(
                 f"{label} holds body '{name}', which has no inertia and therefore does not rotate, at its point '{point}', "
                 f"{apart:.4g} m from its mass centre",
@@ -201,7 +200,7 @@ def _check_names(mechanism: Mechanism) -> None:
 
 def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
     """Raise `InputError` for a clearance joint within one rigid body, or with an ideal joint at the same points."""
-    rigid, near = _rigid_groups(mechanism), SAME_PLACE * mechanism.size
+    rigid, near = _rigid_groups(mechanism), ASSEMBLY_TOL * mechanism.size
     ideal: dict[frozenset[str], list[Revolute]] = {}
     for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)

@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
-from scissordyn.model.scissor import MOST_UNITS, SliderMass
+from scissordyn.model.scissor import UNITS_MAX, SliderMass
 from scissordyn.units import Meaning, Quantity, checked, documented
 
 
@@ -167,7 +167,7 @@ def four_bar(
 @documented
 @checked
 def n_four_bar(
-    units: Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of parallelograms N")] = 2,
+    units: Annotated[int, Quantity("1", minimum=1, maximum=UNITS_MAX, help="number of parallelograms N")] = 2,
     *,
     length: Annotated[float, Quantity("m", above=0.0, help="length L of every bar")] = 1.0,
     mass: Annotated[float, Quantity("kg", above=0.0, help="mass of every bar")] = 1.0,

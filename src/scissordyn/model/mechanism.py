@@ -25,12 +25,12 @@ from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance, 
 from scissordyn.model.coupling import CoordinateDrive, Coupling, Drive
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.parameter_path import changed, matching
+from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
 
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
-SAME_POINT_TOL = 1e-12  # Points of a body coincide within this fraction of their distance from its origin
 MOVED_PARTS = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
 """Parts that are moved to a field of their own: as components they would exert no force."""
 
@@ -160,7 +160,7 @@ class Mechanism:
         """Size of the mechanism: largest distance of points of a body, or of bodies and ground points [m]."""
         points = [list(body.points.values()) for body in self.bodies]
         spans = [math.dist(a, b) for places in points for a in places for b in places]
-        if max(spans, default=0.0) <= SAME_POINT_TOL * max((math.hypot(*a) for places in points for a in places), default=0.0):
+        if max(spans, default=0.0) <= ROUND_OFF_TOL * max((math.hypot(*a) for places in points for a in places), default=0.0):
             places = [body.placed_position for body in self.bodies] + [place for _, place in self.ground]
             spans = [math.dist(places[0], place) for place in places]
         return max(spans) or 1.0

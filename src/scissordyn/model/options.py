@@ -12,7 +12,7 @@ from scissordyn.units import Meaning, Quantity, check_quantities
 
 TIME_STEPPING = "moreau-jean"  # Method for mechanisms with hard contacts
 AUTO: Final = "auto"  # Number of samples for equally spaced instants plus the contacts' own instants
-EQUALLY_SPACED = 2001  # Default number of equally spaced samples
+DEFAULT_SAMPLES = 2001  # Default number of equally spaced samples
 
 StartKind = Annotated[
     Literal["concentric", "in-contact", "static", "as-placed"],
@@ -47,7 +47,7 @@ class Options:
 
     until: EndTime
     start: StartKind = "concentric"
-    samples: SampleCount = EQUALLY_SPACED
+    samples: SampleCount = DEFAULT_SAMPLES
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8
     atol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance as a fraction of the clearance")] = 1e-8
     method: Method = "auto"
@@ -70,7 +70,7 @@ class Options:
     @property
     def count(self) -> int:
         """Number of equally spaced samples."""
-        return EQUALLY_SPACED if isinstance(self.samples, str) else self.samples
+        return DEFAULT_SAMPLES if isinstance(self.samples, str) else self.samples
 
     @property
     def equally_spaced(self) -> Options:

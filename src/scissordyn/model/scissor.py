@@ -14,11 +14,11 @@ from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Gravity, GravityDirection, Mechanism
 from scissordyn.units import Meaning, Quantity, Sample, checked, documented
 
-MOST_UNITS = 10_000
+UNITS_MAX = 10_000
 """Largest number of units; the time of the elimination grows at least quadratically."""
 
 
-Units = Annotated[int, Quantity("1", minimum=1, maximum=MOST_UNITS, help="number of units N")]
+Units = Annotated[int, Quantity("1", minimum=1, maximum=UNITS_MAX, help="number of units N")]
 BarLength = Annotated[float, Quantity("m", above=0.0, help="length L of a bar")]
 BarMass = Annotated[float, Quantity("kg", above=0.0, help="mass of a bar")]
 SliderMass = Annotated[float, Quantity("kg", above=0.0, help="mass of the slider")]
@@ -195,7 +195,7 @@ def polar_scissor(
 @checked
 def hoberman_ring(
     *,
-    units: Annotated[int, Quantity("1", minimum=3, maximum=MOST_UNITS, help="number of units")] = 12,
+    units: Annotated[int, Quantity("1", minimum=3, maximum=UNITS_MAX, help="number of units")] = 12,
     leg: Annotated[float, Quantity("m", above=0.0, help="leg p, from the pivot of a bar to each of its ends")] = 0.5,
     bar_mass: BarMass = 1.0,
     angle: Inclination = math.pi / 4,

@@ -15,8 +15,7 @@ from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, natura
 from scissordyn.plan.coupling import coupling_parts
 from scissordyn.plan.linear_constraints import eliminated, full, origins
 from scissordyn.plan.quadratic_constraints import quadratic_constraints
-
-GRADIENT_TOL = 1e-12  # A quadratic constraint whose maps vary by less does not depend on the free coordinates
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
         weight=weight,
         moving=moving,
         begin=begin,
-        scale=np.where(scale > GRADIENT_TOL, scale, 1.0),
-        varies=np.flatnonzero(scale > GRADIENT_TOL),
+        scale=np.where(scale > ROUND_OFF_TOL, scale, 1.0),
+        varies=np.flatnonzero(scale > ROUND_OFF_TOL),
         constraints=constraints,
     )

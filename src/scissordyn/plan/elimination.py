@@ -9,20 +9,16 @@ import numpy as np
 
 from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 DRIVE = "the drive of"  # First words of the names of the drives' constraints
 Expression = dict[int, float]  # Linear combination: coefficient by column
 
-CONTRADICTION = 1e-7
+CONTRADICTION_MIN = 1e-7
 """A constraint with a relative error below this is redundant; with a larger one it cannot be met."""
 
-NOTHING_LEFT = 1e-9
-"""A constraint is redundant if its remainder is below this fraction of its largest coefficient.
 
-Points closer than this fraction of the mechanism's size coincide.
-"""
-
-SMALL_PIVOT = 1e-3
+PIVOT_FRACTION_MIN = 1e-3
 """Preferred columns with coefficients below this fraction of the largest are not used as pivots."""
 
 JUMPED = 0.02, 30.0
@@ -155,7 +151,7 @@ def eliminate(
             continue
         # the largest preferred column, so that the others stay free; any column if the preferred ones are too small
         pivot, size = -1, -1.0
-        anything = best < SMALL_PIVOT * largest
+        anything = best < PIVOT_FRACTION_MIN * largest
         for k in range(entries):
             column = touched[k]
             if column < unknowns and (anything or preferred[column] == 1):
@@ -207,7 +203,7 @@ class Elimination:
     def __init__(self, preferred: Iterable[bool], prescribed: int) -> None:
         self.preferred = np.array(list(preferred), np.int64)
         self.prescribed = prescribed
-        self.nothing_left = NOTHING_LEFT
+        self.nothing_left = ASSEMBLY_TOL
         self.imposed: list[tuple[Expression, str]] = []
         self.solved_at: np.ndarray = np.full(self.preferred.size + prescribed, -1, np.int64)
 
@@ -215,12 +211,12 @@ class Elimination:
         """Require that `constraint` vanishes; `name` is its subject in messages."""
         self.imposed.append((constraint, name))
 
-    def rows(self, nothing_left: float = NOTHING_LEFT) -> Rows:
+    def rows(self, nothing_left: float = ASSEMBLY_TOL) -> Rows:
         """Express all unknown columns in free and prescribed ones, as sparse rows (starts, columns, values).
 
         A larger `nothing_left` also drops constraints that follow from others only up to the rounding of given numbers.
         """
-        self.nothing_left, refused = nothing_left, max(CONTRADICTION, nothing_left)
+        self.nothing_left, refused = nothing_left, max(CONTRADICTION_MIN, nothing_left)
         unknowns, total = self.preferred.size, self.preferred.size + self.prescribed
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)

@@ -20,7 +20,7 @@ from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import pointers, row_of
 
-MOST_MODES = 24  # Largest number of modes of a bar if it is not given
+MODES_MAX = 24  # Largest number of modes of a bar if it is not given
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
@@ -163,7 +163,7 @@ def mode_count(mechanism: Mechanism, bar: FlexibleBar) -> int:
         return bar.modes
     least = 2 * (len(bar.sections) - 1)
     below = modes_below(bar, contact_frequency(mechanism, bar.mass_per_length * bar.length))
-    return min(max(least, below), MOST_MODES)
+    return min(max(least, below), MODES_MAX)
 
 
 def with_mode_counts(mechanism: Mechanism, count: int | None = None) -> Mechanism:
@@ -180,10 +180,10 @@ def with_mode_counts(mechanism: Mechanism, count: int | None = None) -> Mechanis
 
 
 def modes_below(bar: FlexibleBar, frequency: float) -> int:
-    """Return the number of bending modes of a bar up to a frequency [Hz], with cross-sections held; at most `MOST_MODES`."""
-    shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MOST_MODES)
+    """Return the number of bending modes of a bar up to a frequency [Hz], with cross-sections held; at most `MODES_MAX`."""
+    shapes = shapes_of(tuple(place - bar.places[0] for place in bar.places), (), MODES_MAX)
     speed = math.sqrt(bar.bending_stiffness / bar.mass_per_length)
-    return min(int(np.sum(shapes.wave_numbers**2 * speed <= 2.0 * math.pi * frequency)), MOST_MODES)
+    return min(int(np.sum(shapes.wave_numbers**2 * speed <= 2.0 * math.pi * frequency)), MODES_MAX)
 
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:

@@ -26,7 +26,7 @@ CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 
 OF_ROWS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields with one value per row
 OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with one value per state
-AXES = 3  # Largest number of rows of a force element: N and T of a contact, damped directions of a component
+ELEMENT_ROWS_MAX = 3  # Largest number of rows of a force element: N and T of a contact, damped directions of a component
 
 
 class ElasticLaw(NamedTuple):
@@ -46,7 +46,7 @@ def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
 def damped_components(plan: Plan) -> list[tuple[int, int]]:
     """Return component index and row index of each velocity-dependent force row."""
     kinds = [part.declaration for part in plan.components]
-    damped = [(i, min(len(kind.port.forces), AXES)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
+    damped = [(i, min(len(kind.port.forces), ELEMENT_ROWS_MAX)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
     return [(i, axis) for i, rows in damped for axis in range(rows)]
 
 
@@ -69,7 +69,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
     entries = _entries(plan, which, damped)
     near, place = narrow(members((columns for columns, _ in entries), n), rows)
     pairs, band = pairs_of(near), reach(near, place)
-    value = np.zeros(AXES * model.element_column.size + model.constraint_column.size)
+    value = np.zeros(ELEMENT_ROWS_MAX * model.element_column.size + model.constraint_column.size)
     product_start, products = _products(entries, pairs)
     shapes: dict[str, Any] = {
         **dict.fromkeys((*HardParameters._fields, *HardState._fields, *HardWork._fields), count),
@@ -110,7 +110,9 @@ def hard_contacts(plan: Plan) -> HardContacts:
         ),
         parameters=zeros(HardParameters),
         state=zeros(HardState),
-        work=zeros(HardWork)._replace(value=value, normal=value[: AXES * model.element_column.size].reshape(AXES, -1)),
+        work=zeros(HardWork)._replace(
+            value=value, normal=value[: ELEMENT_ROWS_MAX * model.element_column.size].reshape(ELEMENT_ROWS_MAX, -1)
+        ),
     )
 
 
@@ -145,7 +147,7 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
     model = plan.model
     size = model.element_column.size
     entries = [
-        (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], AXES * size)
+        (model.constraint_column, model.constraint_start[k], model.constraint_start[k + 1], ELEMENT_ROWS_MAX * size)
         for k in range(model.constraint_start.size - 1)
     ]
     acting = [(j, axis) for j in which for axis in range(2)] + [(len(plan.contacts) + j, axis) for j, axis in damped]

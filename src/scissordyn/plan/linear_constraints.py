@@ -23,15 +23,16 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.coupling import coupling_constraints
-from scissordyn.plan.elimination import NOTHING_LEFT, Elimination, add, scaled
+from scissordyn.plan.elimination import Elimination, add, scaled
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
 from scissordyn.plan.redundancy import assembled_near_placed, basis_of, independent
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-REMAINDERS = NOTHING_LEFT, 1e-6, 1e-4, 3e-3, 1e-2
+REMAINDERS = ASSEMBLY_TOL, 1e-6, 1e-4, 3e-3, 1e-2
 """Relative remainders of redundant constraints, tried in order: round-off, then numbers given with fewer and fewer digits.
 
 A larger remainder is tried if the joints hold only far from where the bodies are placed.
@@ -90,7 +91,7 @@ def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Co
     coordinates = independent(
         bare.with_constraints(order_constraints(free, constraints)), angles, lenient=mechanism.clearances_closed
     )
-    if elimination.nothing_left == NOTHING_LEFT:
+    if elimination.nothing_left == ASSEMBLY_TOL:
         return coordinates
     b = basis_of(angles)
     values = np.append(bare.matrix @ np.append(bare.nearest(b, bare.placed[0]), b), b)

@@ -12,8 +12,6 @@ import numpy as np
 
 from scissordyn.plan.coordinates import Constraint
 
-ELIMINATED = -1  # Row of an unknown that is eliminated
-
 
 class Ordering(NamedTuple):
     """Order of the rows of the step matrix."""
@@ -51,7 +49,7 @@ def order_unknowns(
         first += count
     row = np.cumsum(kept) - 1
     near, place = narrow([row[same[group]] for group in groups], int(kept.sum()))
-    permutation = np.where(kept[same], place[row[same]], ELIMINATED).astype(np.int64)
+    permutation = np.where(kept[same], place[row[same]], -1).astype(np.int64)  # -1: eliminated
     return Ordering(permutation, reach(near, place), pair, pair_of)
 
 

@@ -13,15 +13,7 @@ from typing import NamedTuple
 
 from scissordyn.components.place import GROUND, Point
 from scissordyn.model.mechanism import Mechanism
-
-EQUAL_TOL = 1e-14
-"""Sides are equal and parallel within this fraction of the mechanism's size plus the round-off of their points.
-
-The elimination tolerates a hundred times as much, because its factors and many parallelograms in a row amplify the error.
-"""
-
-CLOSED = 1e-6
-"""If placed sides miss each other by more than this fraction of their length, their assembly branch is computed."""
+from scissordyn.tolerance import CONVERGENCE_TOL, DATA_TOL
 
 Angles = Mapping[str, float]  # Angle of each rotating body [rad]
 
@@ -68,7 +60,7 @@ class Quadrilateral(NamedTuple):
         length = self.near.length
         diagonal, other = [near[k] + right[k] for k in (0, 1)], [left[k] - near[k] for k in (0, 1)]
         crossed = abs(diagonal[0] * other[1] - diagonal[1] * other[0]) / (length + self.left.length)
-        return math.dist(near, far) <= max(crossed, CLOSED * length)
+        return math.dist(near, far) <= max(crossed, DATA_TOL * length)
 
 
 def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None]) -> list[tuple[str, str, float]]:
@@ -79,7 +71,7 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
     placed = {body.name: body.placed_angle for body in mechanism.bodies}
     candidates = list(_quadrilaterals(mechanism))
     angles: Angles = placed
-    if any(candidate.gap(placed) > CLOSED for candidate in candidates):
+    if any(candidate.gap(placed) > DATA_TOL for candidate in candidates):
         angles = assemble() or placed
     pairs: dict[tuple[str, str], float] = {}
     for candidate in candidates:
@@ -90,7 +82,7 @@ def parallel_bodies(mechanism: Mechanism, assemble: Callable[[], Angles | None])
         (ax, ay), (bx, by) = first.at(placed), second.at(placed)
         between = math.atan2(bx * ay - by * ax, ax * bx + ay * by)  # 0 up to round-off if the bodies are placed parallel
         turn = _angle(placed, second.body) - _angle(placed, first.body)
-        pairs[first.body, second.body] = turn + (between if abs(between) > EQUAL_TOL else 0.0)
+        pairs[first.body, second.body] = turn + (between if abs(between) > CONVERGENCE_TOL else 0.0)
     return [(first, second, turn) for (first, second), turn in pairs.items()]
 
 
@@ -118,7 +110,8 @@ def _quadrilaterals(mechanism: Mechanism) -> Iterator[Quadrilateral]:
         (ax, ay), (bx, by) = local[body][start], local[body][end]
         return Side(body, (bx - ax, by - ay), 2.0 * sys.float_info.epsilon * max(map(abs, (ax, ay, bx, by))))
 
-    allowed = EQUAL_TOL * mechanism.size
+    # the elimination tolerates a hundred times as much: its factors and many parallelograms in a row amplify the error
+    allowed = CONVERGENCE_TOL * mechanism.size
     for body, around in neighbours.items():
         for (left, to_left), (right, to_right) in combinations(around, 2):
             if left == right:

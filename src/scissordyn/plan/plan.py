@@ -40,7 +40,7 @@ from scissordyn.plan.rest import frictionless, still_at
 ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
 """Fields of a mechanism that enter the tables completely."""
 
-MISS_WARNED = 1e-8  # Relative contradiction of lengths above which a warning is given
+LENGTH_MISS_MIN = 1e-8  # [-] contradiction of lengths above which a warning is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +180,7 @@ class Plan:
     def rounded_lengths(self) -> list[str]:
         """Warning about parts whose rounded lengths contradict the others and are therefore ignored."""
         miss = self.coordinates.miss
-        if miss <= MISS_WARNED:
+        if miss <= LENGTH_MISS_MIN:
             return []
         subjects = in_words(list(self.coordinates.redundant))
         return [

@@ -9,13 +9,11 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
-from scissordyn.model.check import SAME_PLACE
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
-from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
+from scissordyn.plan.elimination import CONTRADICTION_MIN, Elimination, Expression, contradiction, in_words
 from scissordyn.plan.ordering import members, reverse_cuthill_mckee
-
-CONTRADICTION = 1e-7  # Relative difference above which two lengths contradict each other
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 
 def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
@@ -56,13 +54,13 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):
                 length = _known_length(coordinates, direction)
-                if not abs(length - 1.0) <= CONTRADICTION:  # also true for NaN
+                if not abs(length - 1.0) <= CONTRADICTION_MIN:  # also true for NaN
                     raise _wrong_length(coordinates, elimination, name, length)
             continue
         size = float(np.max(np.sum(first.rows * first.rows, axis=0)))
         for name, direction in zip(family.bodies[1:], family.maps[1:], strict=True):
             length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
-            if abs(length - 1.0) > CONTRADICTION:
+            if abs(length - 1.0) > CONTRADICTION_MIN:
                 raise _wrong_length(coordinates, elimination, name, length, family.bodies[0])
         constraints.append(Constraint(((1.0, first),), 0.5, subject=_name_family(family.bodies), bodies=family.bodies))
     return constraints
@@ -91,7 +89,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
         part = 0.5 * (full[first, first] + full[first + 1, first + 1])
         expected[first, first] = expected[first + 1, first + 1] = part
         total += part
-    varies = np.max(np.abs(full - expected)) > CONTRADICTION
+    varies = np.max(np.abs(full - expected)) > CONTRADICTION_MIN
     return math.nan if varies else math.sqrt(max(float(total), 0.0))
 
 
@@ -149,7 +147,7 @@ def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
         length = function_start(rod.motion) if rod.motion else rod.length
         if length is None:
             length = math.dist(mechanism.place(rod.start), mechanism.place(rod.end))
-        if not length > SAME_PLACE * coordinates.size:  # round-off leaves coincident points a small distance apart
+        if not length > ASSEMBLY_TOL * coordinates.size:  # round-off leaves coincident points a small distance apart
             raise InputError(
                 f"rod '{rod.name}' has the initial length {length:g} m",
                 "points at different positions; a joint holds two points together",

@@ -9,10 +9,10 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Constraint, Coordinates
 from scissordyn.plan.elimination import JUMPED, in_words
-from scissordyn.plan.gradients import RCOND, Gradients, guesses, least_change
+from scissordyn.plan.gradients import RANK_TOL, Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 
-CLOSED = 1e-11  # Largest residual of constraints that hold
+RESIDUAL_MAX = 1e-11  # Largest residual of constraints that hold
 
 EXACT = 1e-7, 1e-8
 """Tolerances for exact numbers: remainder of a dependent gradient, residual of a redundant constraint after a move.
@@ -24,8 +24,8 @@ redundant if its residual stays below the second one after a move guided only by
 ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
 """The same tolerances for lengths and positions given with few digits, which contradict each other."""
 
-MOVE = 0.1  # Size of the random move, in maps of the order of one
-INDEPENDENT_MIN = 1e-3  # Unit gradients with a smallest singular value above this are independent
+MOVE_SIZE = 0.1  # Size of the random move, in maps of the order of one
+SINGULAR_VALUE_MIN = 1e-3  # [-] smallest singular value of independent unit gradients; below, a position is near a singular one
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:
@@ -85,7 +85,7 @@ def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) 
         return
     random, aside = np.random.default_rng(1), full.copy()
     step = random.standard_normal(gradients.free)
-    aside[: gradients.free] += MOVE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=RCOND)
+    aside[: gradients.free] += MOVE_SIZE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=RANK_TOL)
     unit = gradients.unit(aside)
     _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT[0])
     for k in left:
@@ -111,7 +111,7 @@ def _redundant(
     With `near`, return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
-    met = CLOSED if dependent == EXACT[0] else follows
+    met = RESIDUAL_MAX if dependent == EXACT[0] else follows
     x_start = _close(gradients, everything, x, b, met)
     if x_start is None:
         return {}  # the assembly reports the reason
@@ -125,7 +125,7 @@ def _redundant(
     kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, dependent)
     if not left:
         return {}
-    again = _move(gradients, np.array(kept), moved[0], angles, random, CLOSED)
+    again = _move(gradients, np.array(kept), moved[0], angles, random, RESIDUAL_MAX)
     if again is None:
         return {}
     errors = np.abs(gradients.residual(np.append(*again))[left])
@@ -150,11 +150,11 @@ def basis_of(angles: np.ndarray) -> np.ndarray:
 
 def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
     """Return whether the constraints hold and are clearly independent at the placed position."""
-    if np.max(np.abs(gradients.residual(full))) > CLOSED or not np.min(gradients.scale(full)) > 0.0:
+    if np.max(np.abs(gradients.residual(full))) > RESIDUAL_MAX or not np.min(gradients.scale(full)) > 0.0:
         return False
     unit = gradients.unit(full)
     if isinstance(unit, np.ndarray) and gradients.count <= 60:  # larger ones are factorized as sparse matrices
-        return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > INDEPENDENT_MIN**2)
+        return bool(np.linalg.eigvalsh(unit @ unit.T)[0] > SINGULAR_VALUE_MIN**2)
     import scipy.sparse as sp
     from scipy.sparse.linalg import splu  # imported here: it takes a tenth of a second
 
@@ -164,10 +164,12 @@ def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
     except RuntimeError:  # exactly singular
         return False
     # a pivot is only an upper bound, so a larger margin is needed
-    return bool(np.min(pivots) > 10.0 * INDEPENDENT_MIN**2)
+    return bool(np.min(pivots) > 10.0 * SINGULAR_VALUE_MIN**2)
 
 
-def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = CLOSED) -> np.ndarray | None:
+def _close(
+    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = RESIDUAL_MAX
+) -> np.ndarray | None:
     """Return free coordinates near x at which the chosen constraints hold within `near`; None if there are none."""
     for _ in range(50):
         full = np.append(x, b)
@@ -175,7 +177,7 @@ def _close(gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarra
         if np.max(np.abs(residual)) < near:
             return x
         # contradictions of rounded numbers must not cause large changes
-        cut = RCOND if near == CLOSED else ROUNDED[0][0]
+        cut = RANK_TOL if near == RESIDUAL_MAX else ROUNDED[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
@@ -184,15 +186,15 @@ def _move(
     gradients: Gradients, chosen: np.ndarray, x: np.ndarray, angles: np.ndarray, random: np.random.Generator, near: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Return a position and its b after a random move that keeps the chosen constraints, drives and timed rods included."""
-    b = basis_of(angles + MOVE * random.uniform(-1.0, 1.0, angles.size))
-    change = MOVE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
+    b = basis_of(angles + MOVE_SIZE * random.uniform(-1.0, 1.0, angles.size))
+    change = MOVE_SIZE * random.uniform(-1.0, 1.0, int(np.sum(gradients.timed)))
     values, linear = gradients.value[gradients.timed], gradients.linear[gradients.timed]
     gradients.value[gradients.timed] = np.where(linear, values + change, values * (1.0 + change))
     rows = gradients.jacobian(np.append(x, b))[chosen][:, : x.size]
     step = random.standard_normal(x.size)
     step -= least_change(rows, rows @ step)
     longest = np.max(np.hypot(*np.asarray(gradients.maps[:, : x.size] @ step).reshape(-1, 2).T), initial=0.0)
-    step *= MOVE / longest if longest > 1e-9 * math.sqrt(x.size) else 0.0
+    step *= MOVE_SIZE / longest if longest > 1e-9 * math.sqrt(x.size) else 0.0
     closed = _close(gradients, chosen, x + step, b, near)
     return None if closed is None else (closed, b)
 

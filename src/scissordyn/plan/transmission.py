@@ -20,8 +20,7 @@ from scissordyn.mechanics.body_maps import BELT, GEARS, RACK
 from scissordyn.model.coupling import Belt, Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Coordinates, PointMap, combined
-
-FIXED = 1e-9  # Relative tolerance for a vector that is fixed to a body
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 
 @dataclass(frozen=True)
@@ -161,7 +160,7 @@ def _from_bearing(mechanism: Mechanism, part: Coupling, distance: Distance, cent
     """Return a distance whose end at the thrust bearing is on the rotating body."""
     place = mechanism.place(centre)
     apart = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
-    if min(apart) > FIXED * mechanism.size:
+    if min(apart) > ASSEMBLY_TOL * mechanism.size:
         raise InputError(
             f"coupling '{part.name}': the bearing of the screw is {min(apart):.4g} m away from both ends of its distance",
             "a distance that begins or ends at the thrust bearing",
@@ -204,11 +203,11 @@ def _is_led(mechanism: Mechanism, coordinates: Coordinates, part: Coupling) -> b
     if slide.base == GROUND:
         place = coordinates.place(slide.point)
         across = np.array([-math.sin(slide.direction), math.cos(slide.direction)]) @ place.rows
-        return bool(np.max(np.abs(across[place.columns < coordinates.free]), initial=0.0) <= FIXED * coordinates.size)
+        return bool(np.max(np.abs(across[place.columns < coordinates.free]), initial=0.0) <= ASSEMBLY_TOL * coordinates.size)
     return any(
         guide.follower[0] == slide.point[0]
         and guide.body == slide.base
-        and abs(math.remainder(guide.direction - slide.direction, math.pi)) <= FIXED
+        and abs(math.remainder(guide.direction - slide.direction, math.pi)) <= ASSEMBLY_TOL
         for guide in mechanism.ideal_guides
     )
 
@@ -226,7 +225,7 @@ def turns_with(coordinates: Coordinates, base: str, vector: PointMap, full: np.n
     length = math.hypot(x, y)
     along, across = x * cos + y * sin, y * cos - x * sin
     apart = combined((vector, 1.0), (frame.turned(along, across), -1.0))
-    return bool(np.max(np.abs(apart.rows), initial=0.0) <= FIXED * max(length, coordinates.size))
+    return bool(np.max(np.abs(apart.rows), initial=0.0) <= ASSEMBLY_TOL * max(length, coordinates.size))
 
 
 def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray, *, moving: bool) -> None:
@@ -244,7 +243,7 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
                 .at(full)
             )
             beside = abs((place[0] - bearing[0]) * y - (place[1] - bearing[1]) * x)
-            if beside > FIXED * coordinates.size:
+            if beside > ASSEMBLY_TOL * coordinates.size:
                 raise InputError(
                     f"{label}: the axis of the nut misses the thrust bearing of the screw by {beside:.4g} m",
                     "a nut and a bearing on one axis",
@@ -274,7 +273,7 @@ def _is_rack(part: Coupling) -> bool:
 def _check_centres(part: Coupling, label: str, apart: float, size: float) -> None:
     """Raise `InputError` if the distance of two centres does not fit their radius or belt."""
     transmission = part.transmission
-    if apart <= FIXED * size:
+    if apart <= ASSEMBLY_TOL * size:
         raise InputError(f"{label}: both wheels have one centre", "wheels whose centres are apart")
     if isinstance(transmission, Teeth) and transmission.radius is not None:
         _check_radius(label, transmission.radius, apart / abs(1.0 - part.ratio), f"centres {apart:.6g} m apart make")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scissordyn.integrate.integration import Samples, StepRecord
-from scissordyn.model.options import EQUALLY_SPACED, Options
+from scissordyn.model.options import DEFAULT_SAMPLES, Options
 
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
@@ -19,7 +19,7 @@ SAMPLES_MAX = 20_001  # [samples] largest number with ``samples = "auto"``: ten 
 def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:
     """Return the equally spaced sample times of a run [s]; with `curves`, also those that smooth curves need."""
     times = np.linspace(0.0, options.until, options.count)
-    return np.union1d(times, np.linspace(0.0, options.until, EQUALLY_SPACED)) if curves else times
+    return np.union1d(times, np.linspace(0.0, options.until, DEFAULT_SAMPLES)) if curves else times
 
 
 def select_samples(path: Trajectory, times: np.ndarray) -> Trajectory:
@@ -73,7 +73,7 @@ def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
 
 def choose_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Return the rows of recorded instants that become samples: all `wanted` ones, and as many others as there is room for."""
-    chosen, room = np.zeros(0, int), max(0, SAMPLES_MAX - max(equal.size, EQUALLY_SPACED))
+    chosen, room = np.zeros(0, int), max(0, SAMPLES_MAX - max(equal.size, DEFAULT_SAMPLES))
     is_wanted = np.isin(time, wanted)
     for rows in (np.flatnonzero(is_wanted), np.flatnonzero(~is_wanted)):
         if rows.size and room > chosen.size:

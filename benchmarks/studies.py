@@ -27,7 +27,7 @@ from scissordyn.run.engine import Engine, Processes, outcomes, workers_of
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, Factor
 from scissordyn.studies.ask.distribution import Interval
-from scissordyn.studies.compute.execute import BUSY, TASK_SECONDS, Block, Progress, block_seconds, execute
+from scissordyn.studies.compute.execute import BUSY_FRACTION_MAX, TASK_SECONDS, Block, Progress, block_seconds, execute
 
 __all__ = ["Measured", "measure"]
 
@@ -209,8 +209,9 @@ def measure(cases: int = CASES, tasks: int = TASKS, kept: Path | None = None) ->
     tasked = paragraph(
         f"A task costs {1e3 * clock:.2f} ms by the clock ({tasks} tasks without work; a block is sent in {size:.0f} KiB),",
         f"{1e3 * cost:.2f} ms of it processor time of the scheduler and the coordinator, which are one process here. The",
-        f"length of blocks is chosen for {1e3 * TASK_SECONDS:g} ms (`TASK_SECONDS`), with the scheduler busy {BUSY:.0%} of the",
-        f"time: {block_seconds(1):g} s for up to {_most_workers()} workers, {block_seconds(WORKERS):g} s for {WORKERS}.",
+        f"length of blocks is chosen for {1e3 * TASK_SECONDS:g} ms (`TASK_SECONDS`), with the scheduler busy",
+        f"{BUSY_FRACTION_MAX:.0%} of the time: {block_seconds(1):g} s for up to {_most_workers()} workers,",
+        f"{block_seconds(WORKERS):g} s for {WORKERS}.",
         f"{tasks} tasks that are held take {memory:.0f} MiB in the scheduler and the coordinator.",
     )
     gain = f"Two workers against one: {', '.join(gains)}."
@@ -233,7 +234,7 @@ def _folder(kept: Path | None) -> Iterator[Path]:
 
 def _most_workers() -> int:
     """Return the largest number of workers for which blocks are as long as for one."""
-    return int(block_seconds(1) * BUSY / TASK_SECONDS)
+    return int(block_seconds(1) * BUSY_FRACTION_MAX / TASK_SECONDS)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 NAMES_MAX = 3  # largest number of part names in one line
+LISTED_MAX = 6  # largest number of names, values or pictures in a list of its own
 
 _LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N, not by an impact at that speed: its damping "
 _AT_LIMIT = ": the controller is at its limit of {limit:g} N m for "

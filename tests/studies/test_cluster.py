@@ -103,7 +103,7 @@ def test_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
 
 def test_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the error comes within the waiting time."""
-    monkeypatch.setattr("scissordyn.studies.compute.cluster.PATIENCE", 1.0)
+    monkeypatch.setattr("scissordyn.studies.compute.cluster.ANSWER_SECONDS_MAX", 1.0)
     with socket.socket() as taken:  # listens, and never says a word
         taken.bind(("127.0.0.1", 0))
         taken.listen()

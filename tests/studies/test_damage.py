@@ -396,6 +396,6 @@ def test_damaged_optimisation(tmp_path: Path) -> None:
 def test_many_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Identity: values packed in one column equal those of separate columns."""
     narrow = execute(study(), tmp_path / "a.db", engine=1).results()
-    monkeypatch.setattr("scissordyn.studies.compute.table.MOST_COLUMNS", 1)
+    monkeypatch.setattr("scissordyn.studies.compute.table.COLUMNS_MAX", 1)
     wide = execute(study(), tmp_path / "b.db", engine=1).results()
     xr.testing.assert_identical(wide, narrow)

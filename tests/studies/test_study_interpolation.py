@@ -15,8 +15,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 import scissordyn as sd
 from scissordyn.plot.study import feasibility_map
 from scissordyn.studies.answer.estimate import (
-    FEWEST,
-    GROUPS,
+    INTERPOLATION_RUNS_MIN,
+    VALIDATION_GROUPS,
     Interpolation,
     Kriging,
     Predicted,
@@ -72,7 +72,7 @@ def test_no_run_predicts_itself() -> None:
     plain, changed = between(x, further), between(x, further)
     changed._runs["peak_force"][5] = 9.0
     before, after = plain.response(FORCE), changed.response(FORCE)
-    own, there = np.arange(40) < 40 // GROUPS, np.arange(80) < 80 // GROUPS
+    own, there = np.arange(40) < 40 // VALIDATION_GROUPS, np.arange(80) < 80 // VALIDATION_GROUPS
     np.testing.assert_array_equal(before.of_runs[own], after.of_runs[own])
     np.testing.assert_array_equal(before.others[there], after.others[there])
     assert np.all(before.of_runs[~own] != after.of_runs[~own])
@@ -111,13 +111,13 @@ def test_interpolated_study(tmp_path) -> None:
         requirements={"peak_force": 30e3},
         store=tmp_path / "study.db",
     )
-    few, some = (interpolation(found.study, found.dataset, np.arange(size)) for size in (FEWEST - 1, 40))
+    few, some = (interpolation(found.study, found.dataset, np.arange(size)) for size in (INTERPOLATION_RUNS_MIN - 1, 40))
     assert few is None
     assert some.unpredicted(FORCE) < 0.3
     low, high = np.array([0.05e-3, sd.rpm(100), 0.5]), np.array([0.4e-3, sd.rpm(200), 0.9])
     assert some._further.mean(axis=0) == pytest.approx(0.5 * (low + high), rel=1e-3)
     parts = np.floor(4.0 * (some._further - low) / (high - low)).astype(int)
-    for part in np.array_split(parts, GROUPS):  # each of which one interpolation predicts
+    for part in np.array_split(parts, VALIDATION_GROUPS):  # each of which one interpolation predicts
         np.testing.assert_array_equal(np.histogramdd(part, bins=4)[0], part.shape[0] / 64)
 
 

@@ -26,6 +26,7 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.wear import Wear
+from scissordyn.warning import LISTED_MAX
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,8 +65,6 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
 
 WEAR = described(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
 
-MOST_BODIES = 6  # Bodies that an error names
-
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
     *("joint_friction", "drive", "control", "coupling"),
@@ -78,7 +77,7 @@ def _driven_body(mechanism: Mechanism, body: str) -> str:
     chosen = body or mechanism.input_body
     if not chosen:
         names = [part.name for part in mechanism.bodies if part.rotates]
-        shown = ", ".join(names[:MOST_BODIES]) + (", ..." if len(names) > MOST_BODIES else "")
+        shown = ", ".join(names[:LISTED_MAX]) + (", ..." if len(names) > LISTED_MAX else "")
         raise InputError(
             "missing key 'body', and [structure] has no input_body",
             f"one of {shown}",

@@ -31,12 +31,12 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.plugin.user_file import origin_of
 from scissordyn.record.store import load
 from scissordyn.run.inverse_dynamics import feed_forward
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-MAX_FIGURES = 6  # Largest number of responses drawn; those of requirements come first
 DIAGRAM_PERIODS = 4  # A point of a diagram is run for this number of periods of its drive
 POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radius of a point, and of the recommended point [pixel]
 
@@ -291,7 +291,7 @@ def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] =
     configuration = read_configuration(diagram)
     mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
     parameter, values = str(diagram.attrs["parameter"]), diagram["value"].values
-    usable = [str(name) for name in diagram if set(diagram[name].dims) == {"value", "cycle"}][:MAX_FIGURES]
+    usable = [str(name) for name in diagram if set(diagram[name].dims) == {"value", "cycle"}][:LISTED_MAX]
     across = scale_of(diagram["value"])
     until = DIAGRAM_PERIODS * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
 
@@ -340,7 +340,7 @@ def _figures(result: StudyResult, axis: str, best: int) -> list[Figure]:
     sizes = np.where(np.arange(count) == best, BEST_POINT_RADIUS, POINT_RADIUS)
     colours = {"green": met == 1.0, "orange": (met > 0.0) & (met < 1.0), "vermilion": met == 0.0, "blue": np.isnan(met)}
     drawn = []
-    for name in [str(name) for name in points if points[name].attrs.get("role") == "response"][:MAX_FIGURES]:
+    for name in [str(name) for name in points if points[name].attrs.get("role") == "response"][:LISTED_MAX]:
         scale = scale_of(points[name])
         of_all = study.per_point > 1 and f"worst {name}" in points
         y = scale.factor * points[f"worst {name}" if of_all else name].values

@@ -16,7 +16,7 @@ from scissordyn.file.output_file import check_target, write_file
 
 FORMATS = ("png", "svg", "pdf")
 
-DPI = 150  # Resolution of a PNG [dots per inch]
+PNG_DPI = 150  # [dots per inch] resolution of a PNG
 
 
 def check_format(format: str) -> None:
@@ -54,5 +54,5 @@ def _content(figure: Figure, format: str) -> bytes:
     # removes the date and random identifiers from vector files
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
         dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-        figure.savefig(drawn, format=format, dpi=DPI, metadata=dated.get(format))
+        figure.savefig(drawn, format=format, dpi=PNG_DPI, metadata=dated.get(format))
     return drawn.getvalue()

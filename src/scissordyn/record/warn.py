@@ -28,7 +28,7 @@ from scissordyn.record.coupling import coupling_warnings, flank_warnings
 from scissordyn.record.film import MIXED, film_peak_warnings, film_warnings
 from scissordyn.record.results import Run, along
 from scissordyn.record.sampling import time_mean
-from scissordyn.warning import RunWarning, group, line, plain, warning
+from scissordyn.warning import LISTED_MAX, RunWarning, group, line, plain, warning
 
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
@@ -61,7 +61,6 @@ LARGE_STRAIN = 0.01  # Strain of a bar above which the linear law of the model d
 AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
 RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
 ROUNDED = 1e-9  # Distance beyond the end of a curve that counts as round-off [m, rad, rad/s]
-MOST_NAMES = 6  # Joints that a warning names
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
@@ -317,7 +316,7 @@ def _undetermined(run: Run) -> list[RunWarning]:
     if not missing.any():
         return []
     quoted = [f"'{name}'" for name in run["joint"].values[missing.any(axis=0)].tolist()]
-    names = ", ".join(quoted[:MOST_NAMES] + ([f"{len(quoted) - MOST_NAMES} more"] if len(quoted) > MOST_NAMES else []))
+    names = ", ".join(quoted[:LISTED_MAX] + ([f"{len(quoted) - LISTED_MAX} more"] if len(quoted) > LISTED_MAX else []))
     instants = missing.any(axis=1)
     if instants.all():
         return [warning("redundant joints", names=names)]

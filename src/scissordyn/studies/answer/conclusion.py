@@ -15,7 +15,7 @@ from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
 from scissordyn.studies.answer.estimate import Kriging
 from scissordyn.studies.answer.fact import Fact, Section
-from scissordyn.studies.answer.trend import ALIKE, Trend, with_indicators
+from scissordyn.studies.answer.trend import SHARE_TOL, Trend, with_indicators
 from scissordyn.studies.answer.verdict import Recommendation, answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor, quantiles
@@ -23,20 +23,21 @@ from scissordyn.studies.ask.requirement import Requirement, meaning
 from scissordyn.studies.compute.store import COMPLETE
 from scissordyn.studies.compute.table import column, number_scale
 from scissordyn.units import counted
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
-NEGLIGIBLE = 0.05  # Change of a response over the whole range of a number, as a fraction, that is not worth a word
-MOST_NUMBERS = 6  # Numbers of a case, or names in a sentence, that are written
+EFFECT_MIN = 0.05  # [-] smallest relative change of a response over a parameter's range that is reported
 NAMED = (1.0, 2.0, -1.0, 0.5)  # Exponents that have words of their own
 OTHER_FORM = {"power": "a straight line", "linear": "a power law"}  # Name of the other form of trend
 Step = tuple[Fact, str]  # Why, and a command
-CHECKED = 64  # Least number of samples with which a recommended point is checked: the interval of 64 of 64 begins at 94.4 %
+CHECK_SAMPLES_MIN = 64  # [samples] that check a recommended point: the interval of 64 successes of 64 begins at 94.4 %
 TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
-WIDE = 0.2  # Width of the interval of a fraction above which more points are proposed
-TRIED = 4096  # Points at which the interpolation is searched for one that meets the requirements
-PAST = 0.7  # The moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough
+INTERVAL_WIDTH_MAX = 0.2  # [-] width of the interval of a fraction above which more points are proposed
+SEARCH_POINTS = 4096  # [points] at which the interpolation is searched for one that meets the requirements
+# [-] the moved range ends at this fraction of what a requirement needs, or its inverse: an extrapolation is rough
+EXTRAPOLATION_FRACTION = 0.7
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ def _verdict(result: StudyResult) -> Fact:
     there = points.isel(point=np.flatnonzero(always.values))
     factors = study.paths
     part_of = {name: float(np.ptp(there[name].values) / (np.ptp(points[name].values) or 1.0)) for name in factors}
-    narrow = sorted(part_of, key=part_of.__getitem__)[:MOST_NUMBERS]
+    narrow = sorted(part_of, key=part_of.__getitem__)[:LISTED_MAX]
     where = tuple(_region(there, points, name) for name in part_of if name in narrow)
     wider = len(part_of) - len(where)
     return Fact(
@@ -139,14 +140,14 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) 
         values = results[column(name)].values
         return 0.0 if isinstance(numbers[name], str) else abs(numbers[name] - np.mean(values)) / (float(np.std(values)) or 1.0)
 
-    kept = set(sorted(numbers, key=distance, reverse=True)[:MOST_NUMBERS])
+    kept = set(sorted(numbers, key=distance, reverse=True)[:LISTED_MAX])
     text = ", ".join(map(str, _values(study, results, {name: numbers[name] for name in numbers if name in kept})))
     return text if len(kept) == len(numbers) else f"{text}, and {len(numbers) - len(kept)} nearer to their means"
 
 
 def _few(names: Sequence[str]) -> str:
-    more = len(names) - MOST_NUMBERS
-    return ", ".join(names) if more < 2 else f"{', '.join(names[:MOST_NUMBERS])} and {more} more"
+    more = len(names) - LISTED_MAX
+    return ", ".join(names) if more < 2 else f"{', '.join(names[:LISTED_MAX])} and {more} more"
 
 
 def margin_text(margin: float) -> str:
@@ -173,7 +174,7 @@ def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
     if trend.form == "linear":  # of the response in the middle of the ranges
         middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
         effects = effects / max(abs(trend.value(middle)), 1e-300)
-    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > NEGLIGIBLE]
+    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > EFFECT_MIN]
     if not order:
         return Fact("constant", trend.response, about)
     little = _few([name for k, name in enumerate(trend.numbers) if k not in order])
@@ -242,7 +243,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
         if math.isnan(value):
             ends = np.array([trend.value({**numbers, name: end}) for end in (first, last)])
             kind = "met everywhere" if requirement.met(ends).all() else "not enough"
-        other = next((form for form in others if beyond and trend.predicted - form.predicted < ALIKE), None)
+        other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_TOL), None)
         if other is not None:
             form, second = OTHER_FORM[trend.form], other.reached(name, requirement.bound, numbers)
             about |= {"lacking": form} if math.isnan(second) else {"form": form, "other": second}
@@ -277,7 +278,7 @@ def trend_table(study: Study, fitted: Mapping[str, tuple[Trend, ...]]) -> Sectio
             columns.append((name, *texts, f"{law.r2:.2f}", f"{law.error:.1%}"))
     note = "Exponents of power laws by least squares; intervals by the jackknife over the points. R2 is that of the logarithms."
     # the longer side of the table goes down the page
-    head, *rows = columns if len(study.factor_names) <= MOST_NUMBERS else zip(*columns, strict=True)
+    head, *rows = columns if len(study.factor_names) <= LISTED_MAX else zip(*columns, strict=True)
     return Section(head, rows, "Exponents", (note,)) if len(columns) > 1 else Section()
 
 
@@ -293,27 +294,27 @@ def _next_steps(result: StudyResult, store: str, needed: Sequence[Fact]) -> list
         return command("scissordyn", "study", "refine", store, *words, "-o", "next.db")
 
     if not study.factors:
-        more = str(max(4 * study.sampling.samples, CHECKED))
-        wide = point.high - point.low > 0.5 * WIDE
+        more = str(max(4 * study.sampling.samples, CHECK_SAMPLES_MIN))
+        wide = point.high - point.low > 0.5 * INTERVAL_WIDTH_MAX
         return [(Fact("narrower"), refine("--samples", more))] if wide else []
     return _met(result, store, point, refine) if point.probability > 0.0 else _not_met(result, point, needed, refine)
 
 
 def _met(result: StudyResult, store: str, point: Recommendation, refine: Callable[..., str]) -> list[Step]:
     study, results = result.study, result.dataset
-    steps, samples = [], str(max(4 * study.sampling.samples, CHECKED))
+    steps, samples = [], str(max(4 * study.sampling.samples, CHECK_SAMPLES_MIN))
     if not study.uncertain:
         loose = []
         for factor in study.factors:
             text = f"{factor.path}={typed(results, factor, point.numbers[factor.path])}"
             loose += ["--vary", text] if factor.texts else ["--uncertain", f"{text} {TOLERANCE}"]
-        steps.append((Fact("tolerances"), refine(*loose, "--samples", str(CHECKED))))
+        steps.append((Fact("tolerances"), refine(*loose, "--samples", str(CHECK_SAMPLES_MIN))))
     elif not point.low > 0.9:
         seed = str(study.sampling.seed + 1)
         fixed = _fixed(study, results, point.numbers)
         steps.append((Fact("new samples"), refine(*fixed, "--samples", samples, "--seed", seed)))
     fraction = result.fractions[-1]
-    if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > WIDE:
+    if study.design.extendable and study.optimisation is None and fraction.high - fraction.low > INTERVAL_WIDTH_MAX:
         more = command("scissordyn", "study", "extend", store, "--points", 2 * study.design.points)
         steps.append((Fact("more points"), more))
     return steps
@@ -330,7 +331,7 @@ def _not_met(result: StudyResult, point: Recommendation, needed: Sequence[Fact],
         values = results[column(name)].values
         low, high = float(np.nanmin(values)), float(np.nanmax(values))
         # towards the need, as far from the old range as it takes
-        past = PAST if (value < low) == (value > 0.0) else 1.0 / PAST
+        past = EXTRAPOLATION_FRACTION if (value < low) == (value > 0.0) else 1.0 / EXTRAPOLATION_FRACTION
         ends = sorted((value * past, low if value < low else high))
         text = f"{ends[0] / factor.scale:.6g}..{typed(results, factor, ends[1])}"
         steps.append((Fact("goes on", point.binding), refine("--vary", f"{name}={text}")))
@@ -349,7 +350,7 @@ def _interpolated_point(result: StudyResult) -> dict[str, float] | None:
         if model is None:
             return None
         models.append(model)
-    drawn = qmc.Sobol(len(names), rng=np.random.default_rng(0)).random(TRIED)
+    drawn = qmc.Sobol(len(names), rng=np.random.default_rng(0)).random(SEARCH_POINTS)
     at = quantiles([factor.variation for factor in study.factors], drawn)
     tried = np.stack([result.points[name].values for name in names], axis=1)
     at = np.clip(at, np.nanmin(tried, axis=0), np.nanmax(tried, axis=0))  # nothing is extrapolated

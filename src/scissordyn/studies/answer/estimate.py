@@ -44,26 +44,27 @@ from scissordyn.studies.compute.table import column
 
 CONFIDENCE = 0.95
 
-DRAWS = 4000  # Draws of the three fractions of the sum; the ends of its interval are then known to 0.02 of its width
-JEFFREYS = 0.5  # Successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001)).
-FEWEST_PAIRS = 4  # Pairs with which a regression is made
-FEWEST_MARGINS = 16  # Pairs with which margins are used
-CORRELATED = 0.8  # Correlation of margins from which they are better than yes and no
-NEAREST = 8  # The fewest pairs of a straight line
-LEFT_OUT = 32  # Groups of the jackknife
-PLACES = 1000  # Quantiles of the cheap margins that represent all of them in the jackknife
+POSTERIOR_DRAWS = 4000  # [draws] of the three fractions; the ends of the interval of the sum are known to 0.02 of its width
+# [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
+JEFFREYS_PRIOR = 0.5
+REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression
+MARGIN_PAIRS_MIN = 16  # [pairs of runs] smallest number for which margins are used
+MARGIN_CORRELATION_MIN = 0.8  # [-] correlation above which margins estimate better than success and failure
+LINE_PAIRS_MIN = 8  # [pairs of runs] smallest number for a straight line
+JACKKNIFE_GROUPS = 32  # [groups] left out in turn by the jackknife
+JACKKNIFE_QUANTILES = 1000  # [quantiles] that represent the cheap margins in the jackknife
 
-CONTRADICTED = 2.0
+SUCCESS_DEVIATION_MAX = 2.0
 """Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""
 
 STARTS = (0.3, 1.0)  # Correlation lengths of the unit cube from which the likelihood is climbed
-PART = 4096  # Points that are predicted at once
+CHUNK_POINTS = 4096  # [points] predicted at once
 LENGTHS, NOISE, VARIANCES = (0.05, 20.0), (1e-8, 1.0), (1e-2, 1e4)  # Within which the likelihood is climbed
-FACTOR = 5.0  # Ratio of largest to smallest of positive values from which their logarithm is interpolated
-FEWEST = 32  # Runs between which is interpolated
-GROUPS = 4  # Groups of runs; each is predicted by an interpolation between the others
-FITTED = 128  # Runs at most to which kriging is fitted: its effort grows with their third power
-OTHERS = 2**16  # Cases that are predicted
+LOGARITHM_RATIO_MIN = 5.0  # [-] ratio of largest to smallest value above which the logarithm is interpolated
+INTERPOLATION_RUNS_MIN = 32  # [runs] smallest number for an interpolation
+VALIDATION_GROUPS = 4  # [groups] of runs; each is predicted by an interpolation between the others
+FITTED_RUNS_MAX = 128  # [runs] largest number for kriging, whose effort grows with its third power
+PREDICTED_CASES = 2**16  # [cases] predicted by the interpolation
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ def unseen_outliers(pairs: int) -> float:
 
     The part has the distribution of Jeffreys.
     """
-    part = stats.beta(JEFFREYS, pairs + JEFFREYS)
+    part = stats.beta(JEFFREYS_PRIOR, pairs + JEFFREYS_PRIOR)
     return float(part.var() + part.mean() ** 2)
 
 
@@ -146,7 +147,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     """
     m, n = accurate.size, cheap.size
     alone = _student(accurate)
-    if m < FEWEST_PAIRS or not np.ptp(paired) > 0.0:
+    if m < REGRESSION_PAIRS_MIN or not np.ptp(paired) > 0.0:
         return Estimate(*alone, _mean(cheap), *alone, math.nan, n, m)
     centre, uncertain = population_mean(cheap, predicted)
     squares, slope, value, residual = _regressed(accurate, paired, centre)
@@ -167,10 +168,10 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     correlated = correlation(accurate, paired)
     if not m:
         return Estimate(math.nan, 0.0, 1.0, _mean(cheap), math.nan, 0.0, 1.0, correlated, n, m)
-    alone = float(accurate.mean()), *fraction_interval(float(accurate.sum()), m, JEFFREYS)
+    alone = float(accurate.mean()), *fraction_interval(float(accurate.sum()), m, JEFFREYS_PRIOR)
     if not all(np.all((values == 0.0) | (values == 1.0)) for values in (accurate, paired, cheap)):
         by_mean = mean_estimate(accurate, paired, cheap)
-        if m >= FEWEST_PAIRS and by_mean.high > by_mean.low:
+        if m >= REGRESSION_PAIRS_MIN and by_mean.high > by_mean.low:
             low, high, value = max(0.0, by_mean.low), min(1.0, by_mean.high), min(1.0, max(0.0, by_mean.value))
             return Estimate(value, low, high, _mean(cheap), *alone, correlated, n, m)
         return Estimate(*alone, _mean(cheap), *alone, correlated, n, m)
@@ -181,8 +182,10 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     within = [hits / of if of else float(accurate.mean()) for hits, of in pairs]
     value = weights[0] * within[0] + weights[1] * within[1]
     numbers = np.random.default_rng(0)
-    share = numbers.beta(yes + JEFFREYS, total - yes + JEFFREYS, DRAWS)
-    hits_if_yes, hits_if_no = (numbers.beta(hits + JEFFREYS, of - hits + JEFFREYS, DRAWS) for hits, of in pairs)
+    share = numbers.beta(yes + JEFFREYS_PRIOR, total - yes + JEFFREYS_PRIOR, POSTERIOR_DRAWS)
+    hits_if_yes, hits_if_no = (
+        numbers.beta(hits + JEFFREYS_PRIOR, of - hits + JEFFREYS_PRIOR, POSTERIOR_DRAWS) for hits, of in pairs
+    )
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = (float(values) for values in np.quantile(share * hits_if_yes + (1.0 - share) * hits_if_no, [tail, 1.0 - tail]))
     low = 0.0 if accurate.sum() == 0.0 else min(low, value)
@@ -255,7 +258,7 @@ def _student(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tuple[float, float]:
-    """Return the interval of a fraction by Clopper and Pearson, or by Jeffreys with a prior of `JEFFREYS`.
+    """Return the interval of a fraction by Clopper and Pearson, or by Jeffreys with a prior of `JEFFREYS_PRIOR`.
 
     That of Clopper and Pearson is conservative where successes are fractions, and for stratified samples.
     """
@@ -274,16 +277,16 @@ def fraction_by_margins(
     """
     by_strata = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
     m = accurate.size
-    if m < FEWEST_MARGINS or not all(np.all(np.isfinite(margins)) for margins in (accurate, paired, cheap)):
+    if m < MARGIN_PAIRS_MIN or not all(np.all(np.isfinite(margins)) for margins in (accurate, paired, cheap)):
         return by_strata
     correlated = correlation(accurate, paired)
-    if not correlated >= CORRELATED:
+    if not correlated >= MARGIN_CORRELATION_MIN:
         return by_strata
     order = np.argsort(paired, kind="stable")
     accurate, paired = accurate[order], paired[order]
     chances = _chances(accurate, paired, paired)
-    spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS**2)
-    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > CONTRADICTED * spread:
+    spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS_PRIOR**2)
+    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > SUCCESS_DEVIATION_MAX * spread:
         return by_strata
     if predicted is not None:
         predicted = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))
@@ -291,14 +294,14 @@ def fraction_by_margins(
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
     variance += unseen_outliers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, LEFT_OUT) - 1)) * math.sqrt(variance)
+    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, JACKKNIFE_GROUPS) - 1)) * math.sqrt(variance)
     low, high = max(0.0, value - half), min(1.0, value + half)
     return replace(by_strata, value=value, low=low, high=high, correlation=correlated, interpolated=predicted is not None)
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:
     """Return the fraction of residuals near each cheap margin that make the accurate margin positive."""
-    near = min(accurate.size, max(NEAREST, round(2.0 * math.sqrt(accurate.size))))
+    near = min(accurate.size, max(LINE_PAIRS_MIN, round(2.0 * math.sqrt(accurate.size))))
     there, here = (np.lib.stride_tricks.sliding_window_view(pairs, near) for pairs in (accurate, paired))
     middle, centre = there.mean(axis=1), here.mean(axis=1)
     apart = here - centre[:, None]
@@ -314,8 +317,9 @@ def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> n
 
 def _variance_of_pairs(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> float:
     """Estimate the variance of the fraction by a jackknife over groups of pairs spread evenly over the margins."""
-    groups = min(accurate.size, LEFT_OUT)
-    places = cheap[((np.arange(min(cheap.size, PLACES)) + 0.5) * (cheap.size / min(cheap.size, PLACES))).astype(int)]
+    groups = min(accurate.size, JACKKNIFE_GROUPS)
+    count = min(cheap.size, JACKKNIFE_QUANTILES)
+    places = cheap[((np.arange(count) + 0.5) * (cheap.size / count)).astype(int)]
     group = np.arange(accurate.size) % groups
     left = np.array([np.mean(_chances(accurate[group != k], paired[group != k], places)) for k in range(groups)])
     return (groups - 1.0) / groups * float(np.sum((left - left.mean()) ** 2))
@@ -331,7 +335,7 @@ class Kriging:
         self._log = np.asarray(logarithmic, bool)
         terms = self._terms(x)
         self._low, self._width = terms.min(axis=0), np.maximum(np.ptp(terms, axis=0), 1e-300)
-        self.of_logarithm = bool(values.min() > 0.0 and values.max() > FACTOR * values.min())
+        self.of_logarithm = bool(values.min() > 0.0 and values.max() > LOGARITHM_RATIO_MIN * values.min())
         y = np.log(values) if self.of_logarithm else np.asarray(values, float)
         self._shift, self._scale = float(y.mean()), float(y.std()) or 1.0
         self.process = _likeliest(self._unit(x), (y - self._shift) / self._scale)
@@ -351,7 +355,7 @@ class Kriging:
 
         Shapes: `x` (m, numbers).
         """
-        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // PART))]
+        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // CHUNK_POINTS))]
         y = self._shift + self._scale * np.concatenate(parts)
         return np.exp(y) if self.of_logarithm else y
 
@@ -413,9 +417,9 @@ class Interpolation:
             return None
         of_runs, others = [], []
         # parts that follow each other: every fourth point of a Sobol sequence fills a fourth of the cube alone
-        parts = (np.array_split(np.arange(x.shape[0]), GROUPS) for x in (self._x, self._further))
+        parts = (np.array_split(np.arange(x.shape[0]), VALIDATION_GROUPS) for x in (self._x, self._further))
         for here, there in zip(*parts, strict=True):
-            fitted = np.setdiff1d(np.arange(values.size), here)[:FITTED]
+            fitted = np.setdiff1d(np.arange(values.size), here)[:FITTED_RUNS_MAX]
             model = Kriging(self._x[fitted], values[fitted], self._logarithmic)
             of_runs.append(model.expected(self._x[here]))
             others.append(model.expected(self._further[there]))
@@ -425,9 +429,9 @@ class Interpolation:
 def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:
     """Return an interpolation between the runs of a study; None for few runs, or if names vary."""
     varied = study.varied
-    if len(cases) < max(FEWEST, 4 * len(varied)) or any(factor.labels for factor in varied):
+    if len(cases) < max(INTERPOLATION_RUNS_MIN, 4 * len(varied)) or any(factor.labels for factor in varied):
         return None
-    numbers = _evenly_spread(study).numbers(np.arange(OTHERS))
+    numbers = _evenly_spread(study).numbers(np.arange(PREDICTED_CASES))
     runs = results.isel(case=np.asarray(cases))
     return Interpolation(
         np.stack([runs[column(name)].values for name in study.factor_names], axis=1),
@@ -441,9 +445,9 @@ def _evenly_spread(study: Study) -> Study:
     """Return the study with further cases on a Sobol sequence over all parameters."""
     sampling = study.sampling
     if not study.factors:
-        return replace(study, sampling=replace(sampling, kind="sobol", samples=OTHERS))
+        return replace(study, sampling=replace(sampling, kind="sobol", samples=PREDICTED_CASES))
     return replace(
         study,
-        design=Design("sobol", OTHERS, study.design.seed),
+        design=Design("sobol", PREDICTED_CASES, study.design.seed),
         sampling=sampling if sampling.common else replace(sampling, kind="sobol"),
     )

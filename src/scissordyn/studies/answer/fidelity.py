@@ -20,8 +20,8 @@ from scissordyn.errors import InputError
 from scissordyn.plot.scale import scale_of
 from scissordyn.run.engine import workers_of
 from scissordyn.studies.answer.estimate import (
-    FEWEST,
-    OTHERS,
+    INTERPOLATION_RUNS_MIN,
+    PREDICTED_CASES,
     Estimate,
     Interpolation,
     Predicted,
@@ -35,13 +35,14 @@ from scissordyn.studies.answer.estimate import (
 )
 from scissordyn.studies.answer.fact import Fact, Section
 from scissordyn.studies.answer.verdict import answered
-from scissordyn.studies.ask.description import PILOT, Study
+from scissordyn.studies.ask.description import PILOT_POINTS, Study
 from scissordyn.studies.ask.design import Design
 from scissordyn.studies.ask.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.studies.compute.execute import How, execute, extend, simulated
 from scissordyn.studies.compute.optimise import candidates, judged, optimise
 from scissordyn.studies.compute.store import COMPLETE, Store
 from scissordyn.studies.compute.table import column
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,11 +50,10 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-PILOTED = 0.05  # Largest fraction of the budget for cheap runs that measure how well interpolation predicts
+PILOT_BUDGET_FRACTION = 0.05  # [-] largest fraction of the budget for cheap runs that measure the interpolation's error
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
-LEAST = 0.1  # Least correlation for which a budget is split; the pilot has too few pairs for a smaller one
+SPLIT_CORRELATION_MIN = 0.1  # [-] correlation with which a budget is split at least; the pilot has too few pairs for less
 LEVELS = (0.5, 0.95)  # Levels of the quantiles
-TINY = 1e-9  # Margin of a case exactly at the bound
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:
@@ -100,7 +100,7 @@ def screened(study: Study, path: str | os.PathLike[str], budget: float | None = 
 
 def _check(study: Study, budget: float | None) -> None:
     """Raise `InputError` for what cannot be verified by the first of its cases."""
-    verified_study(study, PILOT)  # whether the accurate mechanism has the parameters and parts
+    verified_study(study, PILOT_POINTS)  # whether the accurate mechanism has the parameters and parts
     if study.optimisation is not None:
         if budget is not None:
             raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
@@ -116,7 +116,7 @@ def _check(study: Study, budget: float | None) -> None:
 def _as_in(study: Study, store: Store) -> Study:
     """Return the study with the numbers of points that its store was created with."""
     accurate, there = study.accurate, store.study(reading=True).accurate
-    points = PILOT if there is None else there.points
+    points = PILOT_POINTS if there is None else there.points
     return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
 
 
@@ -134,19 +134,19 @@ def _verify(study: Study, there: Store, how: How) -> None:
 
 def _split(study: Study, budget: float) -> Study:
     """Return the study with the numbers of cheap and accurate points within a budget of work [s], from pilot runs."""
-    few, accurate = replace(study, design=replace(study.design, points=PILOT)), verified_study(study, PILOT)
+    few, accurate = replace(study, design=replace(study.design, points=PILOT_POINTS)), verified_study(study, PILOT_POINTS)
     cheap_runs, cheap = _piloted(few)
     accurate_runs, accurate_seconds = _piloted(accurate)
     correlated = _least_correlation(few, cheap_runs, accurate_runs)
-    left, unpredicted = budget - PILOT * (cheap + accurate_seconds), 1.0
-    if FEWEST * cheap < PILOTED * budget:
-        more = replace(study, design=replace(study.design, points=FEWEST))
+    left, unpredicted = budget - PILOT_POINTS * (cheap + accurate_seconds), 1.0
+    if INTERPOLATION_RUNS_MIN * cheap < PILOT_BUDGET_FRACTION * budget:
+        more = replace(study, design=replace(study.design, points=INTERPOLATION_RUNS_MIN))
         unpredicted = _unpredicted(more, _piloted(more)[0])
-        left -= FEWEST * cheap
+        left -= INTERPOLATION_RUNS_MIN * cheap
     verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap, unpredicted)
-    points = max(PILOT if unpredicted == 1.0 else FEWEST, screened_points)
+    points = max(PILOT_POINTS if unpredicted == 1.0 else INTERPOLATION_RUNS_MIN, screened_points)
     assert study.accurate is not None
-    wanted = replace(study.accurate, points=min(max(PILOT, verified), points))
+    wanted = replace(study.accurate, points=min(max(PILOT_POINTS, verified), points))
     return replace(study, design=replace(study.design, points=points), accurate=wanted)
 
 
@@ -164,7 +164,7 @@ def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) ->
     pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
     finite = [some for some in correlations if np.isfinite(some)]
-    return max(LEAST, min(finite, default=LEAST))
+    return max(SPLIT_CORRELATION_MIN, min(finite, default=SPLIT_CORRELATION_MIN))
 
 
 def _unpredicted(study: Study, runs: xr.Dataset) -> float:
@@ -277,7 +277,7 @@ def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarra
     margins = []
     for requirement in requirements:
         margin = requirement.margin_in(runs)
-        margins.append(np.where(margin == 0.0, np.where(requirement.met_in(runs), TINY, -TINY), margin))
+        margins.append(np.where(margin == 0.0, np.where(requirement.met_in(runs), ROUND_OFF_TOL, -ROUND_OFF_TOL), margin))
     return np.asarray(np.min(margins, axis=0))
 
 
@@ -321,7 +321,7 @@ def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
     if any(number.estimate.interpolated for number in result.estimates):
-        saved += f" Fractions and means predict {OTHERS} further cases by interpolation between the cheap runs."
+        saved += f" Fractions and means predict {PREDICTED_CASES} further cases by interpolation between the cheap runs."
     notes = (f"Intervals of 95 %. {saved}", cost)
     yield Section(head, [_row(number) for number in result.estimates], "Cheap and accurate runs", notes)
 

@@ -16,18 +16,17 @@ from scissordyn.studies.answer.conclusion import conclude, margin_text, numbers_
 from scissordyn.studies.answer.fact import WORDS, Fact, Section
 from scissordyn.studies.answer.fidelity import fidelity
 from scissordyn.studies.answer.trend import rankings, sensitivities
-from scissordyn.studies.answer.verdict import AGREEMENT, answered, case_values
+from scissordyn.studies.answer.verdict import AGREEMENT_TOL, answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Levels, Names
 from scissordyn.studies.ask.requirement import meaning, response_unit
 from scissordyn.studies.compute.table import number_scale
 from scissordyn.units import counted
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
-
-SHOWN = 6  # Levels of a factor that are listed
 
 
 def page(result: StudyResult, store: str, most: int) -> Iterator[Section]:
@@ -113,7 +112,7 @@ def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
     scale = number_scale(study, results, factor.name, *(ends or variation.quantile(np.array([0.5]))))
     if isinstance(variation, Levels | Names):
         values = [scale.text(value, 6) for value in variation.levels()]
-        shown = values if len(values) <= SHOWN else [*values[:SHOWN], f"... {values[-1]}"]
+        shown = values if len(values) <= LISTED_MAX else [*values[:LISTED_MAX], f"... {values[-1]}"]
         return ", ".join(shown) + (f" {scale.unit}" if scale.unit else "")
     low, high = variation.ends if ends or variation.kind != "normal" else (None, None)
     numbers = {**vars(variation), "low": low, "high": high}
@@ -128,9 +127,9 @@ def agreement(study: Study, points: xr.Dataset) -> Fact | None:
         return None
     count, differ = points.sizes["point"], int(points["disagrees"].sum())
     if not differ:
-        return Fact("agree", numbers={"least": AGREEMENT})
+        return Fact("agree", numbers={"least": AGREEMENT_TOL})
     undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
-    about = {"least": AGREEMENT, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
+    about = {"least": AGREEMENT_TOL, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
     return Fact("disagree", numbers={**about, "undecided": undecided})
 
 

@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import print_pdf
-from scissordyn.plot.file import figure_of, write
+from scissordyn.plot.file import PNG_DPI, figure_of, write
 from scissordyn.plot.study import (
     Bound,
     Field,
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-CELLS = 48  # Cells of a field along each number
-OTHERS = 16  # Points whose other numbers a field is averaged over
+FIELD_CELLS = 48  # [cells] of a field along each parameter
+FIELD_SAMPLES = 16  # [points] whose other parameters a field is averaged over
 
 
 class StudyPictures:
@@ -128,19 +128,20 @@ def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
 
     def steps(place: int) -> np.ndarray:
         space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
-        return np.asarray(space(float(table[:, place].min()), float(table[:, place].max()), CELLS))  # nothing is extrapolated
+        low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
+        return np.asarray(space(low, high, FIELD_CELLS))
 
     across, up = map(steps, places)
-    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, OTHERS).astype(int))]
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, FIELD_SAMPLES).astype(int))]
     rows = rows if len(names) > 2 else rows[:1]
-    total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+    total, squared = np.zeros(FIELD_CELLS**2), np.zeros(FIELD_CELLS**2)
     for row in rows:
-        at = np.tile(row, (CELLS**2, 1))
-        at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+        at = np.tile(row, (FIELD_CELLS**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, FIELD_CELLS), np.repeat(up, FIELD_CELLS)
         mean, deviation = model.predict(at)
         total += mean
         squared += deviation**2
-    mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+    mean, deviation = (values.reshape(FIELD_CELLS, FIELD_CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
     return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
 
 
@@ -242,15 +243,14 @@ REPORT = """
 <img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
 """
 
-LONG = 48  # Characters from which the text of a cell is broken into lines
+UNBROKEN_LETTERS_MAX = 48  # [letters] longest text of a table cell in one line
 
-DPI = 130
-SHRUNK = 0.5  # A picture is shown no smaller than this share of its size, or nobody could read it: narrow pages scroll it
-MOST_RESPONSES = 8  # Responses above which maps and curves are left out
+PICTURE_SCALE_MIN = 0.5  # [-] smallest legible scale of a picture; narrower pages scroll it
+RESPONSES_MAX = 8  # [responses] largest number for which maps and curves are drawn
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
 
-MOST_ROWS = 40  # Points of a front, causes and warnings that are listed
+REPORT_ROWS_MAX = 40  # [rows] of a front, of causes or of warnings
 
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
@@ -260,7 +260,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
     if len(study.requirements) > 2:
         drawn.append(("How often each requirement is met", plot.requirements))
-    if study.factors and 0 < len(responses) <= MOST_RESPONSES:
+    if study.factors and 0 < len(responses) <= RESPONSES_MAX:
         for name in (*(("met",) if study.requirements else ()), *responses) if len(study.factors) > 1 else ():
             title = "Where the requirements are met" if name == "met" else f"Map of {name}"
             drawn.append((title, partial(plot.map, name)))
@@ -286,9 +286,10 @@ def write_report(result: StudyResult, path: Path) -> Path:
     store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
     for title, figure in figures(result):
         picture = io.BytesIO()
-        figure.savefig(picture, format="png", dpi=DPI)
-        pictures.append((title, round(SHRUNK * DPI * figure.get_figwidth()), base64.b64encode(picture.getvalue()).decode()))
-    answers = as_html(page(result, store, MOST_ROWS))
+        figure.savefig(picture, format="png", dpi=PNG_DPI)
+        width = round(PICTURE_SCALE_MIN * PNG_DPI * figure.get_figwidth())
+        pictures.append((title, width, base64.b64encode(picture.getvalue()).decode()))
+    answers = as_html(page(result, store, REPORT_ROWS_MAX))
     content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
@@ -299,7 +300,7 @@ def write_report(result: StudyResult, path: Path) -> Path:
 
 
 def as_html(sections: Iterable[Section]) -> Markup:
-    return rendered(SECTIONS, sections=sections, long=LONG, may_break=Markup(".<wbr>"))
+    return rendered(SECTIONS, sections=sections, long=UNBROKEN_LETTERS_MAX, may_break=Markup(".<wbr>"))
 
 
 def rendered(template: str, **names: Any) -> Markup:

@@ -18,23 +18,22 @@ from scissordyn.studies.answer.estimate import CONFIDENCE, Kriging
 from scissordyn.studies.answer.fact import Section
 from scissordyn.studies.answer.verdict import answered, by_point, case_values
 from scissordyn.studies.ask.description import Study
-from scissordyn.studies.ask.design import DRAWN_IN, FEWEST, MORRIS_LEVELS, morris_numbers
+from scissordyn.studies.ask.design import INDEX_POINTS_MIN, MORRIS_LEVELS, MORRIS_SCALE, morris_numbers
 from scissordyn.studies.ask.requirement import response_unit
 from scissordyn.studies.compute.table import column
 from scissordyn.units import counted
+from scissordyn.warning import LISTED_MAX
 
-CLEAR = 0.5  # Predicted share of the variance, each point left out in turn, from which a trend is stated
-EXTRA = 2  # Points more than coefficients from which one is fitted
-ALIKE = 0.05  # Difference of the predicted shares of two forms that fit equally well
-LEAST = 8  # Points from which a response is interpolated
-MOST = 300  # Points up to which it is: the effort grows with their third power
-RESAMPLES = 500  # Resamples of the bootstrap
-SEED = 1  # Seed of the resamples for Sobol indices; with 0 the library draws new ones in each call
-FEWEST_RANKED = 6  # Values of a response below which nothing is ranked
-RANKED = 6  # Numbers that a table has
-RANKED_RESAMPLES = 400  # Resamples of the bootstrap that counts how often a parameter ranks first
+# [-] share of the variance, predicted with each point left out in turn, from which a trend is reported
+PREDICTED_SHARE_MIN = 0.5
+SPARE_POINTS_MIN = 2  # [points] more than coefficients, from which a trend is fitted
+SHARE_TOL = 0.05  # [-] difference of the predicted shares of two forms that fit equally well
+POINTS_MIN = 8  # [points] from which a response is interpolated
+POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
+BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
+RANKED_VALUES_MIN = 6  # [values] of a response from which parameters are ranked
 
-FAR = 10.0
+EXTRAPOLATION_RATIO_MAX = 10.0
 """A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
 
 
@@ -62,7 +61,7 @@ class Trend:
     @property
     def clear(self) -> bool:
         """True if the trend predicts points that were left out of its fit."""
-        return self.predicted >= CLEAR
+        return self.predicted >= PREDICTED_SHARE_MIN
 
     @property
     def effects(self) -> np.ndarray:
@@ -102,7 +101,7 @@ class Trend:
         if not math.isfinite(value) or (self.ranges[k, 0] > 0.0 >= value):
             return math.nan
         place, (low, high) = self.term(k, value), (self.term(k, end) for end in self.ranges[k])
-        reach = max(high - low, math.log(FAR) if self.logarithmic[k] else 0.0)
+        reach = max(high - low, math.log(EXTRAPOLATION_RATIO_MAX) if self.logarithmic[k] else 0.0)
         return value if low - reach <= place <= high + reach else math.nan
 
 
@@ -116,10 +115,10 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging |
         return None
     there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
     sizes = [np.unique(column_of[there]).size for column_of in x.T]
-    if not max(LEAST, 2 * len(names) + 2) <= there.sum() <= MOST or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+    if not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= POINTS_MAX or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
         return None
     model = Kriging(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
-    return model if model.predicted >= CLEAR else None
+    return model if model.predicted >= PREDICTED_SHARE_MIN else None
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
@@ -167,7 +166,7 @@ def fitted(
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
     count = int(groups.max(initial=-1)) + 1
-    if not names or count < len(names) + 1 + EXTRA or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
+    if not names or count < len(names) + 1 + SPARE_POINTS_MIN or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
         return ()
     ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
     forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
@@ -185,7 +184,7 @@ def fitted(
         both.append(
             Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
         )
-    return tuple(sorted(both, key=lambda trend: -trend.predicted - ALIKE * (trend.form == "power")))
+    return tuple(sorted(both, key=lambda trend: -trend.predicted - SHARE_TOL * (trend.form == "power")))
 
 
 def _jackknife(
@@ -218,7 +217,8 @@ def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
     used = rows[whole].ravel()
     if not np.ptp(used) > 0.0:
         raise InputError("a response that is the same at all points", "one that varies")
-    analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=RESAMPLES, seed=SEED)
+    # with the seed 0 the library draws new numbers in each call
+    analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=BOOTSTRAP_RESAMPLES, seed=1)
     keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
     indices = {name: ("factor", np.asarray(analysed[key], float), {"units": "1"}) for name, key in keys.items()}
     return xr.Dataset(indices, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "sobol"})
@@ -232,9 +232,13 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
     morris = library("SALib.analyze.morris", "study", "an elementary effect")
     rows, whole, problem = _whole_rows(values, names, 1, "trajectories")
     used = points.reshape(*rows.shape, len(names))[whole].reshape(-1, len(names))
-    analysed = morris.analyze(problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=0)
+    analysed = morris.analyze(
+        problem, used, rows[whole].ravel(), num_levels=MORRIS_LEVELS, num_resamples=BOOTSTRAP_RESAMPLES, seed=0
+    )
     keys = {"effect": "mu_star", "effect_interval": "mu_star_conf", "deviation": "sigma"}
-    effects: dict[str, Any] = {name: ("factor", np.asarray(analysed[key], float) / DRAWN_IN, {}) for name, key in keys.items()}
+    effects: dict[str, Any] = {
+        name: ("factor", np.asarray(analysed[key], float) / MORRIS_SCALE, {}) for name, key in keys.items()
+    }
     return xr.Dataset(effects, {"factor": names}, {"left_out": int(np.sum(~whole)), "method": "morris"})
 
 
@@ -242,8 +246,8 @@ def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -
     """Return a row for each base point or trajectory, a mask of complete rows, and the problem description for SALib."""
     rows = values.reshape(-1, len(names) + further)
     whole = np.all(np.isfinite(rows), axis=1)
-    if whole.sum() < FEWEST:
-        raise InputError(f"{whole.sum()} complete {what}", f"at least {FEWEST}")
+    if whole.sum() < INDEX_POINTS_MIN:
+        raise InputError(f"{whole.sum()} complete {what}", f"at least {INDEX_POINTS_MIN}")
     return rows, whole, {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
 
 
@@ -303,7 +307,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
         clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
-        if clear or rows.sum() < FEWEST_RANKED or np.unique(values[rows]).size < 3:
+        if clear or rows.sum() < RANKED_VALUES_MIN or np.unique(values[rows]).size < 3:
             continue
         tables.append(_table(response.name, names, numbers[rows], values[rows]))
     return tables
@@ -316,7 +320,7 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
     normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
     half = normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1))
     rows = []
-    for k in order[:RANKED]:
+    for k in order[:LISTED_MAX]:
         middle = math.atanh(max(-0.9999, min(0.9999, correlations[k])))
         low, high = (math.tanh(middle + sign * half[k]) for sign in (-1.0, 1.0))
         beyond = "yes" if abs(correlations[k]) > chance[k] else "no"
@@ -336,9 +340,9 @@ def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
     """
     correlations = _correlations(numbers, values)
     order = np.argsort(-np.abs(correlations), kind="stable")
-    draw = np.random.default_rng(0).integers(values.size, size=(RANKED_RESAMPLES, values.size))
+    draw = np.random.default_rng(0).integers(values.size, size=(BOOTSTRAP_RESAMPLES, values.size))
     winners = [int(np.argmax(np.abs(_correlations(numbers[rows], values[rows])))) for rows in draw]
-    first = np.bincount(winners, minlength=numbers.shape[1]) / RANKED_RESAMPLES
+    first = np.bincount(winners, minlength=numbers.shape[1]) / BOOTSTRAP_RESAMPLES
     count = np.array([max(np.unique(column).size, 4) for column in numbers.T])
     level = CONFIDENCE ** (1.0 / numbers.shape[1])
     t = stats.t.ppf(0.5 + 0.5 * level, count - 2)

@@ -30,8 +30,8 @@ from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
-PILOT = 8  # Points of both kinds of runs that a budget is split by, and the least number of points that are verified
-UNCERTAIN_SEEDS = 2**32  # Added to the seed of the uncertain numbers, which are to be independent of those of the design
+PILOT_POINTS = 8  # [points] of both kinds of runs by which a budget is split, and smallest number of verified points
+UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, which are independent of those of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
 EARLIER = {"address": "path"}  # Present names of fields by their names in earlier files
@@ -47,7 +47,7 @@ class Accurate:
     variants: tuple[Mechanism, ...] = ()  # Mechanism of the accurate runs for each combination of names, as those of the study
 
     def __post_init__(self) -> None:
-        whole_number("verify", self.points, PILOT)
+        whole_number("verify", self.points, PILOT_POINTS)
 
 
 @dataclass(frozen=True)
@@ -287,7 +287,7 @@ class Study:
             values |= {factor.path: chosen[back, k] for k, factor in enumerate(self.factors)}
         if self.uncertain:
             size = self.sampling.samples if self.sampling.common else self.sampling.samples * self.points
-            design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEEDS)
+            design = Design(self.sampling.kind, size, seed=self.sampling.seed + UNCERTAIN_SEED_OFFSET)
             at = sample if self.sampling.common else point * self.sampling.samples + sample
             places, back = np.unique(at, return_inverse=True)
             variations = [factor.variation for factor in self.uncertain]

@@ -15,12 +15,12 @@ from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.lookup import library
 from scissordyn.studies.ask.distribution import Interval, Names, Variation
 
-WORDS = 4  # Numbers that one count of the Philox generator gives
-LARGEST_SEED = 2**62  # Generators take 64 bits; the seed of the uncertain numbers is larger than the one that is given
+PHILOX_WORDS = 4  # [numbers] that one count of the Philox generator gives
+INTEGER_MAX = 2**62  # largest seed and count: generators and SQLite take 64 bits, and an offset is added to seeds
 SEED_SAMPLE = "--seed 1, or seed = 1"
-DRAWN_IN = 0.99  # Morris's trajectories touch the sides of the unit cube; drawn in by this factor, no quantile is infinite
+MORRIS_SCALE = 0.99  # [-] trajectories are scaled by this towards the cube's middle: no quantile at its sides is infinite
 MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
-FEWEST = 8  # Base points or trajectories of a design for indices below which no index is worth its interval
+INDEX_POINTS_MIN = 8  # [points or trajectories] smallest number for which the intervals of indices are useful
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Sampling:
             near = did_you_mean(self.kind, INDEPENDENT)
             raise InputError(f"sampling '{self.kind}'{near}", ", ".join(INDEPENDENT), 'kind = "sobol"')
         whole_number("samples", self.samples)
-        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
+        whole_number("seed", self.seed, 0, INTEGER_MAX, sample=SEED_SAMPLE)
         if not self.common and self.kind == "latin-hypercube":
             raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
 
@@ -117,10 +117,12 @@ class Design:
         if isinstance(points, bool) or not isinstance(points, int) or points < least:
             sample = "--points 32, or points = 32"
             raise InputError(f"points = {points!r} of a {self.kind} design", f"a whole number >= {least}", sample)
-        if self.kind in ("saltelli", "morris") and self.points < FEWEST:
+        if self.kind in ("saltelli", "morris") and self.points < INDEX_POINTS_MIN:
             what = "trajectories" if self.kind == "morris" else "base points"
-            raise InputError(f"{self.points} {what} of a {self.kind} design", f"at least {FEWEST}", f"--points {FEWEST}")
-        whole_number("seed", self.seed, 0, LARGEST_SEED, sample=SEED_SAMPLE)
+            raise InputError(
+                f"{self.points} {what} of a {self.kind} design", f"at least {INDEX_POINTS_MIN}", f"--points {INDEX_POINTS_MIN}"
+            )
+        whole_number("seed", self.seed, 0, INTEGER_MAX, sample=SEED_SAMPLE)
 
     @property
     def extendable(self) -> bool:
@@ -135,13 +137,13 @@ def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> 
 
     Shapes: `at` (n,); returns (n, dimensions).
     """
-    width = -(-dimensions // WORDS)
+    width = -(-dimensions // PHILOX_WORDS)
     drawn = np.empty((at.size, dimensions))
     starts = np.flatnonzero(np.diff(at, prepend=at[:1] - 2) != 1)  # runs of consecutive points are drawn at once
     for first, last in zip(starts, np.append(starts[1:], at.size), strict=True):
         bits = np.random.Philox(key=[seed, stream], counter=[int(at[first]) * width, 0, 0, 0])
-        numbers = np.random.Generator(bits).random((last - first) * width * WORDS)
-        drawn[first:last] = numbers.reshape(last - first, width * WORDS)[:, :dimensions]
+        numbers = np.random.Generator(bits).random((last - first) * width * PHILOX_WORDS)
+        drawn[first:last] = numbers.reshape(last - first, width * PHILOX_WORDS)[:, :dimensions]
     return drawn
 
 
@@ -238,8 +240,8 @@ def _trajectories(count: int, dimensions: int, seed: int) -> np.ndarray:
 
 
 def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
-    """Return points of the trajectories in the unit cube, moved inwards by `DRAWN_IN`."""
-    return 0.5 * (1.0 - DRAWN_IN) + DRAWN_IN * _trajectories(design.points, dimensions, design.seed)
+    """Return points of the trajectories in the unit cube, moved inwards by `MORRIS_SCALE`."""
+    return 0.5 * (1.0 - MORRIS_SCALE) + MORRIS_SCALE * _trajectories(design.points, dimensions, design.seed)
 
 
 def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from scissordyn.annotation import is_number, shown
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, Quantity, documented
 
-LEVELS = 10  # Levels of an interval in a grid if their number is not given
+GRID_LEVELS = 10  # [levels] of an interval in a grid, by default
 
 LEAST, MOST = np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg
 """Probabilities that keep the quantiles of unbounded distributions finite."""
@@ -51,7 +51,7 @@ class Variation:
 
     def levels(self) -> np.ndarray:
         """Return the values of a grid: quantiles in the middle of equally probable parts, or all given values."""
-        return self.quantile((np.arange(LEVELS) + 0.5) / LEVELS)
+        return self.quantile((np.arange(GRID_LEVELS) + 0.5) / GRID_LEVELS)
 
     @property
     def count(self) -> int:
@@ -141,7 +141,7 @@ class Interval(Uniform):
     """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for."""
 
     kind: ClassVar[str] = "interval"
-    count: Annotated[int, Meaning("number of levels in a grid")] = LEVELS
+    count: Annotated[int, Meaning("number of levels in a grid")] = GRID_LEVELS
     logarithmic: bool = False
 
     def __post_init__(self) -> None:
@@ -349,7 +349,7 @@ def from_plain(plain: Mapping[str, Any]) -> Any:
 DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 """Upper ends of the ranges of nominal diameters [mm], which belong to their range."""
 
-SMALLEST = 1.0  # Smallest nominal diameter [mm]
+DIAMETER_MIN = 1.0  # [mm] smallest nominal diameter
 
 GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {
@@ -375,7 +375,7 @@ DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
 """Distance of the upper limit of a shaft below the nominal diameter [um]."""
 
 TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")
-SIGMAS = 3.0  # Limits of a tolerance field in standard deviations, where it is normal
+FIELD_SIGMAS = 3.0  # [standard deviations] half width of a normal tolerance field
 
 SAMPLE = "'H7/g6 at 10 mm'"
 
@@ -398,8 +398,10 @@ class Fit:
             raise InputError(f"shaft '{self.shaft}'", ", ".join(DEVIATIONS), SAMPLE)
         if not is_number(self.diameter):
             raise InputError(f"a fit at {shown(self.diameter)}", "a diameter [m]", SAMPLE)
-        if not SMALLEST <= self._millimetres <= DIAMETERS[-1]:
-            raise InputError(f"a fit at {self._millimetres:g} mm", f"diameters of {SMALLEST:g} to {DIAMETERS[-1]} mm", SAMPLE)
+        if not DIAMETER_MIN <= self._millimetres <= DIAMETERS[-1]:
+            raise InputError(
+                f"a fit at {self._millimetres:g} mm", f"diameters of {DIAMETER_MIN:g} to {DIAMETERS[-1]} mm", SAMPLE
+            )
 
     @property
     def _millimetres(self) -> float:
@@ -433,7 +435,7 @@ class Fit:
         widths = sorted((0.5 * (self.hole[1] - self.hole[0]), 0.5 * (self.pin[1] - self.pin[0])))
         if not normal:
             return Trapezoid(least, least + widths[0], most - widths[0], most)
-        deviation = float((widths[0] ** 2 + widths[1] ** 2) ** 0.5 / (2.0 * SIGMAS))
+        deviation = float((widths[0] ** 2 + widths[1] ** 2) ** 0.5 / (2.0 * FIELD_SIGMAS))
         return Normal(0.5 * (least + most), deviation, least, most)
 
 

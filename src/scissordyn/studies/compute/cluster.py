@@ -25,7 +25,7 @@ KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 LOGGERS = ("distributed", "tornado.application", "asyncio")
 """Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
 
-PATIENCE = 10.0  # Longest time to the answer of a scheduler [s]
+ANSWER_SECONDS_MAX = 10.0  # [s] longest time to the answer of a scheduler
 
 
 @contextmanager
@@ -48,7 +48,7 @@ def cluster(where: str | Path, folder: Path | None = None, tell: Callable[[str],
             if queue is not None:
                 executor.watch = queue[1].watch
             yield executor
-            wait = PATIENCE
+            wait = ANSWER_SECONDS_MAX
         finally:
             for connection in connected:
                 with suppress(Exception, CancelledError):
@@ -84,9 +84,11 @@ def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], Non
 
 def _connected(distributed: Any, where: Any) -> Any:
     try:
-        return _within(PATIENCE + 1.0, lambda: distributed.Client(where, timeout=PATIENCE, set_as_default=False))
+        return _within(
+            ANSWER_SECONDS_MAX + 1.0, lambda: distributed.Client(where, timeout=ANSWER_SECONDS_MAX, set_as_default=False)
+        )
     except Exception as error:  # what answers may be anything, and the library raises whatever it makes of it
-        reason = " ".join(str(error).split())[:200] or f"no answer within {PATIENCE:g} s"
+        reason = " ".join(str(error).split())[:200] or f"no answer within {ANSWER_SECONDS_MAX:g} s"
         what = f"scheduler '{where}' does not answer: {reason}"
         raise InputError(what, "the address that dask scheduler prints", "tls://host:8786") from None
 

@@ -20,6 +20,7 @@ from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.measure import MEASURES
 from scissordyn.run.trajectory import make_driver
 from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
+from scissordyn.tolerance import CONVERGENCE_TOL
 from scissordyn.units import checked
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # Tolerances from coarse to fine; each is compared with the next two
@@ -28,9 +29,8 @@ STEPS = tuple(2.0**k for k in range(4, -4, -1))
 """The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
 
 MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
-PERTURBATION = 1e-14  # Relative perturbation of the starts of members: round-off
-AGREEING = 2  # Finer levels that a level has to agree with: with one alone two wrong numbers may agree by chance
-NOISE = 2.0  # Number of standard errors of their difference within which two means count as equal
+AGREEING_LEVELS = 2  # [levels] finer ones that a level must agree with: two wrong values may agree by chance
+STANDARD_ERRORS_MAX = 2.0  # [standard errors] of a difference of means over members that count as equal
 
 WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 
@@ -129,11 +129,11 @@ def convergence(
     levels, enough = list[Level](), math.nan
     for setting, variant, changed in tried:
         levels.append(_level(variant, changed, setting, wanted, members, threads))
-        at = len(levels) - 1 - AGREEING
+        at = len(levels) - 1 - AGREEING_LEVELS
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
             enough = levels[at].setting
             break
-    chaotic = any(not level.cause and level.spread > within for level in levels[-AGREEING:])
+    chaotic = any(not level.cause and level.spread > within for level in levels[-AGREEING_LEVELS:])
     return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
 
 
@@ -155,7 +155,7 @@ def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list
 def _level(
     mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
 ) -> Level:
-    starts, over = Perturbed(np.arange(members), PERTURBATION), {"gravity": np.full(members, mechanism.gravity)}
+    starts, over = Perturbed(np.arange(members), CONVERGENCE_TOL), {"gravity": np.full(members, mechanism.gravity)}
     runs = raise_if_interrupted(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
     values = response_values(runs, wanted)
     failed = runs["status"].values != "complete"
@@ -172,6 +172,7 @@ def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
         return False
     reference = finer[-1]
     return all(
-        abs(coarse.value - level.value) <= max(within * abs(reference.value), NOISE * math.hypot(coarse.error, level.error))
+        abs(coarse.value - level.value)
+        <= max(within * abs(reference.value), STANDARD_ERRORS_MAX * math.hypot(coarse.error, level.error))
         for level in finer
     )

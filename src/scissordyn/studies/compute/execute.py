@@ -24,7 +24,7 @@ from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
-from scissordyn.studies.compute.table import column
+from scissordyn.studies.compute.table import CHUNK_CASES_MAX, column
 
 BLOCK_SECONDS = 3.0  # Work of a block [s]: much more than a task costs, and little to lose
 
@@ -32,11 +32,10 @@ TASK_SECONDS = 1e-2
 """Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
 or busy machines."""
 
-BUSY = 0.5  # Fraction of the time that they may be busy, which makes blocks for very many workers longer
-SHARES = 4  # Least blocks for each worker, so that none waits long for the last
-LARGEST_BLOCK = 100_000  # Cases; what a worker holds in memory
-TIMED = 8  # Cases whose time is taken to choose a block
-QUICK = 0.1  # A case longer than that [s] is timed alone
+BUSY_FRACTION_MAX = 0.5  # [-] fraction of the time that a scheduler may be busy; blocks for very many workers are longer
+WORKER_BLOCKS_MIN = 4  # [blocks] for each worker, so that none waits long for the last
+TIMED_CASES = 8  # [cases] whose time is taken to choose a block
+QUICK_CASE_SECONDS = 0.1  # [s] a longer case is timed alone
 
 
 @dataclass(frozen=True)
@@ -81,13 +80,13 @@ def _begin(study: Study, store: Store, block: int | None, workers: int, points: 
             "a measure of the dataset with several members", "a measure of 'accumulators', or members = 1", "members = 1"
         )
     first = simulated(study, np.array([0]), points)
-    chosen = block or min(_block_size(study, workers, points), -(-study.cases // (SHARES * workers)))
+    chosen = block or min(_block_size(study, workers, points), -(-study.cases // (WORKER_BLOCKS_MIN * workers)))
     store.create(study, first, min(chosen, study.cases))
 
 
 def block_seconds(workers: int) -> float:
     """Return the work of a block [s] for a number of workers."""
-    return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY)
+    return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY_FRACTION_MAX)
 
 
 def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
@@ -99,9 +98,9 @@ def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
         return (time.perf_counter() - began) / cases.size
 
     seconds = seconds_of(np.array([0]))
-    if seconds < QUICK:
-        seconds = seconds_of(np.unique(np.linspace(0, study.cases - 1, TIMED).astype(int)))
-    size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, LARGEST_BLOCK))
+    if seconds < QUICK_CASE_SECONDS:
+        seconds = seconds_of(np.unique(np.linspace(0, study.cases - 1, TIMED_CASES).astype(int)))
+    size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, CHUNK_CASES_MAX))
     whole = study.per_point * max(1, size // study.per_point)
     return whole if whole <= 2 * size else size
 

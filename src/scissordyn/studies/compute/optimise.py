@@ -17,8 +17,6 @@ from scissordyn.studies.compute.execute import How, execute
 from scissordyn.studies.compute.store import COMPLETE, PENDING, Store
 from scissordyn.studies.compute.table import about_number, chosen_numbers, column
 
-STEP = 0.3  # First step size of CMA-ES in the unit cube, as its author recommends for ranges
-
 
 @dataclass(frozen=True)
 class Optimum:
@@ -50,7 +48,10 @@ class _Cma:
             "randn": lambda *shape: numbers.standard_normal(shape),
         }
         # the library fails in one dimension: a second one is searched that counts for nothing
-        self.strategy, self.dimensions = cma.CMAEvolutionStrategy([0.5] * max(dimensions, 2), STEP, options), dimensions
+        self.strategy, self.dimensions = (
+            cma.CMAEvolutionStrategy([0.5] * max(dimensions, 2), sigma0=0.3, inopts=options),
+            dimensions,
+        )
         self.largest = -np.inf
 
     def ask(self) -> np.ndarray:

@@ -19,20 +19,19 @@ from scissordyn.file.output_file import put_file, remove_unfinished
 from scissordyn.run.demand import check_cases
 from scissordyn.run.engine import STATES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
-from scissordyn.studies.ask.design import Design
+from scissordyn.studies.ask.design import INTEGER_MAX, Design
 from scissordyn.studies.compute import table
+from scissordyn.warning import LISTED_MAX
 
 PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending
-FORMAT = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
-APPLICATION = 0x73636973  # `application_id` of the file, "scis"
+FORMAT_VERSION = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
+APPLICATION_ID = 0x73636973  # `application_id` of the file, "scis"
 
 NOTES = ("study", "fingerprint", "columns", "block", "cases")
 TIMES = ("seconds", "integration_seconds", "cases", "attempts")
 TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # Meaning of the columns of text
 
-LARGEST_COUNT = 2**62  # SQLite has integers of 64 bits
-SHOWN = 8  # Damaged cases that are named
-PATIENCE = 60.0  # Longest time that a writer waits for readers [s]
+LOCK_SECONDS_MAX = 60.0  # [s] longest time that a writer waits for readers
 
 
 class StoreError(ScissordynError):
@@ -82,10 +81,10 @@ class Store:
         except table.BROKEN:
             pragmas = [0, 0]
         application, version = pragmas
-        if application != APPLICATION:
+        if application != APPLICATION_ID:
             raise self._no_study(path)
-        if version != FORMAT:
-            what = f"'{path}' is a study of format {version}, and not of format {FORMAT}"
+        if version != FORMAT_VERSION:
+            what = f"'{path}' is a study of format {version}, and not of format {FORMAT_VERSION}"
             raise InputError(what, "the version of scissordyn that made it", "-o another.db")
         return True
 
@@ -126,8 +125,8 @@ class Store:
                 _note(connection, name, value)
             yield connection
             connection.execute("COMMIT")
-            connection.execute(f"PRAGMA application_id = {APPLICATION}")
-            connection.execute(f"PRAGMA user_version = {FORMAT}")
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {FORMAT_VERSION}")
             content = connection.serialize()
         with _one_line(self.path):
             if not instead and not self.begun():
@@ -151,7 +150,7 @@ class Store:
 
     def _connect(self) -> sqlite3.Connection:
         uri = f"{Path(os.path.realpath(self.path)).as_uri()}?mode=rw"
-        connection = sqlite3.connect(uri, timeout=PATIENCE, uri=True, isolation_level=None, check_same_thread=False)
+        connection = sqlite3.connect(uri, timeout=LOCK_SECONDS_MAX, uri=True, isolation_level=None, check_same_thread=False)
         connection.text_factory = bytes  # a changed byte may be no text
         connection.execute("PRAGMA cell_size_check = 1")
         return connection
@@ -235,7 +234,7 @@ class Store:
     def _count(self, name: str) -> int:
         count = self._value(name)
         with self._sound(name):
-            return whole_number(name, count, 1, LARGEST_COUNT)
+            return whole_number(name, count, 1, INTEGER_MAX)
 
     # --- rows -----------------------------------------------------------------------------------------------------------
 
@@ -340,7 +339,7 @@ class Store:
             try:
                 connection.execute("PRAGMA busy_timeout = 0")
                 connection.execute("BEGIN IMMEDIATE")
-                connection.execute(f"PRAGMA busy_timeout = {int(1e3 * PATIENCE)}")
+                connection.execute(f"PRAGMA busy_timeout = {int(1e3 * LOCK_SECONDS_MAX)}")
                 if os.stat(self.path).st_ino == number:
                     return connection
             except BaseException as error:
@@ -394,8 +393,8 @@ class Store:
 
 def damage_text(damaged: Mapping[int, str]) -> str:
     """Return the cases of damaged rows in words."""
-    shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:SHOWN]]
-    more = [f"{len(damaged) - SHOWN} more"] if len(damaged) > SHOWN else []
+    shown = [f"{number} ({why})" for number, why in sorted(damaged.items())[:LISTED_MAX]]
+    more = [f"{len(damaged) - LISTED_MAX} more"] if len(damaged) > LISTED_MAX else []
     what = "row is damaged and its case" if len(damaged) == 1 else "rows are damaged and their cases"
     return f"{len(damaged)} {what} pending: {', '.join(shown + more)}"
 

@@ -19,8 +19,8 @@ from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.studies.ask.description import Study
 
-MOST_COLUMNS = 1900  # SQLite has at most 2000 columns in a table; the numbers of wider cases are the bytes of one column
-PART = 100_000  # Rows that are read at once
+CHUNK_CASES_MAX = 100_000  # [cases] in memory at once: in a block of a worker, or read from the file
+COLUMNS_MAX = 1900  # [columns] SQLite has at most 2000 in a table; wider cases are the bytes of one column
 FIRST = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before those of its numbers
 BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # Errors of reading a file with changed bytes
 ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
@@ -88,7 +88,7 @@ class Columns:
     @property
     def names(self) -> list[str]:
         numbers = [name for array in self.arrays for name in array.columns]
-        return [*FIRST, *(["numbers"] if self.width > MOST_COLUMNS else numbers)]
+        return [*FIRST, *(["numbers"] if self.width > COLUMNS_MAX else numbers)]
 
     def matrix(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the values of some cases, one row each; NaN where a case has none."""
@@ -164,7 +164,7 @@ def quoted(name: str) -> str:
 def create(connection: sqlite3.Connection, columns: Columns) -> None:
     """Make the tables of cases, blocks and notes."""
     numbers = columns.names[len(FIRST) :]
-    kind = "BLOB" if columns.width > MOST_COLUMNS else "REAL"
+    kind = "BLOB" if columns.width > COLUMNS_MAX else "REAL"
     texts = "number INTEGER PRIMARY KEY, status INTEGER, cause TEXT, warnings TEXT, digest BLOB"
     connection.execute(f"CREATE TABLE cases ({', '.join([texts, *(f'{quoted(name)} {kind}' for name in numbers)])})")
     connection.execute(
@@ -202,7 +202,7 @@ class Rows:
 
 def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None:
     """Write rows of the table of cases."""
-    wide, cells = columns.width > MOST_COLUMNS, []
+    wide, cells = columns.width > COLUMNS_MAX, []
     for number, code, text, numbers in zip(rows.cases.tolist(), rows.status.tolist(), rows.texts, rows.matrix, strict=True):
         content = numbers.tobytes()
         digest = _row_digest(number, code, content, *(part.encode() for part in text))
@@ -217,8 +217,8 @@ def read(connection: sqlite3.Connection, columns: Columns, cases: int) -> Rows:
     query = f"SELECT {', '.join(map(quoted, columns.names))} FROM cases WHERE number BETWEEN ? AND ?"
     numbers, status, texts = list[int](), list[int](), list[tuple[str, str]]()
     content, damaged = bytearray(), dict[int, str]()
-    for first in range(0, cases, PART):
-        rows, unreadable = _readable(connection, query, first, min(first + PART, cases) - 1)
+    for first in range(0, cases, CHUNK_CASES_MAX):
+        rows, unreadable = _readable(connection, query, first, min(first + CHUNK_CASES_MAX, cases) - 1)
         damaged |= dict.fromkeys(unreadable, UNREADABLE)
         for row in rows:
             if (whole := _whole_numbers(row, columns.width)) is None:
@@ -236,7 +236,7 @@ def _whole_numbers(row: Sequence[Any], width: int) -> bytes | None:
     """Return the values of a row as bytes, with NULL as NaN; None if the row differs from what was written."""
     number, status, cause, warned, right, *values = row
     try:
-        content = values[0] if width > MOST_COLUMNS else pack(f"{width}d", *(NAN if v is None else v for v in values))
+        content = values[0] if width > COLUMNS_MAX else pack(f"{width}d", *(NAN if v is None else v for v in values))
         same = len(content) == 8 * width and right == _row_digest(number, status, content, cause, warned)
     except (TypeError, error):
         return None

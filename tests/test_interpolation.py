@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from scissordyn.components.film.impedance import SHARP, WIDEST
-from scissordyn.integrate.history import NODES, TRANSFORM
+from scissordyn.components.film.impedance import DIRECTION_WIDTH, WIDEST
+from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM
 from scissordyn.interpolation import gauss_rule, lagrange_polynomials
 
 
@@ -37,11 +37,11 @@ def test_lagrange_polynomials_at_their_nodes() -> None:
 def test_transform_inverts_the_powers_of_its_nodes() -> None:
     """Cross-check: nodes are Chebyshev's, and the transform is the inverse of their powers, rounded once."""
     with mp.workdps(50):
-        assert [float(-mp.cos(k * mp.pi / 7)) for k in range(8)] == NODES.tolist()
-        inverse = mp.inverse(mp.matrix([[mp.mpf(x) ** k for k in range(8)] for x in NODES.tolist()]))
+        assert [float(-mp.cos(k * mp.pi / 7)) for k in range(8)] == CHEBYSHEV_NODES.tolist()
+        inverse = mp.inverse(mp.matrix([[mp.mpf(x) ** k for k in range(8)] for x in CHEBYSHEV_NODES.tolist()]))
         assert [[float(inverse[i, j]) for j in range(8)] for i in range(8)] == TRANSFORM.tolist()
 
 
 def test_range_of_directions() -> None:
     """Closed form: the nodes of the film's table reach a quarter turn to both sides."""
-    assert SHARP * math.sinh(WIDEST) == pytest.approx(0.5 * math.pi, rel=1e-15)
+    assert DIRECTION_WIDTH * math.sinh(WIDEST) == pytest.approx(0.5 * math.pi, rel=1e-15)

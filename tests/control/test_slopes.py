@@ -11,7 +11,7 @@ from scissordyn.components.time_function import Harmonic, Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
-from scissordyn.integrate.history import NODES, TRANSFORM, make_history
+from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM, make_history
 
 REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)
 TIME = 0.3
@@ -34,10 +34,10 @@ def controlled_state(laws):
     signals = content.state.initial_history.size
     if signals:
         history = make_history(signals, 10)
-        wave = np.sin(8.0 * (TIME - 0.25 + 0.05 * NODES))
+        wave = np.sin(8.0 * (TIME - 0.25 + 0.05 * CHEBYSHEV_NODES))
         for signal in range(signals):
             history[0, :2] = TIME - 0.3, 0.1
-            history[0, 2 + signal * NODES.size :][: NODES.size] = TRANSFORM @ wave
+            history[0, 2 + signal * CHEBYSHEV_NODES.size :][: CHEBYSHEV_NODES.size] = TRANSFORM @ wave
         handle.exchange("state", history=history)
         content.state.history_length[0] = 1
     return handle, state, n

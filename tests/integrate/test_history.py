@@ -9,14 +9,14 @@ import pytest
 from course import polynomials, run, waves
 
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.history import NODES, make_history, up_to_multiple
+from scissordyn.integrate.history import CHEBYSHEV_NODES, make_history, up_to_multiple
 
 
 def looked_back(row: np.ndarray, signal: int, t: float) -> float:
     """A signal at an instant of a row's step, by the series in s = -1 .. 1."""
     s = 2.0 * (t - row[0]) / row[1] - 1.0
-    first = 2 + signal * NODES.size
-    return float(np.polynomial.Polynomial(row[first : first + NODES.size])(s))
+    first = 2 + signal * CHEBYSHEV_NODES.size
+    return float(np.polynomial.Polynomial(row[first : first + CHEBYSHEV_NODES.size])(s))
 
 
 def test_recorded_signals(name):
@@ -71,4 +71,4 @@ def test_room_for_history():
     found = run("dopri5", 1.0, signals=polynomials((1.0,)), delays=(0.1,), first=0.05, history=4)
     assert found.status == loop.HISTORY_FULL
     assert int(found.state.history_length[0]) == 4
-    assert make_history(3, 7).shape == (7, 2 + 3 * NODES.size)
+    assert make_history(3, 7).shape == (7, 2 + 3 * CHEBYSHEV_NODES.size)

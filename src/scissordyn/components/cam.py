@@ -19,7 +19,6 @@ from scissordyn.units import Meaning, Pairs, Quantity
 
 PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over the angle from its body's x axis, a whole turn")
 
-TURN = 2.0 * math.pi
 
 FIRST_NODE = 4
 
@@ -33,7 +32,7 @@ START_DEPTH_FRACTION = 0.01  # Largest initial depth of a follower in the profil
 @kernel
 def pitch_at(angle, table, count):
     """Return the radius of the pitch curve in a direction [m], and its first two derivatives by the angle."""
-    step = TURN / count
+    step = math.tau / count
     part = angle / step
     part = part - count * math.floor(part / count)
     low = min(int(part), count - 1)
@@ -115,7 +114,7 @@ class Cam:
         label = f"cam '{self.name}'"
         check_curve(label, self.profile, PROFILE, periodic=True)
         turn = self.profile[-1][0] - self.profile[0][0]
-        if abs(turn - TURN) > 1e-9:
+        if abs(turn - math.tau) > 1e-9:
             raise InputError(f"{label}: a profile over {math.degrees(turn):.6g} deg", "angles over a whole turn, 0 to 360 deg")
         if not min(radius for _, radius in self.profile) > 0.0 or len(self.profile) < 5:
             raise InputError(f"{label}: a profile of {len(self.profile)} pairs", "five or more, with radii > 0")
@@ -126,12 +125,12 @@ class Cam:
         angle, radius = self._pitch()
         from scipy.interpolate import CubicSpline
 
-        nodes = np.linspace(0.0, TURN, PITCH_NODES + 1)
-        at = CubicSpline(np.append(angle, angle[0] + TURN), np.append(radius, radius[0]), bc_type="periodic")(nodes)
+        nodes = np.linspace(0.0, math.tau, PITCH_NODES + 1)
+        at = CubicSpline(np.append(angle, angle[0] + math.tau), np.append(radius, radius[0]), bc_type="periodic")(nodes)
         at[-1] = at[0]
         slopes = CubicSpline(nodes, at, bc_type="periodic")(nodes, 1)
         table = np.stack([at, slopes], axis=1)[:-1].ravel()
-        there = float(np.interp(math.atan2(start[1], start[0]) % TURN, nodes, at))
+        there = float(np.interp(math.atan2(start[1], start[0]) % math.tau, nodes, at))
         here = math.hypot(start[0], start[1])
         if there - here > START_DEPTH_FRACTION * there:
             raise InputError(
@@ -146,7 +145,7 @@ class Cam:
 
         angles, radii = np.array(self.profile, float).T
         curve = CubicSpline(angles, radii, bc_type="periodic")
-        angle = self.profile[0][0] + np.linspace(0.0, TURN, count, endpoint=False)
+        angle = self.profile[0][0] + np.linspace(0.0, math.tau, count, endpoint=False)
         return angle, curve(angle), curve(angle, 1), curve(angle, 2)
 
     def _pitch(self) -> tuple[np.ndarray, np.ndarray]:

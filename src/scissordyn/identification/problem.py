@@ -25,8 +25,6 @@ from scissordyn.studies.ask.distribution import Interval, Normal, Variation
 if TYPE_CHECKING:
     from scissordyn.identification.start import Chart
 
-TURN = 2.0 * math.pi
-
 
 class FailedRunError(Exception):
     """Run that did not reach the end of its record."""
@@ -257,7 +255,7 @@ class Problem:
         """Return the residuals of a jump between two segments."""
         difference = after.first - before.last
         angles = difference.size // 6  # for each body: one angle, one angular velocity, two coordinates and two velocities
-        difference[:angles] -= TURN * np.round(difference[:angles] / TURN)
+        difference[:angles] -= math.tau * np.round(difference[:angles] / math.tau)
         return np.asarray(difference / self.jumps)
 
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:

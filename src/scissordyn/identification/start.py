@@ -15,7 +15,7 @@ from scissordyn.analysis.agreement import Measured
 from scissordyn.components.port import AXIS
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.export import TimeColumn
-from scissordyn.identification.problem import TURN, FailedRunError, Problem, Segment, columns_of, curves, motion
+from scissordyn.identification.problem import FailedRunError, Problem, Segment, columns_of, curves, motion
 from scissordyn.kinematics.assembly import Held, Start, assemble, natural_state, placed_start
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
@@ -202,7 +202,7 @@ def estimated_start(
 def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
     """Return the full turns between the measured angles and those of a run at the first instant [rad], shape (columns,)."""
     is_angle = np.array([unit == "rad" for unit in record.units])
-    return np.where(is_angle, TURN * np.round((record.values[0] - shown[0]) / TURN), 0.0)
+    return np.where(is_angle, math.tau * np.round((record.values[0] - shown[0]) / math.tau), 0.0)
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:

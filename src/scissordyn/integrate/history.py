@@ -15,16 +15,16 @@ from scissordyn.integrate.step import place
 from scissordyn.interpolation import lagrange_polynomials
 from scissordyn.kernel import kernel
 
-COEFFICIENTS = 8  # Number of coefficients of a signal; the dense output of the most accurate method has degree seven
+SIGNAL_COEFFICIENTS = 8  # Number of coefficients of a signal; the dense output of the most accurate method has degree seven
 
 _INNER = (0.2225209339563144, 0.6234898018587335, 0.9009688679024191)  # cos(k pi/7), k = 3, 2, 1
-NODES: np.ndarray = np.array((-1.0, *(-x for x in reversed(_INNER)), *_INNER, 1.0))
-TRANSFORM: np.ndarray = np.array(lagrange_polynomials(NODES), float).T.copy()
+CHEBYSHEV_NODES: np.ndarray = np.array((-1.0, *(-x for x in reversed(_INNER)), *_INNER, 1.0))
+TRANSFORM: np.ndarray = np.array(lagrange_polynomials(CHEBYSHEV_NODES), float).T.copy()
 """Matrix from values at the nodes to coefficients; its condition number is about a thousand."""
 
 
 def make_history(signals: int, steps: int = 4096) -> np.ndarray:
-    return np.zeros((steps, 2 + COEFFICIENTS * signals))
+    return np.zeros((steps, 2 + SIGNAL_COEFFICIENTS * signals))
 
 
 @kernel
@@ -47,8 +47,8 @@ def keep_history(record, T, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
     if not h > 0.0:
         return
-    for node in range(NODES.size):
-        part = 0.5 * (1.0 + NODES[node])
+    for node in range(CHEBYSHEV_NODES.size):
+        part = 0.5 * (1.0 + CHEBYSHEV_NODES[node])
         dense_value(place(w.scaling[0], part), T.pattern, s.y, w.dense, w.inside)
         record(t + part * h, w.inside, S, w.signals[node])
     keep_values(t, h, s, w)
@@ -60,9 +60,9 @@ def keep_values(t, h, s, w):
     row = s.history[s.history_length[0]]
     row[0], row[1] = t, h
     for signal in range(w.signals.shape[1]):
-        for k in range(NODES.size):
+        for k in range(CHEBYSHEV_NODES.size):
             total = 0.0
-            for node in range(NODES.size):
+            for node in range(CHEBYSHEV_NODES.size):
                 total += TRANSFORM[k, node] * w.signals[node, signal]
-            row[2 + signal * NODES.size + k] = total
+            row[2 + signal * CHEBYSHEV_NODES.size + k] = total
     s.history_length[0] += 1

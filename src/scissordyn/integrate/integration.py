@@ -6,21 +6,21 @@ from typing import Annotated, Any, NamedTuple, get_args
 
 import numpy as np
 
-from scissordyn.integrate.history import NODES
+from scissordyn.integrate.history import CHEBYSHEV_NODES
 from scissordyn.integrate.tableau import Tableau, arrays_of
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, fields_of, opener
 
-MONITORED = 3  # Monitored values of a row: the largest value of the first is kept, and all are integrated
+MONITORED_VALUES = 3  # Monitored values of a row: the largest value of the first is kept, and all are integrated
 RESET_DATA = 3  # Number of values that a reset may write into the event log
 SPARE_ROWS = 4  # Rows of `Work.monitored` for points inside a step: three equidistant ones, and one for the search of a maximum
-HALVINGS = 12  # Largest number of halvings between two probes in search of a rise that is followed by a fall
+HALVINGS_MAX = 12  # Largest number of halvings between two probes in search of a rise that is followed by a fall
 
 TIME, GUARD, MODE, DATA = range(4)
 ENDED = DATA + RESET_DATA
 """Columns of the event log: instant, guard, new mode, data of the reset from `DATA` on, and the peak from `ENDED` on."""
 
 LARGEST, WHEN, INTEGRAL = range(3)
-STRUCK = INTEGRAL + MONITORED
+STRUCK = INTEGRAL + MONITORED_VALUES
 PEAK_COLUMNS = STRUCK + 2
 """Columns of `State.peak`: largest value, its instant, integrals from `INTEGRAL` on, a second value and its instant.
 
@@ -96,7 +96,7 @@ class State(NamedTuple):
     mass: F1  # (guards,) second value that belongs to the mode
     reference: F1  # angles including full turns
     total: Annotated[F1, "quadratures"]
-    monitored: Annotated[F2, "rows", MONITORED]  # at the present instant
+    monitored: Annotated[F2, "rows", MONITORED_VALUES]  # at the present instant
     peak: Annotated[F2, "rows", PEAK_COLUMNS]  # since the last rise
     band: Annotated[F2, "monitors", 3]
     history: Annotated[F2, 0, 2]  # (steps, 2 + signals * coefficients), see `history`
@@ -134,7 +134,8 @@ class Work(NamedTuple):
     right_rate: Annotated[F1, "guards"]
     end_value: Annotated[F1, "guards"]
     end_rate: Annotated[F1, "guards"]
-    ends: Annotated[F2, HALVINGS + 1, 4]  # places still to be searched for a crossing: place, value, rate and the cubic's error
+    # places still to be searched for a crossing: place, value, rate and the cubic's error
+    ends: Annotated[F2, HALVINGS_MAX + 1, 4]
     saved_mode: Annotated[I1, "guards"]
     trial_mode: Annotated[I1, "guards"]
     trial_memory: Annotated[F1, "guards"]
@@ -150,12 +151,12 @@ class Work(NamedTuple):
     power_at_start: Annotated[F1, "quadratures"]
     gain: Annotated[F2, "terms", "quadratures"]  # dense output of the integrals of an explicit step
     # (explicit) stages, or start, nodes and end; then `SPARE_ROWS`
-    monitored: Annotated[F3, "points", "rows", MONITORED]
+    monitored: Annotated[F3, "points", "rows", MONITORED_VALUES]
     reads_start: I1  # (rows+1,) ranges in `reads`; an empty range means all entries of y
     reads: I1  # entries of y that a guard or a monitored row depends on
     companion: I1  # (guards,) monitored row whose largest value is logged with the guard's, -1 for none
     delays: F1  # (delays,) steps end on their multiples
-    signals: Annotated[F2, NODES.size, "signals"]
+    signals: Annotated[F2, CHEBYSHEV_NODES.size, "signals"]
     # output of `accept`: whether the state changed, the longest next step [s], the fastest rotation [1/s]
     accepted: Annotated[F1, 3]
     scaling: Annotated[I1, 1]  # kind of time inside the present step, see `step.fraction`
@@ -242,7 +243,7 @@ def make_work(
         "terms": method.pattern.size,
         "evaluations": max(method.gauss.size + 1, method.nodes.size),
         "points": max(method.gauss.size + 2, method.nodes.size) + SPARE_ROWS,
-        "signals": (state.history.shape[1] - 2) // NODES.size,
+        "signals": (state.history.shape[1] - 2) // CHEBYSHEV_NODES.size,
     }
     reads_start, listed = (np.zeros(rows + 1, np.int64), np.zeros(0, np.int64)) if reads is None else reads
     ready = {"companion": np.full(guards, -1), "reads_start": reads_start, "reads": listed, "delays": np.array(delays, float)}

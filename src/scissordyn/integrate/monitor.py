@@ -37,7 +37,6 @@ accurate than dense output. Exceptions: all stages are further below it than the
 
 STEADY_SLOPE_FRACTION = 0.5  # A value rises to the end of a step if its slope there is at least this fraction of the mean slope
 
-GOLDEN_SECTION = 0.3819660112501051  # Golden section, (3 - sqrt(5)) / 2
 
 MAXIMUM_TOL = 1e-7  # Accuracy of a maximum as a fraction of the step; the parabola is flat to round-off below it
 
@@ -304,7 +303,7 @@ def refine_peak(problem, T, row, low, best, high, value, t, h, s, w, S):
                 move, golden = p / q, False
         if golden:
             before = (low if best >= middle else high) - best
-            move = GOLDEN_SECTION * before
+            move = 0.5 * (3.0 - math.sqrt(5.0)) * before  # golden section
         theta = best + (move if abs(move) >= MAXIMUM_TOL else math.copysign(MAXIMUM_TOL, move))
         if not low <= theta <= high:
             break

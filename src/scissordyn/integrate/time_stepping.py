@@ -30,7 +30,7 @@ from scissordyn.integrate.advance import (
 )
 from scissordyn.integrate.control import REMAINDER_FRACTION
 from scissordyn.integrate.event import sign_of
-from scissordyn.integrate.history import NODES, keep_values, up_to_multiple
+from scissordyn.integrate.history import CHEBYSHEV_NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
     DATA,
     ENDED,
@@ -49,14 +49,13 @@ from scissordyn.integrate.integration import (
     open_integration,
 )
 from scissordyn.kernel import F1, F2, I1, kernel, opener
+from scissordyn.tolerance import CONVERGENCE_TOL, EVENT_TOL
 
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
 """Columns of `Touching.result` that are used here, see `mechanics.hard_contact`."""
 
 FORCED_STEP_FRACTION = 1.0 / 64.0  # A step that is too long is made anyway below this fraction of the chosen size
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # Step requests and step status, see `mechanics.hard_rows`
-IMPACT_TIME_TOL = 1e-14  # Accuracy of the instant of an impact as a fraction of the step
-EVENT_TIME_TOL = 1e-9  # Accuracy of the instant of other events as a fraction of the step
 
 JUMP_FRACTION = 1e-3  # Fraction of the whole step's penetration above which an impact elsewhere has made the located gap jump
 
@@ -142,9 +141,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     while K.impact[1] > STEP:
         h, last = min(0.5 * h, K.longest[0]), False
         counts.rejected += 1
-        K.impact[1] = (
-            STEP if h > FORCED_STEP_FRACTION * K.size[0] else AS_DEEP if h > EVENT_TIME_TOL * K.size[0] else IN_ANY_CASE
-        )
+        K.impact[1] = STEP if h > FORCED_STEP_FRACTION * K.size[0] else AS_DEEP if h > EVENT_TOL * K.size[0] else IN_ANY_CASE
         jumps.step(t, h, s.y, w.new, S, H)
     strikes, whole = False, h
     # end on the first event, if the step has one
@@ -239,7 +236,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     """
     high, above = h, penetration_at_end(jumps, t + h, s, w, S, H, K)
     low, below, deep = 0.0, 0.0, above
-    near = IMPACT_TIME_TOL * h if K.locate[0] == 1 else EVENT_TIME_TOL * h
+    near = CONVERGENCE_TOL * h if K.locate[0] == 1 else EVENT_TOL * h
     # halve until nothing is crossed
     while high > near:
         tried = 0.5 * high
@@ -414,8 +411,8 @@ def pass_guards(problem, now, s, w, S, K, log):
 @kernel
 def keep_linear(record, t, h, s, w, S):
     """Add the step just made, of size h from t, to the history."""
-    for node in range(NODES.size):
-        part = 0.5 * (1.0 + NODES[node])
+    for node in range(CHEBYSHEV_NODES.size):
+        part = 0.5 * (1.0 + CHEBYSHEV_NODES[node])
         for i in range(s.y.size):
             w.inside[i] = (1.0 - part) * s.y[i] + part * w.new[i]
         record(t + part * h, w.inside, S, w.signals[node])

@@ -6,6 +6,7 @@ Linear constraints are eliminated; those of lengths, moving guides, rods and cou
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -13,13 +14,10 @@ from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
-from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
-from scissordyn.tolerance import ASSEMBLY_TOL
-
-CLOSURE_TOL = 1e-13  # Largest residual of a closed position; all maps are of the order of one
+from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
 
 
 def check_tables(plan: Plan, until: float) -> None:
@@ -143,7 +141,7 @@ class Closure:
         """Return the angles in couplings, on the turn nearest to the count in z."""
         last, (x, y) = z[..., self.natural.total :], np.moveaxis(maps[..., self.turns, :], -1, 0)
         beyond = np.arctan2(y, x) - last
-        return np.asarray(last + beyond - TURN * np.floor(beyond / TURN + 0.5))
+        return np.asarray(last + beyond - math.tau * np.floor(beyond / math.tau + 0.5))
 
     def _slopes(self, maps: np.ndarray) -> np.ndarray:
         """Return the derivatives of the parts by their vectors."""
@@ -210,7 +208,7 @@ class Closure:
         Shapes: `guess` (nZ,); returns (nZ,).
         """
         z = self.of_unknowns(self.known_at(inputs), guess)
-        allowed = CLOSURE_TOL + 1e-15 * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2  # tolerance plus round-off
+        allowed = CONSTRAINT_TOL + 1e-15 * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2  # tolerance plus round-off
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = np.max(np.abs(residual), initial=0.0)
@@ -270,7 +268,7 @@ class Closure:
                 z[:, self.natural.total + k] = first
                 continue
             placed = self.plan.mechanism.body(name).placed_angle
-            apart = TURN * round((first - placed) / TURN)  # the motion may begin some turns away
+            apart = math.tau * round((first - placed) / math.tau)  # the motion may begin some turns away
             z[:, self.natural.total + k] = angle[:, index[name]] + apart
         return self._count_turns(z)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scissordyn.kinematics.closure import Closure
-from scissordyn.tolerance import ASSEMBLY_TOL
+from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
 
 SEARCH_DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
 DIFFERENCE_FRACTION = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
@@ -137,7 +137,7 @@ class Unfolding:
             size = float(np.max(np.abs(change / unit)))
             if not np.isfinite(size):
                 return None
-            if size < 1e-13 or (size < ASSEMBLY_TOL and size >= 0.5 * last):
+            if size < CONSTRAINT_TOL or (size < ASSEMBLY_TOL and size >= 0.5 * last):
                 return point
             change, last = change / max(1.0, 2.0 * size), size
             point = self.at(point.a + change[0], point.place + change[1], point.z)

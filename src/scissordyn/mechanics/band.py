@@ -7,12 +7,12 @@ exchanges the elimination takes half as many operations and starts at the first 
 from __future__ import annotations
 
 from scissordyn.kernel import kernel, vanishes
-from scissordyn.mechanics.lanes import SHORT, row_times, take_row
+from scissordyn.mechanics.lanes import BAND_LANES, row_times, take_row
 
 
 def width(lower: int, upper: int) -> int:
     """Return the number of columns of the band array for `lower` and `upper` off-diagonals."""
-    return 2 * lower + upper + SHORT
+    return 2 * lower + upper + BAND_LANES
 
 
 @kernel

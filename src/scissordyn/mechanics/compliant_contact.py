@@ -28,8 +28,6 @@ MISFIT_TOL, NEGLIGIBLE_FRACTION = 1e-4, 1e-7
 DIFFERENCE, SLIP_DIFFERENCE = 1e-5, 1e-9
 """Relative step of the numerical derivatives of laws, and the smallest step of slip speeds [m/s]."""
 
-CORRECTIONS = 3  # Newton corrections of an internal state of friction
-
 
 @kernel
 def normal_at(i, delta, rate, S, H):
@@ -53,7 +51,7 @@ def friction_at(i, slip, normal, y, S, H):
     z, dz, first, h = H.work.bristle[:states], S.work.state_work[0, :states], 2 * M.n + M.state_start[j], H.work.size[0]
     for k in range(states):
         z[k] = y[first + k]
-    for _ in range(CORRECTIONS if states > 0 else 0):
+    for _ in range(3 if states > 0 else 0):  # Newton steps for an internal state of friction
         # implicit Euler, z = z_0 + h z'(z), by Newton's method with a numerical slope
         for k in range(states):
             friction_force(P.law[j].friction, slip, normal, z, dz, P.friction[j])

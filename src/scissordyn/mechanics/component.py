@@ -21,12 +21,12 @@ from scissordyn.mechanics.time_function import motion_at
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS = range(8)
 """Places of `declaration.CONTEXT`."""
 
-DIFFERENCE = 1e-7
+DIFFERENCE_STEP = 1e-7
 """Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
 
-DIFFERENCE_AT_ZERO = 1e-2 * DIFFERENCE  # Smallest step of coordinates and rates, in their unit
+DIFFERENCE_STEP_MIN = 1e-2 * DIFFERENCE_STEP  # [m, rad, m/s, rad/s] smallest step of coordinates and rates
 
-STATE_DIFFERENCE = 1e-5
+STATE_STEP_FRACTION = 1e-5
 """Smallest step of a state, relative to its scale; coarse enough if only its difference to a large coordinate matters."""
 
 
@@ -147,7 +147,7 @@ def port_slopes(t, i, S, z):
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
     W.context[DIFFERENCES] = 1.0
     for k in range(2 * coordinates + z.size + 1):
-        h = DIFFERENCE * (1.0 + abs(t))
+        h = DIFFERENCE_STEP * (1.0 + abs(t))
         apart = 2.0 * h
         if k == 2 * coordinates + z.size:
             if M.component_timed[i] == 0:
@@ -161,13 +161,13 @@ def port_slopes(t, i, S, z):
         else:
             argument, place, least = z, k - 2 * coordinates, 0.0
             if k < coordinates:
-                argument, place, least = W.coordinates[i], k, DIFFERENCE_AT_ZERO
+                argument, place, least = W.coordinates[i], k, DIFFERENCE_STEP_MIN
             elif k < 2 * coordinates:
-                argument, place, least = W.coordinate_rates[i], k - coordinates, DIFFERENCE_AT_ZERO
+                argument, place, least = W.coordinate_rates[i], k - coordinates, DIFFERENCE_STEP_MIN
             else:
-                least = STATE_DIFFERENCE * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
+                least = STATE_STEP_FRACTION * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
             here = argument[place]
-            h = max(DIFFERENCE * abs(here), least)
+            h = max(DIFFERENCE_STEP * abs(here), least)
             # a state acts by its small difference to a coordinate, so the round-off of here + h must not enter
             apart = (here + h) - (here - h) if z.size > 0 else 2.0 * h
             argument[place] = here + h

@@ -12,9 +12,7 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.rotation import counted_angle
 
-HALF_SQUARE, LENGTH = -1, -2
-
-ANGLE = 0  # Any number >= 0: index of the reference
+ANGLE, HALF_SQUARE, LENGTH = 0, -1, -2  # Kinds of a part; any number from `ANGLE` on is the index of its reference
 
 
 @kernel

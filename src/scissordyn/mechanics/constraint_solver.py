@@ -11,14 +11,12 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
+from scissordyn.tolerance import CONSTRAINT_TOL
 
-DRIFT_TOL = 1e-13  # Relative error of constraints and their rates above which they are projected
-
-MONITORED_RATIO = 0.1
+MONITORED_RATIO_MAX = 0.1
 """Gradients are monitored if the root of the smallest pivot of Phi Phi^T is below this fraction of the largest root so far."""
 
 ROTATION_STEP = 1e-6  # Rotation of the fastest body over which the rate of that root is differenced [rad]
-REPETITIONS = 3  # Newton steps of a projection; drift within a step needs one
 
 
 @kernel
@@ -221,9 +219,9 @@ def project(t, y, S):
         return False
     changed = False
     # positions by Newton's method, the first of (R7)
-    for _ in range(REPETITIONS):
+    for _ in range(3):  # Newton steps; drift within a step needs one
         map_directions(S, W.X, W.direction)
-        if not value_errors(S) > DRIFT_TOL or factorize_constraints(S) >= 0:
+        if not value_errors(S) > CONSTRAINT_TOL or factorize_constraints(S) >= 0:
             break
         solve_constraints(S, W.work[:m])
         subtract_gradients(S, W.work, y, 0)
@@ -234,7 +232,7 @@ def project(t, y, S):
     fastest, worst = velocity_errors(S), 0.0
     for k in range(m):
         worst = max(worst, abs(W.work[k]))
-    if worst > DRIFT_TOL * fastest and factorize_constraints(S) < 0:
+    if worst > CONSTRAINT_TOL * fastest and factorize_constraints(S) < 0:
         solve_constraints(S, W.work[:m])
         subtract_gradients(S, W.work, y, n)
         for i in range(n):
@@ -278,7 +276,7 @@ def singular_ahead(fastest, S):
         return math.inf
     measure = dependence(S)
     W.near[0] = max(W.near[0], measure)
-    if measure > MONITORED_RATIO * W.near[0]:
+    if measure > MONITORED_RATIO_MAX * W.near[0]:
         return math.inf
     # suspected from the last factorization: factorize at this position
     map_directions(S, W.X, W.direction)
@@ -287,7 +285,7 @@ def singular_ahead(fastest, S):
     measure = dependence(S)
     W.near[0] = max(W.near[0], measure)
     W.near[1] = measure / W.near[0]
-    if measure > MONITORED_RATIO * W.near[0]:
+    if measure > MONITORED_RATIO_MAX * W.near[0]:
         return math.inf
     # near the singular position the root is linear: extrapolate it along the motion
     step = ROTATION_STEP / fastest

@@ -16,9 +16,9 @@ from scissordyn.mechanics.constraint_solver import factorize_constraints, map_di
 from scissordyn.mechanics.force_element import add_forces, add_torques, map_values
 from scissordyn.mechanics.port import port_forces
 from scissordyn.mechanics.rail import ACROSS, write_rows
+from scissordyn.tolerance import ROUND_OFF_TOL
 
-ROUND_OFF = 1e-24  # Squared acceleration with constraints over that without them below which constraints lock the direction
-NO_MASS = 1e-300  # Effective mass of a direction that the drives prescribe [kg]: its damping vanishes
+MASS_MIN = 1e-300  # [kg] effective mass of a direction that the drives prescribe: its damping vanishes
 
 
 @kernel
@@ -80,7 +80,7 @@ def effective_mass(S):
     M, W = S.model, S.work
     free = squared_load(S)
     if not free > 0.0:
-        return NO_MASS
+        return MASS_MIN
     if W.multiplier.size == 0:
         return 1.0 / free
     map_directions(S, W.X, W.direction)
@@ -94,7 +94,7 @@ def effective_mass(S):
     solve_constraints(S, W.work[: W.multiplier.size])
     subtract_gradients(S, W.work, W.load, 0)
     left = squared_load(S)
-    return 1.0 / left if left > ROUND_OFF * free else 1.0 / free
+    return 1.0 / left if left > ROUND_OFF_TOL**2 * free else 1.0 / free
 
 
 @kernel

@@ -11,17 +11,18 @@ from scissordyn.mechanics import hard_impact as impacts
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
+from scissordyn.tolerance import ROUND_OFF_TOL
 
-LARGEST_TURN = 1.0  # Largest rotation of the fastest body in a step [rad]; turns could not be counted for larger ones
-ROUND_OFF = 1e-12  # A break closer than this fraction of its time has been reached
+STEP_ROTATION_MAX = 1.0  # [rad] largest rotation of a body in a step; turns could not be counted for larger ones
 
-LARGEST_DRIVEN_TURN = 0.02
+DRIVEN_ROTATION_MAX = 0.02
 """Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
 
-SINGULAR_RATIO = 1e-3  # Smallest pivot root, relative to the largest so far, below which a step may cross a singular position
-LOOK = 4.0  # Largest distance of the singular position for such a step, in step sizes
+# [-] smallest pivot root, relative to the largest so far, below which a step may cross a singular position
+CROSSED_RATIO_MAX = 1e-3
+CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest distance of the singular position for such a step
 
-AFTER_BREAK = 1e-3
+BREAK_STEP_FRACTION = 1e-3
 """First step after a break without degrees of freedom, as a fraction of the way to the next: motion may start from rest."""
 
 
@@ -64,25 +65,25 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
     S = open_system(address)
     answer[0] = 1.0 if constraint_solver.project(t, y, S) else 0.0
     fastest = count_turns(S)
-    turn = LARGEST_TURN if y.size > 0 else LARGEST_DRIVEN_TURN
+    turn = STEP_ROTATION_MAX if y.size > 0 else DRIVEN_ROTATION_MAX
     longest = turn / fastest if fastest > 0.0 else math.inf
     across = -1.0
     if t > S.work.near[3]:
         ahead = constraint_solver.singular_ahead(fastest, S)
         if ahead < math.inf:
             longest = min(longest, 0.5 * ahead)
-            if S.work.near[1] < SINGULAR_RATIO and ahead <= LOOK * (t - S.work.near[2]):
+            if S.work.near[1] < CROSSED_RATIO_MAX and ahead <= CROSSED_DISTANCE_MAX * (t - S.work.near[2]):
                 across = ahead
         S.work.near[2] = t
     breaks, reached, following = S.parameters.breaks, -math.inf, math.inf
     for k in range(breaks.size):
-        if breaks[k] - t <= ROUND_OFF * breaks[k]:
+        if breaks[k] - t <= ROUND_OFF_TOL * breaks[k]:
             reached = breaks[k]
         else:
             following = breaks[k]
             longest = min(longest, breaks[k] - t)
-            if y.size == 0 and k > 0 and abs(breaks[k - 1] - t) <= ROUND_OFF * breaks[k - 1]:
-                longest = min(longest, AFTER_BREAK * (breaks[k] - t))
+            if y.size == 0 and k > 0 and abs(breaks[k - 1] - t) <= ROUND_OFF_TOL * breaks[k - 1]:
+                longest = min(longest, BREAK_STEP_FRACTION * (breaks[k] - t))
             break
     if S.work.segment[0] != reached:
         answer[0] = 1.0  # the slope at the end of the step is not that at the start of the next one

@@ -20,8 +20,7 @@ from scissordyn.mechanics.constraint_solver import (
 from scissordyn.mechanics.contact import begin_contact, end_contact, gap, renew_contacts
 from scissordyn.mechanics.contact_mass import component_mass
 from scissordyn.mechanics.system import APPROACH_FLOOR
-
-LOCK_RATE_TOL = 1e-9  # Largest constraint rate after a latch locks, relative to the fastest rate
+from scissordyn.tolerance import EVENT_TOL
 
 
 @kernel
@@ -123,7 +122,7 @@ def lock(t, y, guard, S, data):
     # the rate part of (R7) is the plastic impact
     engage(S)
     project(t, y, S)
-    if not velocity_residual(t, y, S) <= LOCK_RATE_TOL * fastest:
+    if not velocity_residual(t, y, S) <= EVENT_TOL * fastest:
         for i in range(2 * n):
             y[i] = W.scratch[i]
         C.memory[guard] = math.nan

@@ -47,17 +47,17 @@ from scissordyn.mechanics.hard_rows import (
     speed_along,
 )
 from scissordyn.mechanics.impulse_solver import solve_impulses
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 GAP_TOL = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
 
-LEAST_SQUARES = 1e-2
+LEAST_SQUARES_WEIGHT = 1e-2
 """Weight of the moves relative to the remaining gaps, for a free journal.
 
 Gaps can contradict each other, as in a closed loop with all joints in contact. No move exceeds five times the gaps.
 """
 
 INDENTATION_MAX = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
-NO_DAMPING = 1e-9  # Damping below this fraction of a component's largest entry is round-off
 FORCED_GAP_MAX = 0.5  # Gap, relative to the clearance, up to which the forces of one step may close a contact
 
 
@@ -264,7 +264,7 @@ def write_damping(e, most, S, H):
             if here > left:
                 best, left = k, here
         largest = max(largest, left)
-        if not left > NO_DAMPING * largest:
+        if not left > ROUND_OFF_TOL * largest:
             break
         for k in range(count):
             entry = -0.5 * (W.block_v[block + k * count + best] + W.block_v[block + best * count + k])
@@ -475,7 +475,7 @@ def move_back(new, S, H):
             H.work.band[at, k] = 0.0
         # (G + 0.01 diag G) pi = delta: least squares if indentations contradict each other
         if normal:
-            H.work.band[at, reach] *= 1.0 + LEAST_SQUARES
+            H.work.band[at, reach] *= 1.0 + LEAST_SQUARES_WEIGHT
         if not moves:
             H.work.shift[at], H.work.band[at, reach] = 0.0, 1.0
     if band.factorize(H.work.band, reach, reach, H.work.pivots) >= 0:

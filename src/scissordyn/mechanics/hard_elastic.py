@@ -21,7 +21,7 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 
-FLOOR = 1e-3  # Indentation, relative to the clearance, below which the law is linear
+LINEAR_DEPTH_MAX = 1e-3  # [clearances] indentation below which the law is linear
 MISFIT_TOL = 1e-2  # Relative error of the linearised law
 NEGLIGIBLE_FRACTION = 1e-4  # Error of the linearised law relative to the largest force of the step
 

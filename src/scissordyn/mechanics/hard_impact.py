@@ -21,8 +21,8 @@ from scissordyn.mechanics.hard_result import (
 )
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
+from scissordyn.tolerance import EVENT_TOL
 
-IMPACT_GAP_MAX = 1e-9  # Gap, relative to the clearance, up to which a contact takes part in a located impact
 REBOUND_FRACTION_MIN = 1e-3  # Fraction of a step; if surfaces would meet again sooner after an impact, they stay closed
 
 CLOSED_GAP_MAX = 1e-3
@@ -49,7 +49,7 @@ def hard_impact(t, h, y, S, H):
         if H.model.compliant[i] == 1:  # its force is finite
             H.work.closed[i] = H.work.yields[i] = 0
             continue
-        reach = CLOSED_GAP_MAX if H.work.was[i] == 1 else IMPACT_GAP_MAX
+        reach = CLOSED_GAP_MAX if H.work.was[i] == 1 else EVENT_TOL
         H.work.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
         if H.work.closed[i] == 1:
             kinematics(j, S)

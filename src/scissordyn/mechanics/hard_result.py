@@ -6,16 +6,13 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.hard_rows import OPEN, STICK, effective_mass
+from scissordyn.tolerance import EVENT_TOL
 
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK = range(10)
 """Columns of `HardWork.result`: angle of n [rad], approach speed [m/s], effective mass [kg], impulse [N s], energy lost by
 restitution and by friction [J], delta' after the step [m/s], whether the contact stays closed, the impact's
 part of the impulse [N s], and the energy of the impact (`impact_energy`) [J].
 """
-
-RESULTS = 10
-
-APPROACH_ROUND_OFF = 1e-9  # Approach speeds below this fraction of the step's change of velocity are round-off
 
 
 @kernel
@@ -42,9 +39,9 @@ def take_results(h, S, H):
             out[CLOSED] = 1.0
             continue
         by_force = before - H.work.free[a]
-        if (-before - H.work.turn[i]) * (1.0 + H.work.rebound[i]) > APPROACH_ROUND_OFF + abs(by_force):
+        if (-before - H.work.turn[i]) * (1.0 + H.work.rebound[i]) > EVENT_TOL + abs(by_force):
             H.work.impact[0] = 1
-        near = APPROACH_ROUND_OFF * (abs(before) + H.work.turn[i])
+        near = EVENT_TOL * (abs(before) + H.work.turn[i])
         out[CLOSED] = 1.0 if after - H.work.turn[i] <= max(by_force, near) else 0.0
         out[SUDDEN] = p_n - lasting_part(i, a, H) * p_n
         if H.work.was[i] == 0:

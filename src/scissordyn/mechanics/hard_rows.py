@@ -9,6 +9,7 @@ from scissordyn.kernel import F1, F2, I1, I2, kernel, opener
 from scissordyn.mechanics.band import product
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
 """Step request (force the step, allow any indentation at its end, or reject it if too long), and the status it returns."""
@@ -16,9 +17,7 @@ IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
 OPEN, STICK, SLIP = range(3)  # Modes of a contact; `SLIP` with P_T = mu P_N, `SLIP` + 1 with P_T = -mu P_N
 
 
-ROUND_OFF = 1e-24  # Squared velocity along N per unit impulse, relative to the largest of a step, that is round-off
-IMMOBILE = 1e-12  # Smallest velocity along T per unit impulse, relative to the largest velocity along N
-COMPLIANCE = 1e-11  # Compliance of surfaces, relative to that of a free journal, where rows depend on each other
+SURFACE_COMPLIANCE = 1e-11  # [-] compliance of surfaces relative to that of a free journal, where rows depend on each other
 
 
 class HardModel(NamedTuple):
@@ -264,8 +263,8 @@ def hold_immobile(m, H):
             continue
         a, b = H.model.place[m + 2 * i], H.model.place[m + 2 * i + 1]
         if H.model.compliant[i] == 1:  # its force follows from its law
-            H.work.gram[a, reach] = max(H.work.gram[a, reach], IMMOBILE * largest)
-        if H.work.gram[a, reach] <= ROUND_OFF * largest:
+            H.work.gram[a, reach] = max(H.work.gram[a, reach], ROUND_OFF_TOL * largest)
+        if H.work.gram[a, reach] <= ROUND_OFF_TOL**2 * largest:
             H.work.closed[i], H.state.mode[i], H.state.stuck[i] = 0, OPEN, 0
             for k in range(2 * reach + 1):
                 H.work.gram[a, k] = H.work.gram[b, k] = 0.0
@@ -275,7 +274,7 @@ def hold_immobile(m, H):
                 if abs(b - k) <= reach:
                     H.work.gram[k, b - k + reach] = 0.0
         else:
-            H.work.gram[b, reach] = max(H.work.gram[b, reach], IMMOBILE * H.work.gram[a, reach])
+            H.work.gram[b, reach] = max(H.work.gram[b, reach], ROUND_OFF_TOL * H.work.gram[a, reach])
 
 
 @kernel
@@ -346,7 +345,7 @@ def write_normal(i, a, H):
     if H.state.mode[i] == OPEN:
         write_unit_row(a, H)
         return
-    H.work.band[a, H.model.reach[0]] = H.work.band[a, H.model.reach[0]] * (1.0 + COMPLIANCE) + H.work.compliance[i]
+    H.work.band[a, H.model.reach[0]] = H.work.band[a, H.model.reach[0]] * (1.0 + SURFACE_COMPLIANCE) + H.work.compliance[i]
     H.work.right[a] = -H.work.free[a] - H.work.offset[i]
 
 
@@ -358,7 +357,7 @@ def write_tangential(i, a, b, H):
         write_unit_row(b, H)
         return
     if H.state.mode[i] == STICK:
-        H.work.band[b, reach] *= 1.0 + COMPLIANCE
+        H.work.band[b, reach] *= 1.0 + SURFACE_COMPLIANCE
         return
     sign = 1.0 if H.state.mode[i] == SLIP else -1.0
     # P_T + turning_mass U_T = lag + friction, times G_TT

@@ -16,10 +16,11 @@ from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, mark_changed, row_product, write_equations
 from scissordyn.mechanics.pivoting import pivot
+from scissordyn.tolerance import DATA_TOL, EVENT_TOL
 
-NEWTON_STEPS_MAX = 40  # Newton steps before Lemke's pivoting
+MODE_STEPS_MAX = 40  # [steps] of Newton's method for consistent modes, before Lemke's pivoting
 
-TRIES = 10
+STALLED_STEPS_MAX = 10
 """Newton steps that may change all modes without a new minimum of the number of contacts that request another mode.
 
 After them only the last of these contacts changes its mode, until there are fewer, as in block principal pivoting.
@@ -35,19 +36,13 @@ GROWTHS_MAX = 6  # Number of times that further contacts join the pivoted ones
 
 FOUND, MISFIT, FAILED = range(3)
 
-IMPULSE_ROUND_OFF = 1e-10  # Fraction of the largest impulse of a step that is round-off
-SLIP_ROUND_OFF = 1e-6  # Slip speed, relative to its change by forces in a step, below which surfaces have not slipped
-
-VELOCITY_TOL = 1e-9
-"""Velocity error allowed without row exchanges, relative to the velocity changes; above it rows are exchanged."""
 
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
 """Columns of `HardState.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
 solved, steps with closed contacts, steps with rows that depend on each other."""
 
-COUNTS = 7
 
-PIVOT_RATIO_MIN = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
+DEPENDENT_RATIO_MAX = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
 
 
 @kernel
@@ -71,7 +66,7 @@ def solve_impulses(m, y, S, H):
             H.work.offset[i] = H.work.rebound[i] * H.work.before[H.model.place[m + 2 * i]] + H.work.bias[i]
         at = H.model.place[m + 2 * i + 1]
         # mu_s for a contact that stuck in the last step or only now starts to move
-        still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= SLIP_ROUND_OFF * abs(H.work.free[at] - H.work.before[at])
+        still = H.work.closed[i] == 1 and abs(H.work.before[at]) <= DATA_TOL * abs(H.work.free[at] - H.work.before[at])
         H.work.friction[i] = H.parameters.static[i] if still or H.state.stuck[i] == 1 else H.parameters.kinetic[i]
         if H.work.closed[i] == 1 and H.state.mode[i] == OPEN:
             H.state.mode[i] = STICK if H.parameters.kinetic[i] > 0.0 else SLIP
@@ -99,8 +94,8 @@ def newton(most_laws, m, y, S, H):
     none = 3 * H.model.which.size + 1
     H.work.since[0] = 0
     H.work.restless[:] = 0
-    fewest, tries, laws = none, TRIES, 0
-    for tried in range(NEWTON_STEPS_MAX):
+    fewest, tries, laws = none, STALLED_STEPS_MAX, 0
+    for tried in range(MODE_STEPS_MAX):
         if not solve_modes(m, H):
             break
         H.state.counts[FACTORIZATIONS] += 1
@@ -112,11 +107,11 @@ def newton(most_laws, m, y, S, H):
             compliant = laws_fit(m, y, S, H)
             if (elastic and compliant) or laws == most_laws:
                 return FOUND if compliant else MISFIT
-            laws, fewest, tries = laws + 1, none, TRIES
+            laws, fewest, tries = laws + 1, none, STALLED_STEPS_MAX
             continue
         # block principal pivoting: all at once while this makes progress, then one at a time
         if asking < fewest:
-            fewest, tries = asking, TRIES
+            fewest, tries = asking, STALLED_STEPS_MAX
         else:
             tries = max(tries - 1, 0)
         change_modes(tries == 0, tried, m, H)
@@ -130,13 +125,13 @@ def pivot_restless(m, H):
     Return whether no contact requests another mode at the end.
     """
     for _ in range(GROWTHS_MAX):
-        pivots = pivot(NEWTON_STEPS_MAX - RECENT_STEPS, m, H)
+        pivots = pivot(MODE_STEPS_MAX - RECENT_STEPS, m, H)
         H.state.counts[PIVOTS] += max(pivots, 0)
         if pivots < 0:
             return False
         if ask_for_modes(m, H) == 0:
             return True
-        change_modes(False, NEWTON_STEPS_MAX, m, H)
+        change_modes(False, MODE_STEPS_MAX, m, H)
     return False
 
 
@@ -186,7 +181,7 @@ def accurate(m, H):
         worst = max(worst, abs(H.work.velocity[a] + H.work.compliance[i] * H.work.impulse[a] + H.work.offset[i]))
         if H.state.mode[i] == STICK:
             worst = max(worst, abs(H.work.velocity[b]))
-    return worst <= VELOCITY_TOL * largest
+    return worst <= EVENT_TOL * largest
 
 
 @kernel
@@ -197,7 +192,7 @@ def depends(H):
     for a in range(H.model.place.size):
         if H.work.gram[a, reach] > 0.0:
             least = min(least, abs(H.work.band[a, reach]) / H.work.gram[a, reach])
-    return least < PIVOT_RATIO_MIN
+    return least < DEPENDENT_RATIO_MAX
 
 
 @kernel
@@ -209,7 +204,7 @@ def ask_for_modes(m, H):
     asking, reach, largest = 0, H.model.reach[0], 0.0
     for a in range(H.model.place.size):
         largest = max(largest, abs(H.work.impulse[a]))
-    near = IMPULSE_ROUND_OFF * largest
+    near = EVENT_TOL * largest
     for i in range(H.model.which.size):
         old = H.work.required[i] = H.state.mode[i]
         if H.work.closed[i] == 0:

@@ -22,10 +22,8 @@ from scissordyn.mechanics.component import REACTION, evaluate, sense, write_cont
 from scissordyn.mechanics.constraint_solver import rod_force, solve_constraints, subtract_gradients
 from scissordyn.mechanics.force_element import add_forces, map_values, write_wrench
 from scissordyn.mechanics.port import port_forces, port_wrench
-from scissordyn.mechanics.reactions import REDUNDANT, sides_of_one, solve_sides
-
-REACTION_TOL = 1e-13  # Relative change of the reactions at which they have converged
-NEWTON_STEPS_MAX = 50  # Newton steps; if they are not enough, the joint jams
+from scissordyn.mechanics.reactions import DETERMINED_RATIO_MIN, sides_of_one, solve_sides
+from scissordyn.tolerance import CONSTRAINT_TOL, NEWTON_STEPS_MAX
 
 JAMMED, UNDETERMINED = 1, 2
 """Faults: no reactions balance friction; the reactions are not unique because there are too many joints."""
@@ -63,7 +61,7 @@ def find_reactions(t, y, S):
     smallest = largest = R.matrix[0, 0, 0]
     for row in range(R.matrix.shape[0]):
         smallest, largest = min(smallest, R.matrix[row, 0, 0]), max(largest, R.matrix[row, 0, 0])
-    if smallest <= REDUNDANT * largest:
+    if smallest <= DETERMINED_RATIO_MIN * largest:
         R.fault[0] = UNDETERMINED
     elif smallest > 0.0:
         R.fault[0] = 0 if balance_sizes(R) else JAMMED
@@ -245,9 +243,9 @@ def balance_sizes(R):
         for j in range(f):
             R.size[j] += R.step[j]
             most = max(most, abs(R.step[j]))
-        if not most > REACTION_TOL * largest:
+        if not most > CONSTRAINT_TOL * largest:
             least = 0.0
             for j in range(f):
                 least = min(least, R.size[j])
-            return sign > 0.0 and least >= -REACTION_TOL * largest
+            return sign > 0.0 and least >= -CONSTRAINT_TOL * largest
     return False

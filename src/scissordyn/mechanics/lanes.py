@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 LANES = 8  # Rows of tables are padded to multiples of this number of values, which processors handle at once
-PAIRS = LANES // 2  # Number of plane vectors that fill the lanes
-SHORT = 4  # Number of values of a band's row that are handled at once
+VECTOR_LANES = LANES // 2  # Number of plane vectors that fill the lanes
+BAND_LANES = 4  # Number of values of a band's row that are handled at once
 
 
 def combine(table, first, rows, width, x, y, sx, sy):
@@ -51,22 +51,22 @@ def pull(factor, force, inverse, rx, ry, fx, fy, width):
 
 
 def part(source, first, factor, x, y, place, count):
-    """Write consecutive plane vectors, times a factor, as separate components; for whole `PAIRS`."""
+    """Write consecutive plane vectors, times a factor, as separate components; for whole `VECTOR_LANES`."""
     for k in range(count):
         x[place + k] = factor * source[first + 2 * k]
         y[place + k] = factor * source[first + 2 * k + 1]
 
 
 def join(target, first, factor, x, y, place, count):
-    """Add separate components, times a factor, to consecutive plane vectors; for whole `PAIRS`."""
+    """Add separate components, times a factor, to consecutive plane vectors; for whole `VECTOR_LANES`."""
     for k in range(count):
         target[first + 2 * k] += factor * x[place + k]
         target[first + 2 * k + 1] += factor * y[place + k]
 
 
 def take_row(table, row, column, other, begin, factor, count):
-    """Subtract a multiple of `count` values of row `other` from a row; `SHORT` - 1 zeros must follow them."""
-    for k in range(0, count, SHORT):
+    """Subtract a multiple of `count` values of row `other` from a row; `BAND_LANES` - 1 zeros must follow them."""
+    for k in range(0, count, BAND_LANES):
         at, here = column + k, begin + k
         a, b = table[row, at] - factor * table[other, here], table[row, at + 1] - factor * table[other, here + 1]
         c, d = table[row, at + 2] - factor * table[other, here + 2], table[row, at + 3] - factor * table[other, here + 3]

@@ -12,7 +12,7 @@ from scissordyn.laws.evaluate import friction_limit
 from scissordyn.mechanics.constraint_solver import expand_track
 from scissordyn.mechanics.contact import contact_at
 from scissordyn.mechanics.equations import accelerate
-from scissordyn.mechanics.system import RESULTS
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
 from scissordyn.mechanics.worn_contact import add_loads
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ BALANCED = len(POWERS)  # number of powers of the energy balance; loads on worn 
 ) = range(10)
 """Kinds of monitored quantities; `Model.monitor` contains kind and index.
 
-The index of a component's output is the component times `RESULTS` plus the column among the results. The index of an oiled
-joint's force is the contact times the number of components plus the film's component. `CONTACT_FORCE` combines normal force
-and friction of a contact; `COUPLING_FORCE` is the multiplier of a constraint.
+The index of a component's output is the component times `COMPONENT_RESULTS_MAX` plus the column among the results. The index of
+an oiled joint's force is the contact times the number of components plus the film's component. `CONTACT_FORCE` combines normal
+force and friction of a contact; `COUPLING_FORCE` is the multiplier of a constraint.
 """
 
 OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that depend on one contact only
 
-EXCEEDED = 1.05  # Ratio of friction to its static limit above which the limit counts as exceeded
+FRICTION_RATIO_MAX = 1.05  # [-] ratio of friction to its static limit above which there is a warning
 
 
 def monitored_rows(model: Model, kind: int) -> np.ndarray:
@@ -207,7 +207,7 @@ def write_row(t, row, S, out):
     elif kind == TRACK_DEVIATION:
         size = track_deviation(t, which, S)
     elif kind == COMPONENT_OUTPUT:
-        size = W.result[which // RESULTS, which % RESULTS]
+        size = W.result[which // COMPONENT_RESULTS_MAX, which % COMPONENT_RESULTS_MAX]
     elif kind == JOINT_FORCE:
         size = joint_force(which, S)
     elif mode[which] == 1:
@@ -222,7 +222,7 @@ def write_row(t, row, S, out):
             size = math.sqrt(normal * normal + tangential * tangential)
     out[0] = size
     if kind == FRICTION_RATIO:
-        out[1] = 1.0 if size > EXCEEDED else 0.0
+        out[1] = 1.0 if size > FRICTION_RATIO_MAX else 0.0
     else:
         out[1] = size * size
 

@@ -16,7 +16,7 @@ from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.flexible_bar import flexible_bar_energy
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
-from scissordyn.mechanics.system import CONTACT_RESULT, RESULTS, open_system
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, CONTACT_RESULT, open_system
 from scissordyn.mechanics.worn_contact import worn_energy
 
 ContactRows = Annotated[np.ndarray, ArrayType(CONTACT_RESULT, 2)]
@@ -53,7 +53,7 @@ class Record(NamedTuple):
     # (nt, acting + rods, 4) Force on the first point of each contact, component and rod [N], and torques on both bodies [N m]
     wrench: F3
     coordinate: F3  # (nt, components, 4) Coordinates of the ports
-    result: F3  # (nt, components, RESULTS) Results of the components' kernels
+    result: F3  # (nt, components, COMPONENT_RESULTS_MAX) Results of the components' kernels
     observed: F3  # (nt, components, 2) Angle error [rad] and recorded signal of actuators
     torque: F2  # (nt, drives)
     multiplier: F2  # (nt, m)
@@ -215,7 +215,7 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
         "load": (bodies, 3),
         "wrench": (maps.body.shape[0], 4),
         "coordinate": (components, 4),
-        "result": (components, RESULTS),
+        "result": (components, COMPONENT_RESULTS_MAX),
         "observed": (components, 2),
         "torque": ((content.model.nb - 1) // 2,),
         "multiplier": (content.parameters.value.size,),

@@ -16,12 +16,10 @@ from __future__ import annotations
 from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write_equations
+from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 PIVOTS_MAX = 20  # Largest number of pivots per variable
 PIVOT_RATIO_MIN = 1e-11  # Entry of a column, relative to its largest, below which it cannot be a pivot
-TIE_TOL = 1e-12  # Relative difference below which ratios are equal
-IMPULSE_ROUND_OFF = 1e-12  # Impulse, relative to the largest, that is round-off
-STICK_MARGIN = 1e-9  # Relative distance from its limit above which friction is that of sticking surfaces
 
 
 def table_shape(contacts: int) -> tuple[int, int]:
@@ -145,7 +143,7 @@ def leaving_row(column, size, H):
         if entry <= PIVOT_RATIO_MIN * largest:
             continue
         ratio = max(H.work.table[k, size + 1], 0.0) / entry
-        tied = row >= 0 and abs(ratio - best) <= TIE_TOL * best
+        tied = row >= 0 and abs(ratio - best) <= ROUND_OFF_TOL * best
         if row < 0 or (ratio < best and not tied):
             row, best = k, ratio
         elif tied and H.work.basic[row] != 2 * size and (H.work.basic[k] == 2 * size or entry > -H.work.table[row, column]):
@@ -188,12 +186,12 @@ def combine(m, count, H):
     for c in range(count):
         i = H.work.active[c]
         p_n = H.work.table[c, size]
-        if p_n <= IMPULSE_ROUND_OFF * largest:
+        if p_n <= ROUND_OFF_TOL * largest:
             p_n = H.work.table[c, size] = H.work.table[count + c, size] = 0.0
         tangential = H.work.table[count + c, size] - H.work.friction[i] * p_n
         limit = H.work.friction[i] * p_n
         slips = SLIP if tangential > 0.0 else SLIP + 1
-        H.state.mode[i] = OPEN if p_n == 0.0 else STICK if abs(tangential) < limit * (1.0 - STICK_MARGIN) else slips
+        H.state.mode[i] = OPEN if p_n == 0.0 else STICK if abs(tangential) < limit * (1.0 - EVENT_TOL) else slips
         for at in range(H.model.place.size):
             H.work.impulse[at] += p_n * H.work.units[c, at] + tangential * H.work.units[count + c, at]
     for at in range(H.model.place.size):

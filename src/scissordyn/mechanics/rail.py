@@ -24,6 +24,7 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.flexible_bar import FX, FY, QX, QY, VX, VY, read_vectors
+from scissordyn.tolerance import CONVERGENCE_TOL, NEWTON_STEPS_MAX
 
 ALONG, ACROSS, TURNING, PX, PY, VALUE, SLOPE, SCALARS = range(8)
 """Rows of `Workspace.rail`: T, G and N by the element's columns; polynomials of the axis; Legendre polynomials and their
@@ -31,8 +32,6 @@ derivatives; scalars.
 """
 
 NX, NY, SIZE, NB, NC, TU, DENOMINATOR = range(7)  # Scalars: n, |a|, n . b, n . c, t . u, D
-CORRECTIONS_MAX = 40  # Largest number of Newton corrections of the place along the axis
-CORRECTION_TOL = 1e-14  # Last correction, relative to the bar's length
 
 
 @kernel
@@ -73,7 +72,7 @@ def find_place(i, S, at_x, at_y, x, y):
             break
     coefficients, length = first + spans + 1, table[first + spans] - table[first]
     written = -1
-    for _ in range(CORRECTIONS_MAX):
+    for _ in range(NEWTON_STEPS_MAX):
         while span > 0 and place < table[first + span]:
             span -= 1
         while span < spans - 1 and place > table[first + span + 1]:
@@ -85,7 +84,7 @@ def find_place(i, S, at_x, at_y, x, y):
         ex, ey = at_x - rx, at_y - ry
         change = (ax * ex + ay * ey) / (ax * ax + ay * ay - bx * ex - by * ey)
         place += change
-        if abs(change) <= CORRECTION_TOL * length:
+        if abs(change) <= CONVERGENCE_TOL * length:
             break
     return span, place
 

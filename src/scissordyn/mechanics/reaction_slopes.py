@@ -14,10 +14,10 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band, step_matrix
-from scissordyn.mechanics.component import DIFFERENCE, STATE_DIFFERENCE
+from scissordyn.mechanics.component import DIFFERENCE_STEP, STATE_STEP_FRACTION
 from scissordyn.mechanics.equations import accelerate
 
-STEP_MIN = 1e-11  # Smallest step of a state without scale [m]
+STATE_STEP_MIN = 1e-11  # Smallest step of a state without scale [m]
 
 
 @kernel
@@ -27,10 +27,10 @@ def write_slopes(t, y, S):
     f, states = R.by_state.shape[0], R.rates.size
     for i in range(states + 1):
         here = t if i == states else y[i]
-        least = DIFFERENCE
+        least = DIFFERENCE_STEP
         if 2 * n <= i < states:  # the scale of contact bristles is that of their law
-            least = max(STATE_DIFFERENCE * S.parameters.state_scale[i - 2 * n], STEP_MIN)
-        h = max(DIFFERENCE * abs(here), least)
+            least = max(STATE_STEP_FRACTION * S.parameters.state_scale[i - 2 * n], STATE_STEP_MIN)
+        h = max(DIFFERENCE_STEP * abs(here), least)
         for side in range(2):
             moved = here + h if side == 0 else here - h
             if i < states:

@@ -18,20 +18,17 @@ from scissordyn.mechanics.band import width
 if TYPE_CHECKING:
     from scissordyn.mechanics.outputs import Record
 
-REDUNDANT = 1e-8
+DETERMINED_RATIO_MIN = 1e-8
 """Ratio of pivots below which `careful` checks which reactions are determined.
 
 With d the share of the last unknown in the null space, the round-off 1e-16 gives a pivot of 1e-16/d^2 next to another of d^2.
-The
-smaller of the two never exceeds 1e-8.
+The smaller of the two never exceeds 1e-8.
 """
 
 DIAGONAL_SHIFT = 1e-13
 """Shift of singular normal equations, relative to their diagonal: above round-off, far below determined values."""
 
-REFINEMENTS = 3  # Repetitions after which determined values are exact up to round-off
-LANES = 32  # Number of instants that are solved at once, to use the processor's vector units
-PROBES = 3  # Number of test vectors for the null space
+INSTANT_LANES = 32  # Number of instants that are solved at once, to use the processor's vector units
 NULL_SHARE_MAX = 1e-4  # Share in the null space above which an unknown is not determined
 
 
@@ -204,11 +201,11 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
         full[row, reach] += shift
     band.factorize(full, reach, reach, pivots)
     band.solve(full, reach, pivots, x)
-    for _ in range(REFINEMENTS):
+    for _ in range(3):  # determined values are then exact up to round-off
         for row in range(size):
             x[row] = work[row] + shift * x[row]
         band.solve(full, reach, pivots, x)
-    for vector in range(PROBES):
+    for vector in range(3):  # test vectors of the null space
         for row in range(size):
             probe[row] = math.cos((vector + 1.0) * row * row + vector + 1.0)  # pseudo-random
         for _ in range(2):
@@ -261,7 +258,7 @@ def fill(
     reach, size = B.band, out.shape[1]
     first = 0
     while first < out.shape[0]:
-        lanes = min(LANES, out.shape[0] - first)
+        lanes = min(INSTANT_LANES, out.shape[0] - first)
         normal_equations(
             B,
             first,
@@ -277,7 +274,7 @@ def fill(
             W.right,
             W.load,
         )
-        for lane in range(lanes, LANES):  # empty lanes must have a nonzero divisor
+        for lane in range(lanes, INSTANT_LANES):  # empty lanes must have a nonzero divisor
             for row in range(size):
                 W.matrix[row, 0, lane] = 1.0
         keep(W)
@@ -287,7 +284,7 @@ def fill(
             for row in range(size):
                 out[first + lane, row] = W.load[row, lane]
                 smallest, largest = min(smallest, W.matrix[row, 0, lane]), max(largest, W.matrix[row, 0, lane])
-            if not smallest > REDUNDANT * largest:
+            if not smallest > DETERMINED_RATIO_MIN * largest:
                 careful(reach, lanes, lane, W.kept, W.kept_load, W.full, W.pivots, W.work, W.probe, out[first + lane])
         first += lanes
 
@@ -309,12 +306,12 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> React
     if unknowns:
         widest, reach = int(np.max(np.diff(parts.start))), parts.band
         work = Scratch(
-            matrix=np.zeros((unknowns, 2 * reach + 1, LANES)),
-            kept=np.zeros((unknowns, reach + 1, LANES)),
-            rows=np.zeros((3, widest, LANES)),
-            right=np.zeros((3, LANES)),
-            load=np.zeros((unknowns, LANES)),
-            kept_load=np.zeros((unknowns, LANES)),
+            matrix=np.zeros((unknowns, 2 * reach + 1, INSTANT_LANES)),
+            kept=np.zeros((unknowns, reach + 1, INSTANT_LANES)),
+            rows=np.zeros((3, widest, INSTANT_LANES)),
+            right=np.zeros((3, INSTANT_LANES)),
+            load=np.zeros((unknowns, INSTANT_LANES)),
+            kept_load=np.zeros((unknowns, INSTANT_LANES)),
             full=np.zeros((unknowns, width(reach, reach))),
             pivots=np.zeros(2 * unknowns, np.int64),
             work=np.zeros(unknowns),

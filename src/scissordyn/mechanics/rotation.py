@@ -12,14 +12,12 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import map_values
 
-TURN = 2.0 * math.pi
-
 
 @kernel
 def counted_angle(sine, cosine, reference):
     """Return the angle with given sine and cosine that is nearest to a reference."""
     beyond = math.atan2(sine, cosine) - reference
-    return reference + beyond - TURN * math.floor(beyond / TURN + 0.5)
+    return reference + beyond - math.tau * math.floor(beyond / math.tau + 0.5)
 
 
 @kernel

@@ -18,7 +18,7 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_bend, part_curvature, part_slope
 
-LEAST_PIVOT = 0.1
+PIVOT_MIN = 0.1
 """Smallest pivot of an eliminated state, in units of 1/hg; for a faster growing state the step must be repeated, smaller."""
 
 
@@ -149,7 +149,7 @@ def add_elements(hg, S):
         inverse, at_state = 0.0, M.force_state_start[j]
         if condensed:
             pivot = 1.0 / hg - W.rate_by_state[M.state_state_start[j]]
-            if not hg * pivot > LEAST_PIVOT:
+            if not hg * pivot > PIVOT_MIN:
                 return first_state
             inverse = 1.0 / pivot
             W.state_inverse[first_state] = inverse

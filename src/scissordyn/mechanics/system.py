@@ -56,7 +56,7 @@ ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, 
 contact.
 """
 
-RESULTS = 24  # Largest number of values that the kernel of a component returns
+COMPONENT_RESULTS_MAX = 24  # Largest number of values that the kernel of a component returns
 
 
 ContactArray = Annotated[np.ndarray, ArrayType(CONTACT, 1)]
@@ -228,9 +228,9 @@ class Workspace(NamedTuple):
     coordinates: F2  # (components, 4) coordinates of the ports
     coordinate_rates: F2
     context: F1  # (5,)
-    answer: F1  # (RESULTS,)
+    answer: F1  # (COMPONENT_RESULTS_MAX,)
     other_answer: F1
-    result: F2  # (components, RESULTS)
+    result: F2  # (components, COMPONENT_RESULTS_MAX)
     stored_energy: F1  # (components,) [J]
     dissipation: F1  # (components,) [W]
     power_in: F1  # (components,) power given to the mechanism [W]

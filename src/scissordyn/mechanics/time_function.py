@@ -19,18 +19,16 @@ from scissordyn.components.time_function import (
     Trapezoidal,
 )
 from scissordyn.kernel import F1, F2, I1, entry, kernel, vanishes
+from scissordyn.tolerance import ROUND_OFF_TOL
 
-COLUMNS = 10
+PIECE_COLUMNS = 10
 """Number of values of a piece: start, six coefficients from the highest power down, amplitude, frequency, phase of the sine."""
-
-
-AT_BREAK = 2e-12  # Fraction of its time within which a step begins or ends at a break; steps reach it up to round-off
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
     """Return the pieces of a time function.
 
-    Shapes: returns (pieces, COLUMNS).
+    Shapes: returns (pieces, PIECE_COLUMNS).
     """
     match motion:
         case ConstantSpeed(speed):
@@ -61,7 +59,7 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
 
             spline = PPoly.from_spline(make_interp_spline(motion.times, motion.values, k=5).tck)
             inside = np.flatnonzero(np.diff(spline.x) > 0.0)
-            rows = np.zeros((inside.size, COLUMNS))
+            rows = np.zeros((inside.size, PIECE_COLUMNS))
             rows[:, 0] = spline.x[inside]
             rows[:, 1:7] = spline.c[:, inside].T
             return rows
@@ -84,7 +82,7 @@ def breaks_of(motion: TimeFunction) -> tuple[float, ...]:
 
 def _pieces(*pieces: tuple[float | tuple[float, ...], ...]) -> np.ndarray:
     """Return rows from triples of start, coefficients in ascending order, and sine."""
-    rows = np.zeros((len(pieces), COLUMNS))
+    rows = np.zeros((len(pieces), PIECE_COLUMNS))
     for row, (instant, coefficients, *sine) in zip(rows, pieces, strict=True):
         assert isinstance(coefficients, tuple)
         row[0] = instant
@@ -111,7 +109,7 @@ def motion_at(t, which, S):
 @kernel
 def piece_time(t, segment):
     """Return an instant in the piece that is valid at time t of a step between two breaks; at its end the piece before."""
-    near = AT_BREAK * abs(t)
+    near = 2.0 * ROUND_OFF_TOL * abs(t)
     if t < segment[0] and segment[0] - t <= near:
         return segment[0]
     if t >= segment[1] and t - segment[1] <= near:

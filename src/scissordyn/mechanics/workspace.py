@@ -12,8 +12,8 @@ from scissordyn.mechanics.band import width
 from scissordyn.mechanics.lanes import LANES, padded
 from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
+    COMPONENT_RESULTS_MAX,
     CONTACT_RESULT,
-    RESULTS,
     MechanismState,
     Model,
     Parameters,
@@ -74,7 +74,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         local=np.zeros((11, int(np.max(counts, initial=0)))),
         state_jacobian=np.zeros((most + 6, most)),
         context=np.zeros(len(CONTEXT)),
-        result=np.zeros((components, RESULTS)),
+        result=np.zeros((components, COMPONENT_RESULTS_MAX)),
         slope=np.zeros((4 + most, signals + most + 1)),
         observed=np.zeros((components, 2)),
         work=np.zeros(n + m + nz),
@@ -91,7 +91,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         **_zeros(pairs, "force_by_state", "rate_by_x", "rate_by_v"),
         **_zeros((2, most), "state_work", "control_work"),
         **_zeros((components, 4), "coordinates", "coordinate_rates"),
-        **_zeros(RESULTS, "answer", "other_answer"),
+        **_zeros(COMPONENT_RESULTS_MAX, "answer", "other_answer"),
         **_zeros(components, "stored_energy", "dissipation", "power_in"),
         **_zeros((4, 6), "gradient_q", "gradient_v"),
         **_zeros((6, 6), "by_map", "by_map_rate"),

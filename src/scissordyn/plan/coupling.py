@@ -11,7 +11,6 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
-from scissordyn.mechanics.rotation import TURN
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Distance, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
@@ -57,14 +56,14 @@ class _Start:
         if body == GROUND:
             return 0.0
         near = self.driven.get(body, self.mechanism.body(body).placed_angle)
-        return float(near) + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, TURN)
+        return float(near) + math.remainder(self.coordinates.natural.angle_of(body, self.natural) - near, math.tau)
 
     def value(self, coordinate: Coordinate | LineAngle | Thrust) -> float:
         """Return the value of a coordinate [rad or m]."""
         if isinstance(coordinate, LineAngle):
             x, y = _span(self.coordinates, coordinate).at(self.full)
             near = self.angle(coordinate.near)
-            return near + math.remainder(math.atan2(y, x) - near, TURN)
+            return near + math.remainder(math.atan2(y, x) - near, math.tau)
         if isinstance(coordinate, RelativeAngle):
             return self.angle(coordinate.body) - self.angle(coordinate.base)
         if isinstance(coordinate, Slide):
@@ -102,7 +101,7 @@ class _Start:
         if drive:
             value = function_start(part.motion, here)
             if references:  # a motion may start some turns away from the placed angle
-                references[part.coordinate.body] += TURN * round((value - here) / TURN)
+                references[part.coordinate.body] += math.tau * round((value - here) / math.tau)
         elif part.offset is not None:
             # with moving centres the constant of the relation is not that of the coordinates
             given = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
-from scissordyn.mechanics.rotation import TURN
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 
 DENSE_ENTRIES_MAX = 250_000  # Number of entries above which matrices are sparse
@@ -47,7 +47,7 @@ class Gradients:
         if self.has_other_kinds:
             parts[self.lengths] = np.hypot(*d[self.lengths].T)
             beyond = np.arctan2(d[self.turns, 1], d[self.turns, 0]) - self.reference
-            parts[self.turns] = self.reference + beyond - TURN * np.floor(beyond / TURN + 0.5)
+            parts[self.turns] = self.reference + beyond - math.tau * np.floor(beyond / math.tau + 0.5)
         values: np.ndarray = np.bincount(self.owner, self.weight * parts, self.count) - self.value
         return values
 

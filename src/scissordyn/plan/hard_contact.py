@@ -10,10 +10,10 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.hard_elastic import FLOOR
-from scissordyn.mechanics.hard_result import RESULTS
+from scissordyn.mechanics.hard_elastic import LINEAR_DEPTH_MAX
+from scissordyn.mechanics.hard_result import STRUCK
 from scissordyn.mechanics.hard_rows import HardContacts, HardModel, HardParameters, HardState, HardWork
-from scissordyn.mechanics.impulse_solver import COUNTS
+from scissordyn.mechanics.impulse_solver import DEPENDENT
 from scissordyn.mechanics.pivoting import table_shape
 from scissordyn.model.clearance import Clearance, GuideClearance, hard_numbers
 from scissordyn.plan.acting import scratch
@@ -85,12 +85,12 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "band": (rows, width(band, band)),
         "pivots": 2 * rows,
         "mass_row": m,
-        "result": (count, RESULTS),
+        "result": (count, STRUCK + 1),
         "units": (2 * count + 1, rows),
         "table": table_shape(count),
         "basic": 3 * count,
         "beside": 3 * count + 1,
-        "counts": COUNTS,
+        "counts": DEPENDENT + 1,
     }
 
     def zeros(described: Any) -> Any:
@@ -128,7 +128,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
             what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}' has states, but a contact is hard"
             raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
         parameters.law[i], parameters.energy[i], parameters.elastic[i] = elastic_law(clearance)
-        parameters.floor[i] = FLOOR * clearance.clearance
+        parameters.floor[i] = LINEAR_DEPTH_MAX * clearance.clearance
     reset_hard_state(made.state)
 
 

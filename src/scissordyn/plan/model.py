@@ -26,7 +26,7 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.system import RESULTS, Model
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, Model
 from scissordyn.model.clearance import HARD_STATES, STORED, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -276,7 +276,7 @@ def _monitors(mechanism: Mechanism, constraints: tuple[Constraint, ...]) -> np.n
         FRICTION_RATIO: [j for j, friction in compliant if friction.states],
         TRACK_DEVIATION: range(len(mechanism.tracks)),
         COMPONENT_OUTPUT: [
-            i * RESULTS + output.first
+            i * COMPONENT_RESULTS_MAX + output.first
             for i, part in enumerate(mechanism.exerting)
             for output in part.declaration.outputs_monitored
         ],

@@ -16,7 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
 from scissordyn.laws.trial import tried
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
-from scissordyn.mechanics.time_function import COLUMNS, breaks_of, function_rows
+from scissordyn.mechanics.time_function import PIECE_COLUMNS, breaks_of, function_rows
 from scissordyn.model.clearance import HARD_STATES, Clearance, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
@@ -80,7 +80,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
         weight=_weight(mechanism, coordinates),
-        motion=np.concatenate(rows) if rows else np.zeros((0, COLUMNS)),
+        motion=np.concatenate(rows) if rows else np.zeros((0, PIECE_COLUMNS)),
         motion_start=offsets(map(len, rows)),
         breaks=np.array(breaks, float),
         value=np.array([constraint.value for constraint in coordinates.constraints], float),

@@ -13,7 +13,6 @@ from scissordyn.components.place import GROUND
 from scissordyn.mechanics.body_maps import BELT
 from scissordyn.mechanics.monitored import COUPLING_FORCE
 from scissordyn.mechanics.outputs import Record
-from scissordyn.mechanics.rotation import TURN
 from scissordyn.model.coupling import Belt, Coordinate, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint
@@ -220,7 +219,9 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             # a motion may begin some turns away from the place of the body
             for column, (_, _, constraint) in enumerate(rows):
                 if constraint.turning:
-                    values[:, column] += TURN * np.round((constraint.value * constraint.scale - values[:1, column]) / TURN)
+                    values[:, column] += math.tau * np.round(
+                        (constraint.value * constraint.scale - values[:1, column]) / math.tau
+                    )
         else:
             values_in = np.stack([measured(first[1][1])[0] for first in terms], axis=1)
             force_in = force * np.array([first[1][0] for first in terms])

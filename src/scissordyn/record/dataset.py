@@ -17,13 +17,13 @@ from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
     COMPONENT_OUTPUT,
     DRIVE_TORQUE,
-    EXCEEDED,
     FRICTION_RATIO,
+    FRICTION_RATIO_MAX,
     INDENTATION,
     PRESSURE_VELOCITY,
 )
 from scissordyn.mechanics.outputs import Record
-from scissordyn.mechanics.system import RESULTS
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.record.bars import bar_variables
@@ -166,7 +166,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
         ratio = spread(path.peaks(FRICTION_RATIO), bristles, joints)
         text = f"largest {about}, where the law has internal states"
         variables["peak_friction_ratio"] = described("joint", ratio["largest"], "1", text)
-        text = f"how long {about} is above {EXCEEDED:g}"
+        text = f"how long {about} is above {FRICTION_RATIO_MAX:g}"
         variables["friction_excess_time"] = described("joint", ratio["excess_time"], "s", text)
     return variables
 
@@ -204,7 +204,7 @@ def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variabl
             text = f"{output.help} ({declared.label})"
             variables[f"{section}_{output.name}"] = described(dims, np.ascontiguousarray(values), output.unit, text)
         for output in declared.outputs_monitored:
-            rows = [monitored.index(i * RESULTS + output.first) for i in index]
+            rows = [monitored.index(i * COMPONENT_RESULTS_MAX + output.first) for i in index]
             peaks_of_output = path.peaks(COMPONENT_OUTPUT)[rows]
             variables |= located(f"{section}_peak_{output.name}", section, peaks_of_output, output.unit, output.help)
         first = 2 * plan.coordinates.free + path.system.content.model.state_start[[len(plan.contacts) + i for i in index]]

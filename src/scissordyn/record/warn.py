@@ -17,8 +17,8 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.validity import contact_failure, contact_warnings, loading_warnings
-from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, EXCEEDED, FRICTION_RATIO, INDENTATION
-from scissordyn.mechanics.system import RESULTS
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, FRICTION_RATIO, FRICTION_RATIO_MAX, INDENTATION
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes
@@ -112,7 +112,7 @@ class Extremes:
     def _output(self, i: int, name: str) -> tuple[float, float]:
         """Return the largest value of an output of component i, and its instant [s]."""
         first = next(output.first for output in self.plan.components[i].declaration.outputs_monitored if output.name == name)
-        return self._outputs.get(i * RESULTS + first, (0.0, math.nan))
+        return self._outputs.get(i * COMPONENT_RESULTS_MAX + first, (0.0, math.nan))
 
     def warnings(self) -> list[RunWarning]:
         """Return warnings of contact laws, friction, films, curves and strokes, and of coupled wheels whose centres move."""
@@ -127,7 +127,7 @@ class Extremes:
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
-                warnings.append(warning("friction", name, ratio=ratio, limit=EXCEEDED, seconds=lasting))
+                warnings.append(warning("friction", name, ratio=ratio, limit=FRICTION_RATIO_MAX, seconds=lasting))
         for k, (joint, _, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
             warnings += film_peak_warnings(joint.name, oil, *self._output(k, "pressure"))
         for i, part, output in beyond_outputs(plan):

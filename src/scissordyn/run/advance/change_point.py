@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.integrate.advance import HISTORY_FULL
-from scissordyn.integrate.history import NODES, TRANSFORM
+from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
@@ -189,7 +189,7 @@ def _record_history(driver: Driver, time: float, h: float, ends: tuple[Any, Any]
     if driver.state.history_length[0] == driver.state.history.shape[0]:
         driver.grow(HISTORY_FULL)
     signals = np.zeros_like(driver.integration.content.work.signals)
-    for node, row in zip(NODES, signals, strict=True):
+    for node, row in zip(CHEBYSHEV_NODES, signals, strict=True):
         u = 0.5 * (1.0 + float(node))
         functions.record(time + u * h, _interpolate(u, h, *ends), driver.system.address, row)
     place = int(driver.state.history_length[0])

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 import scissordyn as sd
 from benchmarks.measure import command, table
-from scissordyn.components.film.asperities import STIFFNESS, asperity_contact, mean_gap
+from scissordyn.components.film.asperities import ASPERITY_STIFFNESS, asperity_contact, mean_gap
 from scissordyn.components.film.impedance import finite_table, looked_up
 
 UNTIL, RADIUS, LENGTH = 0.05, 10e-3, 15e-3
@@ -49,7 +49,7 @@ def free_mass(clearance: float, speed: float, oil: sd.Lubrication, *, elastic: b
     def film(h: float) -> tuple[float, float]:
         """Return the damping of an approach [N s/m] and the force of the asperities [N]."""
         radial = looked_up(TABLE, 1.0 - mean_gap(h / clearance, rough), 0.0)[0]
-        return scale * abs(radial), area * STIFFNESS * MODULUS * asperity_contact(1.0 - h / clearance, rough)[0]
+        return scale * abs(radial), area * ASPERITY_STIFFNESS * MODULUS * asperity_contact(1.0 - h / clearance, rough)[0]
 
     def of_elastic(t: float, y: np.ndarray) -> list[float]:
         damping, carried = film(clearance - y[0] + y[2])

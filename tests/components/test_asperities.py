@@ -15,8 +15,8 @@ from tests.build import array, warnings_of
 
 import scissordyn as sd
 from reference.kernels import at_start, check_step_matrix, increments
-from scissordyn.components.film.asperities import STIFFNESS, asperity_contact, mean_gap
-from scissordyn.components.film.film import FIRST, Film, force
+from scissordyn.components.film.asperities import ASPERITY_STIFFNESS, asperity_contact, mean_gap
+from scissordyn.components.film.film import FIRST_TABLE_VALUE, Film, force
 from scissordyn.laws.material import MATERIALS
 from scissordyn.mechanics import functions
 
@@ -40,7 +40,7 @@ def excess(power: float, x: float) -> float:
 def acting(one: Film, e: float, rate: tuple[float, float] = (0.0, 0.0), speed: float = 0.0) -> np.ndarray:
     """Return what the kernel returns for a journal at e along x [m]."""
     numbers = one.parameters((0.0, 0.0, 0.0))
-    return np.array(plain(e, 0.0, 0.0, *rate, speed, 0.0, *numbers[:FIRST], np.array(numbers)))
+    return np.array(plain(e, 0.0, 0.0, *rate, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers)))
 
 
 @pytest.mark.parametrize("x", [0.0, 0.7, 2.0])
@@ -57,7 +57,7 @@ def test_the_pressure_by_pairs_of_hertzian_asperities(x: float) -> None:
 
     reach = lambda s: min(far, math.sqrt(max(4.0 * beta * sigma * (s - x), 0.0)))  # noqa: E731
     pressure = eta**2 * dblquad(of_pair, x, x + 8.0, 0.0, reach, epsabs=0.0, epsrel=1e-8)[0]
-    assert STIFFNESS * modulus * excess(2.5, x) == pytest.approx(pressure, rel=1e-6)
+    assert ASPERITY_STIFFNESS * modulus * excess(2.5, x) == pytest.approx(pressure, rel=1e-6)
 
 
 @pytest.mark.parametrize(("ratio", "error"), [(1.0 / 400.0, 2e-7), (1e-2, 2e-6), (0.1, 1.6e-4)])

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from tests.build import array, case_of, warnings_of
 
 import scissordyn as sd
-from scissordyn.components.film.film import FIRST, MODELS, Film, force
+from scissordyn.components.film.film import FIRST_TABLE_VALUE, MODELS, Film, force
 from scissordyn.components.film.impedance import finite_table, long_bearing, looked_up, short_bearing
 from scissordyn.components.film.reynolds import impedance
 from scissordyn.errors import InputError
@@ -35,7 +35,7 @@ def film(model: str = "finite", **given) -> Film:
 def acting(one: Film, x, y, x_rate=0.0, y_rate=0.0, speed=0.0):
     """Return force, torque, energy, power lost, thickness, pressure, ..., and last the force of the asperities."""
     numbers = one.parameters((0.0, 0.0, 0.0))
-    return plain(x, y, 0.0, x_rate, y_rate, speed, 0.0, *numbers[:FIRST], np.array(numbers))
+    return plain(x, y, 0.0, x_rate, y_rate, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers))
 
 
 @pytest.mark.parametrize("seed", range(20))

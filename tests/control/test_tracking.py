@@ -16,7 +16,7 @@ from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.none import NoControl
 from scissordyn.control.tracking.pid import PID
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plugin.element import PARAMETERS
+from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.run.inverse_dynamics import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
@@ -206,7 +206,7 @@ def test_catalogue():
     for name, law in made.items():
         assert isinstance(law, Controller)
         assert law.name == name
-        assert len(law.parameters()) <= PARAMETERS
+        assert len(law.parameters()) <= ELEMENT_PARAMETERS_MAX
         assert controller(name) is type(law)
 
 

@@ -12,7 +12,7 @@ from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping import proportional
 from scissordyn.laws.evaluate import friction_force
-from scissordyn.plugin.element import PARAMETERS
+from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.units import quantities
 
 KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
@@ -41,7 +41,7 @@ def test_declaration_of_each_law(kind, name):
     """Contract: every law satisfies its protocol, fits in its row and has a name, source, units and help."""
     law = catalogue.law(kind, name)
     assert isinstance(law(), KINDS[kind])
-    assert len(law().parameters(JOINT)) <= PARAMETERS
+    assert len(law().parameters(JOINT)) <= ELEMENT_PARAMETERS_MAX
     assert law.name == name
     assert len(law.__doc__.strip().splitlines()[0]) > 10
     assert re.search(r"doi:|\d{4}|definition", law.source)

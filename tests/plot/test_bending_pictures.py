@@ -17,7 +17,7 @@ from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, ordinate_edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
 from scissordyn.plot.still import bending
 from scissordyn.plot.style import SKY, VERMILION
-from scissordyn.record.bars import PARTS
+from scissordyn.record.bars import SPAN_PARTS
 from scissordyn.record.placement import Placement
 
 CASE = """
@@ -104,10 +104,10 @@ def stations(mechanism: sd.Mechanism, placed: Placement) -> np.ndarray:
         angles = placed.angle(beam.start[0]), placed.angle(beam.end[0])
         ends = placed.place(beam.start), placed.place(beam.end)
         places.append(bent(np.array([0.0, 0.5, 1.0]), *ends, beam.length, angles)[:, None])
-    inside = 2 * np.arange(PARTS)[:, None] + np.arange(3)
+    inside = 2 * np.arange(SPAN_PARTS)[:, None] + np.arange(3)
     for bar in flexible_bars(mechanism):
-        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * PARTS + 1))
-        spans = axis.reshape(len(axis), -1, 2 * PARTS + 1, 2)
+        axis = bent_axis(bar, placed, np.linspace(0.0, 1.0, 2 * SPAN_PARTS + 1))
+        spans = axis.reshape(len(axis), -1, 2 * SPAN_PARTS + 1, 2)
         places.append(spans[:, :, inside].reshape(len(axis), -1, 3, 2))
     return np.concatenate(places, axis=1)
 

@@ -13,7 +13,7 @@ from numba import njit
 from scipy.integrate import quad, solve_ivp
 
 import scissordyn as sd
-from scissordyn.components.film.film import FIRST, Film, force
+from scissordyn.components.film.film import FIRST_TABLE_VALUE, Film, force
 from scissordyn.components.film.impedance import finite_table, looked_up
 from validation.case import Case, Check, Code, Measured, Model, mechanism, run, timed
 
@@ -87,7 +87,9 @@ def film(model: str, **given: object) -> Film:
 def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, float]:
     """Return the forces along and across the eccentricity."""
     numbers = one.parameters((0.0, 0.0, 0.0))
-    found = getattr(force, "py_func", force)(place, 0.0, 0.0, rate, 0.0, speed, 0.0, *numbers[:FIRST], np.array(numbers))
+    found = getattr(force, "py_func", force)(
+        place, 0.0, 0.0, rate, 0.0, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers)
+    )
     return float(found[0]), float(found[1])
 
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scissordyn.analysis.variable import described
 from scissordyn.errors import InputError, ScissordynError, whole_number
 
-OFFSET = 1e-8
+START_DISTANCE = 1e-8
 """Distance of two trajectories after rescaling; the square root of round-off balances round-off and nonlinearity."""
 
 Advance = Callable[[int, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -98,7 +98,7 @@ def largest_exponent_map(
     *,
     steps: int,
     discard: int = 100,
-    offset: float = OFFSET,
+    offset: float = START_DISTANCE,
     blocks: int = 20,
 ) -> xr.Dataset:
     """Compute the largest Lyapunov exponent of a map x -> f(x), per step.
@@ -153,7 +153,7 @@ def largest_exponent(
     intervals: int,
     jacobian: Callable[[float, np.ndarray], np.ndarray] | None = None,
     discard: int = 10,
-    offset: float = OFFSET,
+    offset: float = START_DISTANCE,
     blocks: int = 20,
     rtol: float = 1e-9,
     atol: float = 1e-12,

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
-MOST_SAMPLES = 5000  # Largest number of samples; the recurrence matrix has its square of entries
+MATRIX_SAMPLES_MAX = 5000  # Largest number of samples; the recurrence matrix has its square of entries
 
 
 def recurrence(
@@ -72,8 +72,8 @@ def recurrence(
         )
     table = finite_numbers(values, least=10 + (dimension - 1) * delay, dimensions=2)
     count = table.shape[0] - (dimension - 1) * delay
-    if count > MOST_SAMPLES:
-        raise InputError(f"a recurrence plot of {count} samples", f"at most {MOST_SAMPLES}", "values[-2000:]")
+    if count > MATRIX_SAMPLES_MAX:
+        raise InputError(f"a recurrence plot of {count} samples", f"at most {MATRIX_SAMPLES_MAX}", "values[-2000:]")
     if apart >= count:
         raise InputError(f"apart = {apart!r} for {count} points", f"at most {count - 1}")
     near = 0.2 * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold

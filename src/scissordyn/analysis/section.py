@@ -12,12 +12,11 @@ from scipy.interpolate import BPoly, PPoly
 
 from scissordyn.analysis.variable import Variable, described
 from scissordyn.errors import InputError, did_you_mean, whole_number
+from scissordyn.tolerance import DATA_TOL, EVENT_TOL
 from scissordyn.units import checked
 
 Direction = Literal["both", "rising", "falling"]
 SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
-
-SAME_ROOT_TOL = 1e-7  # Fraction of an interval; closer roots are one, found in the intervals on both sides of a sample
 
 
 @checked
@@ -98,14 +97,11 @@ def _crossings(cubics: BPoly) -> tuple[np.ndarray, np.ndarray]:
     """Return times and directions of the zeros at which the cubics change sign."""
     time = cubics.x
     zeros = np.sort(PPoly.from_bernstein_basis(cubics).roots())
-    near = SAME_ROOT_TOL * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
+    near = DATA_TOL * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
     kept = (zeros >= time[0] - near) & (zeros <= time[-1] + near) & (np.diff(zeros, prepend=-math.inf) >= near)
     zeros = np.clip(zeros[kept], time[0], time[-1])
     way = np.sign(cubics.derivative()(zeros)).astype(int)
     return zeros[way != 0], way[way != 0]
-
-
-GRID_TOL = 1e-9  # Fraction of the period; a sample this close to an instant of the map is used directly
 
 
 @checked
@@ -146,7 +142,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     skip = whole_number("skip", skip, 0)
     time = run["time"].values
-    slack = GRID_TOL * period
+    slack = EVENT_TOL * period
     first = math.ceil((time[0] - slack) / period - phase)
     last = math.floor((time[-1] + slack) / period - phase)
     when = period * (phase + np.arange(first + skip, last + 1))

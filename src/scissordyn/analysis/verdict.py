@@ -24,12 +24,12 @@ from scissordyn.units import checked
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
-SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over only a tenth of them
+MAP_SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over only a tenth of them
 
 REGULAR, CHAOTIC = 0.2, 0.8
 """Limits of K of the 0-1 test: regular below, irregular above; in between a longer run is needed."""
 
-REPEATS = 4  # Smallest number of repetitions that establish a period
+REPETITIONS_MIN = 4  # Smallest number of repetitions that establish a period
 
 SPREAD_RATIO_MAX = 4.0
 """Largest ratio, or its inverse, of the spreads in the last and the first quarter of the samples of a settled motion."""
@@ -144,7 +144,9 @@ def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[s
     """Return the smallest period of the second half of the samples; None if there is none."""
     tail = scaled[len(scaled) // 2 :]
     misses = [
-        float(np.max(np.abs(tail[p:] - tail[:-p]))) for p in range(1, min(longest, len(tail) // REPEATS) + 1) if len(tail) > p
+        float(np.max(np.abs(tail[p:] - tail[:-p])))
+        for p in range(1, min(longest, len(tail) // REPETITIONS_MIN) + 1)
+        if len(tail) > p
     ]
     if not misses:
         return None
@@ -170,9 +172,10 @@ def _classify_aperiodic(
     scaled: np.ndarray, longest: int, seed: int, evidence: list[str], measures: dict[str, float]
 ) -> Literal["quasi-periodic", "irregular", "transient only"]:
     """Classify samples without a period."""
-    if len(scaled) < SAMPLES_MIN:
+    if len(scaled) < MAP_SAMPLES_MIN:
         evidence.append(
-            f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; {SAMPLES_MIN} are needed."
+            f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; "
+            f"{MAP_SAMPLES_MIN} are needed."
         )
         return "transient only"
     quarter = len(scaled) // 4

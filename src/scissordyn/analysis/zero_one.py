@@ -9,19 +9,14 @@ from scipy import fft
 
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError, whole_number
+from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
-
-ROUNDOFF_MAX = 1e-12  # Values that vary by less than this fraction of their size are constant up to round-off
-
 
 UNDECIDED = "the values vary by no more than their errors, which the test cannot distinguish from chaos"
 
-NOISE = 1e-7
-"""Default relative error of values: that of a run at the default tolerances."""
-
 
 @checked
-def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise: float = NOISE) -> xr.Dataset:
+def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise: float = 1e-7) -> xr.Dataset:
     """Compute the 0-1 test for chaos by the correlation method.
 
     For angles c in [pi/5, 4 pi/5] the samples phi_j drive the translation
@@ -105,7 +100,7 @@ def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
     """Return the differences from the mean, zero if round-off, and whether they do not exceed the errors."""
     centred = values - np.mean(values)
     varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
-    if varying <= ROUNDOFF_MAX * size:
+    if varying <= ROUND_OFF_TOL * size:
         return np.zeros_like(centred), False
     return centred, varying <= noise * size
 

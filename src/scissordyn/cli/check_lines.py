@@ -33,6 +33,7 @@ from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
 from scissordyn.run.demand import check_samples
+from scissordyn.run.ideal import IDEAL_SAMPLES
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import make_driver
 from scissordyn.units import counted, short
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
 
 MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
 PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
-SAMPLES = 501  # Instants of the motion with ideal joints at which torques are compared with limits
 
 TURNS = 2  # Turns of a drive over which forces without inertia are computed
 ROUND_OFF = 1e-9  # Forces without inertia below this part of the largest reaction are round-off: nothing is loaded
@@ -72,7 +72,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     lines += [] if span is None else [f"{span} (ideal joints)".replace(". (", " (") + "."]
     lines += [] if inertia is None else [f"Inertia about {inertia.drive}: {inertia} (ideal joints)."]
     followed = commanded(mechanism)
-    exact = "" if followed is mechanism else _ideal(rigid(followed), until, SAMPLES)
+    exact = "" if followed is mechanism else _ideal(rigid(followed), until, IDEAL_SAMPLES)
     servos = [] if isinstance(exact, str) else servo_demands(mechanism, followed, exact)
     lines += map(str, servos)
     method = choice.method if read.run.method != "auto" else f"{choice.method} ({choice.reason})"

@@ -22,7 +22,7 @@ from scissordyn.plugin.element import arguments_of, check_names, pointer_of
 from scissordyn.plugin.user_file import note_origin
 from scissordyn.units import State, check_quantities, documented, quantities
 
-PARAMETERS = 64  # Largest number of parameters of a component, including those of its table
+COMPONENT_PARAMETERS_MAX = 64  # Largest number of parameters of a component, including those of its table
 
 CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass")
 """Arguments that a kernel may have in addition to coordinates, rates and states.

@@ -9,9 +9,8 @@ from scissordyn.components.declaration import TEXTBOOK, component
 from scissordyn.components.place import GROUND
 from scissordyn.components.port import HINGE
 from scissordyn.errors import InputError
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Quantity
-
-START_ANGLE_TOL = 1e-6  # A latch nearer than this [rad] to its angle at the start would be locked before it moves
 
 
 def gap(angle, speed, mode, stop, side):
@@ -47,6 +46,6 @@ class Latch:
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Return the angle [rad], and the direction of rotation in which it is reached."""
-        if abs(self.angle - start[0]) < START_ANGLE_TOL:
+        if abs(self.angle - start[0]) < DATA_TOL:
             raise InputError(f"latch '{self.name}' is at its angle at the start", "a weld, or another angle")
         return self.angle, math.copysign(1.0, self.angle - start[0])

@@ -14,13 +14,11 @@ from scissordyn.units import Pairs
 
 CURVE = Pairs(("speeds", "forces"), ("m/s", "N"), help="the force that pushes over the speed at which it extends")
 
-FIRST_KNOT = 1
-
 
 @kernel
 def force(length, rate, factor, count, table):
     """Return the tension [N], and the excess of the speed beyond the curve [m/s]."""
-    push, _, beyond = curve_at(rate, table, FIRST_KNOT, int(count))
+    push, _, beyond = curve_at(rate, table, 1, int(count))  # the knots follow the scalar parameters
     return -factor * push, beyond
 
 

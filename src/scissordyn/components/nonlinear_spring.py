@@ -13,13 +13,11 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a spring that pushes has negative forces")
 
-FIRST_KNOT = 2
-
 
 @kernel
 def force(length, rate, damping, count, table):
     """Return tension [N], stored energy [J], dissipated power [W], and the excess of the length beyond the curve [m]."""
-    tension, energy, beyond = curve_at(length, table, FIRST_KNOT, int(count))
+    tension, energy, beyond = curve_at(length, table, 2, int(count))  # the knots follow the scalar parameters
     return tension + damping * rate, energy, damping * rate * rate, beyond
 
 

@@ -14,13 +14,11 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("travels", "forces"), ("m", "N"), help="the force over the coordinate of the point along the direction")
 
-FIRST_KNOT = 3
-
 
 @kernel
 def force(travel, speed, factor, acts, transition, count, table):
     """Return the force along the direction [N], and the excess of the point's coordinate beyond the curve [m]."""
-    value, _, beyond = curve_at(travel, table, FIRST_KNOT, int(count))
+    value, _, beyond = curve_at(travel, table, 3, int(count))  # the knots follow the scalar parameters
     return factor * active_fraction(speed, acts, transition) * value, beyond
 
 

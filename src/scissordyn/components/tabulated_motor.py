@@ -14,13 +14,11 @@ from scissordyn.units import Pairs, Quantity
 
 CURVE = Pairs(("speeds", "torques"), ("rad/s", "N m"), help="the torque over the motor's speed, also below zero")
 
-FIRST_KNOT = 2
-
 
 @kernel
 def force(speed, factor, ratio, count, table):
     """Return the torque [N m], and the excess of the speed beyond the curve [rad/s]."""
-    torque, _, beyond = curve_at(ratio * speed, table, FIRST_KNOT, int(count))
+    torque, _, beyond = curve_at(ratio * speed, table, 2, int(count))  # the knots follow the scalar parameters
     return factor * ratio * torque, beyond
 
 

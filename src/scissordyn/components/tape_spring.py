@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from scissordyn.components.declaration import PARAMETERS, component
+from scissordyn.components.declaration import COMPONENT_PARAMETERS_MAX, component
 from scissordyn.components.place import GROUND, Point
 from scissordyn.components.port import HINGE, Output
 from scissordyn.errors import InputError
@@ -193,9 +193,10 @@ class TapeSpring:
                     f"{label}: the fold takes {-lost:g} J more than the straight tape up to the snap at {snap:g} rad",
                     "moments of the fold below those of the straight tape, because otherwise the snap generates energy",
                 )
-        if FIRST_PAIR + 2 * (len(straight) + len(negative) + len(positive)) > PARAMETERS:
+        if FIRST_PAIR + 2 * (len(straight) + len(negative) + len(positive)) > COMPONENT_PARAMETERS_MAX:
             raise InputError(
-                f"{label} has {len(straight) + len(self.folded)} pairs", f"at most {(PARAMETERS - FIRST_PAIR) // 2}"
+                f"{label} has {len(straight) + len(self.folded)} pairs",
+                f"at most {(COMPONENT_PARAMETERS_MAX - FIRST_PAIR) // 2}",
             )
 
     def _tables(self) -> tuple[tuple[Point, ...], tuple[Point, ...], tuple[Point, ...]]:

@@ -34,7 +34,8 @@ from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.dataset import results
 from scissordyn.record.results import Results, Variable, Variables, labels
 from scissordyn.record.trajectory import LOG, PEAK, Trajectory
-from scissordyn.record.warn import ROUNDED, beyond_outputs
+from scissordyn.record.warn import beyond_outputs
+from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import Quantity, checked
 from scissordyn.warning import warning
 
@@ -341,7 +342,7 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
         section = part.declaration.section
         far = variables[f"{section}_beyond"].values[:, variables[section].values.tolist().index(part.name)]
         worst = int(np.argmax(far))
-        if far[worst] > ROUNDED:
+        if far[worst] > ASSEMBLY_TOL:
             numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
     lost = np.isnan(variables["reaction"].values).any(axis=(0, 2)) | np.isnan(variables["reaction_moment"].values).any(axis=0)

@@ -13,7 +13,7 @@ from scissordyn.numeral import decimals
 from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
-from scissordyn.record.joint_force import LESS, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
+from scissordyn.record.joint_force import LATER_FORCE_RATIO_MAX, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
 from scissordyn.record.results import along
 from scissordyn.units import counted, short
 
@@ -101,7 +101,7 @@ def _describe_joint(force: ForceAnswer) -> str:
 
 
 def _estimate_note(force: ForceAnswer) -> str:
-    least = f" from {short(force.least, 'N')} on" if force.least < LESS * force.force else ""
+    least = f" from {short(force.least, 'N')} on" if force.least < LATER_FORCE_RATIO_MAX * force.force else ""
     return f", an estimate{least}" if force.estimated else ""
 
 

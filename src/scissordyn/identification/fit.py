@@ -17,7 +17,7 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
 from scissordyn.identification.start import check_autonomous, prepared, spread
-from scissordyn.identification.uncertainty import LEVEL, Uncertainty, uncertainty
+from scissordyn.identification.uncertainty import CONFIDENCE_LEVEL, Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
@@ -187,8 +187,12 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
             "standard_error": of_parameters(
                 errors.error, "standard error; infinite if the data do not determine the parameter"
             ),
-            "low": of_parameters(values - errors.half_width, f"lower end of the interval with probability {LEVEL:g}"),
-            "high": of_parameters(values + errors.half_width, f"upper end of the interval with probability {LEVEL:g}"),
+            "low": of_parameters(
+                values - errors.half_width, f"lower end of the interval with probability {CONFIDENCE_LEVEL:g}"
+            ),
+            "high": of_parameters(
+                values + errors.half_width, f"upper end of the interval with probability {CONFIDENCE_LEVEL:g}"
+            ),
             "lower_bound": of_parameters([parameter.low for parameter in problem.free], "lower bound of the search"),
             "upper_bound": of_parameters([parameter.high for parameter in problem.free], "upper bound of the search"),
             "unit": of_parameters(np.array([parameter.unit for parameter in problem.free], dtype=str), "unit"),

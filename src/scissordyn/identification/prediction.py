@@ -15,8 +15,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.units import checked
 
-WINDOW = 0.1  # Fraction of a record from which its start is estimated, in growing windows
-
 
 @checked
 def prediction(
@@ -25,7 +23,7 @@ def prediction(
     records: Sequence[Measured],
     *,
     segment: float | None = None,
-    window: float = WINDOW,
+    window: float = 0.1,
 ) -> xr.Dataset:
     """Run a mechanism for records that were not used to fit it.
 

@@ -123,7 +123,7 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
     return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter))
 
 
-STEP = 1e-5  # Step of a one-sided difference, as a fraction of a parameter's scale
+STEP_FRACTION = 1e-5  # Step of a one-sided difference, as a fraction of a parameter's scale
 
 
 @dataclass(frozen=True)
@@ -278,7 +278,7 @@ class Problem:
         reference = self.join_residuals(base, unknowns)
         matrix = np.zeros((reference.size, self.unknowns))
         for column in range(self.unknowns):
-            width = 1e-4 if accurate else STEP  # central differences: their error is quadratic in the step
+            width = 1e-4 if accurate else STEP_FRACTION  # central differences: their error is quadratic in the step
             # a state contains directions, lengths and rates: steps are absolute for small values and relative for large ones
             width *= max(1.0, abs(unknowns[column])) if column >= len(self.free) else 1.0
             ends: list[tuple[float, np.ndarray]] = []

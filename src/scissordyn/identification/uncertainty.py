@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from scissordyn.identification.problem import Problem
 
-LEVEL = 0.95  # Probability that an interval contains the parameter
+CONFIDENCE_LEVEL = 0.95  # Probability that an interval contains the parameter
 SHARE_MIN = 0.2  # Parameters with at least this share of the largest change in a direction are named
 
 
@@ -20,7 +20,7 @@ class Uncertainty:
 
     covariance: np.ndarray  # (p, p) Covariance of determined directions, in SI units
     error: np.ndarray  # (p,) Standard errors; infinite for undetermined parameters
-    half_width: np.ndarray  # (p,) Half widths of the intervals with probability `LEVEL`
+    half_width: np.ndarray  # (p,) Half widths of the intervals with probability `CONFIDENCE_LEVEL`
     dependence: float  # Largest ratio of the errors with and without regard to dependent residuals
     # Undetermined directions: relative changes of parameters that leave all measured curves unchanged
     alike: list[dict[int, float]]
@@ -62,8 +62,8 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     plain = chi_square * inverse
     ratio = np.sqrt(np.diag(robust) / np.maximum(np.diag(plain), 1e-300))
     width = np.maximum(
-        student.ppf(0.5 + 0.5 * LEVEL, degrees) * np.sqrt(np.diag(plain)),
-        student.ppf(0.5 + 0.5 * LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
+        student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, degrees) * np.sqrt(np.diag(plain)),
+        student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
     )
     scale = problem.scale
     lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > SHARE_MIN * 0.05

@@ -16,7 +16,7 @@ RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils solidify, o
 VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the standard has further terms
 
 
-LOWEST = 2.0  # Viscosity at 100 deg C below which the index is not defined [mm^2/s]
+VISCOSITY_MIN = 2.0  # [mm^2/s] viscosity at 100 deg C below which the index is not defined
 
 _RANGES = (
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
@@ -65,14 +65,14 @@ def hot_viscosity(cold: float, index: float) -> float:
     def error(hot: float) -> float:
         return viscosity_index(cold, hot) - index
 
-    if not (0.9 * cold > LOWEST and error(LOWEST) < 0.0 < error(0.9 * cold)):
+    if not (0.9 * cold > VISCOSITY_MIN and error(VISCOSITY_MIN) < 0.0 < error(0.9 * cold)):
         raise InputError(
             f"an oil of {cold:g} mm^2/s at 40 deg C with the viscosity index {index:g}",
-            f"an index with which it has at least {LOWEST:g} mm^2/s at 100 deg C, where it is defined, and is thinner there",
+            f"an index with which it has at least {VISCOSITY_MIN:g} mm^2/s at 100 deg C and is thinner there",
         )
     from scipy.optimize import brentq  # takes longer to import than most of the package
 
-    return float(brentq(error, LOWEST, 0.9 * cold, xtol=1e-12))
+    return float(brentq(error, VISCOSITY_MIN, 0.9 * cold, xtol=1e-12))
 
 
 @documented

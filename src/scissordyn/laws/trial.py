@@ -13,6 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import F1, F2, call_at, entry
 from scissordyn.laws.contact import Damping, Elastic, JointContact
 from scissordyn.plugin.element import arguments_of, pointers, row_of
+from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
@@ -23,9 +24,7 @@ SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).toli
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
 """Test indentations of a stiffness law, in clearances (in corner radii at a plane guide surface)."""
 
-AT_TOUCH = 1e-6  # Largest force at zero indentation, as a fraction of the force at one clearance
-ROUNDING = 1e-12  # Relative tolerance of energy gains
-LARGEST_COEFFICIENT = 10.0  # F_t/F_n above which there is a warning; the bound of the package's laws
+COEFFICIENT_MAX = 10.0  # [-] ratio F_t/F_n above which there is a warning; the bound of the package's laws
 
 
 def _reach(joint: JointContact) -> tuple[float, str]:
@@ -53,7 +52,7 @@ def tried(law: Any, joint: JointContact) -> np.ndarray:
     wrong = ~np.isfinite(forces)
     if isinstance(law, Elastic) and not wrong.any():
         allowed = f"a push up to the {what}: 0 N or more, and 0 N at 0 m"
-        wrong = np.where(points[:, 0] > 0.0, forces < 0.0, np.abs(forces) > AT_TOUCH * abs(forces[-1]))
+        wrong = np.where(points[:, 0] > 0.0, forces < 0.0, np.abs(forces) > DATA_TOL * abs(forces[-1]))
         if not forces[-1] > 0.0:
             allowed, wrong = f"a push at one {what}: above 0 N", np.arange(len(forces)) == len(forces) - 1
     elif not isinstance(law, Damping) and not wrong.any():
@@ -110,7 +109,7 @@ def _of_damping(force: np.ndarray) -> list[str]:
     rate = np.array(RATES)[None, None, :, None]
     # the kernels cut off a pull
     gain = (elastic - np.maximum(force, 0.0)) * np.sign(rate)
-    if not np.any(gain > ROUNDING * (1.0 + elastic)):
+    if not np.any(gain > ROUND_OFF_TOL * (1.0 + elastic)):
         return []
     at = np.unravel_index(int(np.argmax(gain)), gain.shape)
     what = "lowers the elastic force on approach" if RATES[at[2]] > 0.0 else "raises the elastic force on rebound"
@@ -121,5 +120,5 @@ def _of_friction(force: np.ndarray) -> list[str]:
     """Return the doubts about magnitudes of tangential forces [N], shape (SPEEDS, FORCES)."""
     without = ["it gives a force where the normal force is zero"] if np.any(force[:, 0] > 0.0) else []
     largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
-    high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > LARGEST_COEFFICIENT else []
+    high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > COEFFICIENT_MAX else []
     return without + high

@@ -15,13 +15,13 @@ from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_ours, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
-FASTEST = 1e-5
+SPEED_RATIO_MAX = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
 
-DEPTHS = 300  # Indentations of the table from which the indentation for a force is interpolated
+LAW_SAMPLES = 400  # [samples] of a law over the indentation or the speed, between which its values are interpolated
 
-DEEPEST = 0.2  # Indentation over clearance above which a contact is not small compared with the radii
-OFF = 0.05  # Difference of given and returned restitution coefficients above which there is a warning
+DEPTH_RATIO_MAX = 0.2  # [-] indentation over clearance above which a contact is not small compared with the radii
+RESTITUTION_TOL = 0.05  # [-] difference of the given and the obtained restitution coefficient above which there is a warning
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
@@ -86,7 +86,7 @@ def loading_warnings(
 def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np.ndarray:
     """Return the indentations [m] at which an elastic law has given forces [N]; 0 for none."""
     at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
-    depths = np.geomspace(1e-12, 2.0, DEPTHS) * contact.journal_radius
+    depths = np.geomspace(1e-12, 2.0, LAW_SAMPLES) * contact.journal_radius
     table = np.array([elastic_force(at, depth, row) for depth in depths.tolist()])
     positive = np.isfinite(table) & (table > 0.0)
     return np.exp(np.interp(np.log(np.maximum(forces, 1e-300)), np.log(table[positive]), np.log(depths[positive])))
@@ -104,14 +104,14 @@ def contact_warnings(
 ) -> list[RunWarning]:
     """Return warnings about the laws of one joint after a run."""
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
-    limit = FASTEST * slowest_wave
+    limit = SPEED_RATIO_MAX * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]
     what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     name, warnings = stiffness.name, list[RunWarning]()
     if fast:
         warnings.append(warning("fast", joint, fast=len(fast), contacts=len(approach_speed), limit=limit, speed=max(fast)))
-    if stiffness.small_contact and indentation > DEEPEST * size:
-        warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=DEEPEST))
+    if stiffness.small_contact and indentation > DEPTH_RATIO_MAX * size:
+        warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=DEPTH_RATIO_MAX))
     if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
         deepest = 1e3 * stiffness.deepest(contact)
         warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
@@ -130,6 +130,6 @@ def contact_warnings(
         if claimed is not None and not claimed[0] <= wanted <= claimed[1]:
             low, high = claimed
             warnings.append(warning("restitution range", joint, law=damping.name, low=low, high=high, restitution=wanted))
-        if abs(returned - wanted) > OFF:
+        if abs(returned - wanted) > RESTITUTION_TOL:
             warnings.append(warning("restitution", joint, law=damping.name, returned=returned, restitution=wanted))
     return warnings

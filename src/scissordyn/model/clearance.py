@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
-from scissordyn.components.film.asperities import STIFFNESS
+from scissordyn.components.film.asperities import ASPERITY_STIFFNESS
 from scissordyn.components.film.film import Film
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port.declaration import Attachment, Ends, direction, frame, place
@@ -54,7 +54,7 @@ class Lubrication:
     viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")] = None
     temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
     roughness: Annotated[float, ROUGH] = 1e-6
-    asperities: Annotated[float, ASPERITIES] = STIFFNESS
+    asperities: Annotated[float, ASPERITIES] = ASPERITY_STIFFNESS
     bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, as under a high ambient pressure")] = False
     density: Annotated[float, quantities(Oil)["density"]] = 870.0

@@ -19,7 +19,7 @@ from scissordyn.model.clearance import Clearance, GuideClearance, hard_numbers
 from scissordyn.plan.acting import scratch
 from scissordyn.plan.ordering import members, narrow, pairs_of, reach
 from scissordyn.plan.plan import Plan
-from scissordyn.plugin.element import PARAMETERS, pointers, row_of
+from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, pointers, row_of
 
 CONSTANT = ("beam", "force", "torque", "constant_force_spring")
 """Components whose force does not depend on a speed, and flexible bars, whose damping is weak."""
@@ -34,7 +34,7 @@ class ElasticLaw(NamedTuple):
 
     force: int  # Pointer to the force
     energy: int  # Pointer to the energy; 0 for an energy by quadrature
-    row: np.ndarray  # (PARAMETERS,) Parameters of the law
+    row: np.ndarray  # (ELEMENT_PARAMETERS_MAX,) Parameters of the law
 
 
 def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
@@ -77,7 +77,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         **dict.fromkeys(OF_STATES, states),
         **dict.fromkeys(("size", "since", "locate", "longest", "drive_work"), 1),
         "ahead": 2,
-        "elastic": (count, PARAMETERS),
+        "elastic": (count, ELEMENT_PARAMETERS_MAX),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
         "damping": len(damped),
         "impact": 2,

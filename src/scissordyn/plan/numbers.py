@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.components.actuator import Actuator
-from scissordyn.components.declaration import PARAMETERS as COMPONENT_PARAMETERS
+from scissordyn.components.declaration import COMPONENT_PARAMETERS_MAX as COMPONENT_PARAMETERS
 from scissordyn.components.declaration import Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
@@ -23,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plugin.element import PARAMETERS, is_ours, pointers, row_of
+from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, is_ours, pointers, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
@@ -35,7 +35,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     rows = [function_rows(motion, start) for motion, start in listed]
 
     surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
-    tables = np.zeros((3, len(contacts), PARAMETERS))
+    tables = np.zeros((3, len(contacts), ELEMENT_PARAMETERS_MAX))
     contour, foundation = worn_bearings(contacts)
     for j, contact in enumerate(contacts):
         clearance = contact.clearance
@@ -64,7 +64,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
                     law[j][kind if name == "force" else name] = pointer
 
     described: list[tuple[float, ...]] = [()] * len(components)
-    control, torque = np.zeros((len(components), PARAMETERS)), np.zeros(len(components), np.int64)
+    control, torque = np.zeros((len(components), ELEMENT_PARAMETERS_MAX)), np.zeros(len(components), np.int64)
     actuator = np.zeros((len(components), 3))
     for i, component in enumerate(components):
         if isinstance(component, Actuator):

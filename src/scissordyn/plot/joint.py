@@ -54,7 +54,7 @@ from scissordyn.plot.style import (
     small,
     wrap_text,
 )
-from scissordyn.record.film import MIXED
+from scissordyn.record.film import MIXED_RATIO_MAX
 
 
 @picture("One per joint, followed by one for its friction if it has any.")
@@ -329,7 +329,9 @@ def film(
     drawn[0].plot(x, np.where(thickness > dry, thickness, np.nan), color=BLUE, linewidth=LINE_WIDTH, label="film")
     touching = np.where(thickness <= dry, dry, np.nan)
     drawn[0].plot(x, touching, color=VERMILION, linewidth=3.0 * LINE_WIDTH, label="contact")
-    drawn[0].axhline(size.factor * MIXED * rough, color=GREY, linewidth=LINE_WIDTH, linestyle="--", label="three roughnesses")
+    drawn[0].axhline(
+        size.factor * MIXED_RATIO_MAX * rough, color=GREY, linewidth=LINE_WIDTH, linestyle="--", label="three roughnesses"
+    )
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
     draw_curves(drawn[1], "largest pressure", [(here["film_pressure"], {"color": BLUE})], time)

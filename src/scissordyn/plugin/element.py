@@ -99,7 +99,7 @@ def _in_python(recipe: Recipe) -> Callable[..., float]:
     return answer
 
 
-PARAMETERS = 16  # Largest number of parameters of an element: the width of a row in the parameter tables of kernels
+ELEMENT_PARAMETERS_MAX = 16  # Largest number of parameters of an element: the width of a row in the parameter tables of kernels
 ABSENT = "-0.0"  # Argument for a state that a part does not have; -0.0 changes no sum
 
 
@@ -264,8 +264,8 @@ def numbers(part: Any, **derived: float) -> tuple[float, ...]:
 def _check(made: Any) -> None:
     declared: Element = made.declaration
     what = f"{declared.slot.title} '{made.__name__}'"
-    if len(declared.numbers) > PARAMETERS:
-        raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {PARAMETERS}")
+    if len(declared.numbers) > ELEMENT_PARAMETERS_MAX:
+        raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {ELEMENT_PARAMETERS_MAX}")
     if declared.states and not declared.slot.stateful:
         able = ", ".join(f'slot="{name}"' for name, base in SLOTS.items() if base.slot.stateful)
         raise InputError(f"{what} cannot have internal states", able)
@@ -326,8 +326,8 @@ def _pointers(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
 
 
 def row_of(part: Any, *joint: Any) -> np.ndarray:
-    """Return the parameters of an element as its kernels read them, shape (PARAMETERS,)."""
-    numbers, row = part.parameters(*joint), np.zeros(PARAMETERS)
+    """Return the parameters of an element as its kernels read them, shape (ELEMENT_PARAMETERS_MAX,)."""
+    numbers, row = part.parameters(*joint), np.zeros(ELEMENT_PARAMETERS_MAX)
     if len(numbers) != len(part.declaration.numbers):
         raise InputError(
             f"{part.declaration.slot.title} '{part.name}' has {len(numbers)} parameters",

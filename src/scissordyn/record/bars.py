@@ -23,10 +23,10 @@ from scissordyn.warning import RunWarning, warning
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
-SHARE = 0.1
+FORCE_FRACTION_MIN = 0.1
 """Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
 
-PARTS = 4  # Parts of each span between two cross-sections at whose ends moments are reported
+SPAN_PARTS = 4  # [parts] of a span between two cross-sections; moments are reported at their ends
 
 
 VARIABLES = (
@@ -61,12 +61,12 @@ class Resultants(NamedTuple):
 def marks_of(bar: FlexibleBar) -> np.ndarray:
     """Return the distances of the ends of the parts of a bar from its first end [m]."""
     places = np.array(bar.places) - bar.places[0]
-    inside = [np.linspace(a, b, PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
+    inside = [np.linspace(a, b, SPAN_PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
     return np.append(np.concatenate(inside), places[-1])
 
 
 def part_names(bar: FlexibleBar) -> list[str]:
-    return [f"{bar.name} {k + 1}" for k in range(PARTS * (len(bar.sections) - 1))]
+    return [f"{bar.name} {k + 1}" for k in range(SPAN_PARTS * (len(bar.sections) - 1))]
 
 
 @dataclass(frozen=True)
@@ -355,7 +355,7 @@ def mode_warnings(plan: Plan, run: Run) -> list[RunWarning]:
     if not axes or not run["contact_start"].values.size:
         return []
     force, lasting = run["peak_force"].values, run["contact_duration"].values
-    counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= SHARE * np.max(force, initial=0.0))
+    counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= FORCE_FRACTION_MIN * np.max(force, initial=0.0))
     if not counts.any():
         return []
     at = int(np.argmin(np.where(counts, lasting, np.inf)))

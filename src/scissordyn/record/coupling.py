@@ -19,13 +19,11 @@ from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.transmission import direction_on, pressure_of, wheel_centre
 from scissordyn.record.results import Run, Variables, along, described, labels
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
-
-
-NEAR = 1e-6  # Part of the mechanism's size within which a thrust bearing is an end of a distance
 
 
 def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
@@ -183,7 +181,7 @@ def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> 
         bearing = wheel_centre(plan.mechanism, part, "output" if turns else "input")
         ends = [plan.coordinates.place(point).at(motion.X) for point in (nut.start, nut.end)]
         first = np.hypot(*(ends[0] - plan.coordinates.place(bearing).at(motion.X)).T).max(initial=0.0)
-        at_start = bool(first <= NEAR * plan.coordinates.size)
+        at_start = bool(first <= DATA_TOL * plan.coordinates.size)
         place, other = (ends[1], ends[0]) if at_start else (ends[0], ends[1])
         along = (place - other) / np.hypot(*(place - other).T)[:, None]
     vector = size[:, None] * along

@@ -9,6 +9,7 @@ import numpy as np
 
 from scissordyn.integrate.integration import RISE
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
+from scissordyn.laws.validity import LAW_SAMPLES
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.plan.plan import Plan
@@ -150,9 +151,7 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
     }
 
 
-POINTS = 201  # Values of s at which the largest force is looked for, and a parabola through the best three
-DEPTHS = 400  # Indentations of the table of energies, each the same factor above the one before
-SMALL = 1e-6  # Damping factors below this are taken as none: the formula would lose its digits
+DAMPING_FACTOR_MIN = 1e-6  # [-] smaller damping factors are none: the formula would lose its digits
 
 
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
@@ -168,12 +167,12 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping
     at, row, xi = pointers(law), row_of(law, surfaces), float(damping.factor)
-    depth = np.geomspace(1e-9, 2.0, DEPTHS) * surfaces.journal_radius
+    depth = np.geomspace(1e-9, 2.0, LAW_SAMPLES) * surfaces.journal_radius
     force = np.array([elastic_force(at["force"], d, row) for d in depth.tolist()])
     energy = np.array([elastic_energy(at["energy"], at["force"], d, row) for d in depth.tolist()])
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
-    s = np.linspace(0.0, 1.0, POINTS)[:-1]
-    share = 0.5 * (1.0 - s * s) if xi < SMALL else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
+    s = np.linspace(0.0, 1.0, LAW_SAMPLES)[:-1]
+    share = 0.5 * (1.0 - s * s) if xi < DAMPING_FACTOR_MIN else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
     positive = np.isfinite(struck) & (struck > 0.0)
     forces = np.full(np.shape(struck), np.nan)
     energies = struck[positive][:, None] * share[None, :]

@@ -19,16 +19,16 @@ from scissordyn.record.sampling import time_mean
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.warning import RunWarning, warning
 
-MIXED = 3.0  # Film thickness in combined rms roughnesses below which asperities touch (a lambda ratio of 3)
+MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] film thickness below which asperities touch (the lambda ratio)
 HEAT_CAPACITY = 2000.0  # Typical heat capacity of mineral oils [J/(kg K)]
-THICKENS = 1e8  # Pressure [Pa] from which on the viscosity of mineral oils is several times higher and steel yields to the film
-TURBULENT = 41.2  # Taylor's number for vortices: Reynolds' number rho U c/mu over the root of R/c
+FILM_PRESSURE_MAX = 1e8  # [Pa] above, the viscosity of mineral oils is several times higher and steel yields to the film
+TAYLOR_NUMBER_MAX = 41.2  # [-] vortices begin at this Reynolds number rho U c/mu over the root of R/c (Taylor)
 
-INERT = 1.0
+SQUEEZE_REYNOLDS_MAX = 1.0
 """Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil matters."""
 
-VACUUM = 1.0  # Pressure [Pa] below which an oil of unknown vapour pressure is reported to evaporate
-WARMED = 0.8  # Viscosity after heating over that before, below which the given temperature is reported as too low
+EVAPORATION_PRESSURE_MAX = 1.0  # [Pa] an oil of unknown vapour pressure evaporates below this ambient pressure
+VISCOSITY_RATIO_MIN = 0.8  # [-] viscosity after heating over that before, below which there is a warning
 
 THINNEST = "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
 SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"
@@ -75,7 +75,7 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
     content = np.array([2.0 * math.pi * gap.journal_radius * gap.clearance * gap.bearing_length for _, gap, _ in joints])
     capacity = HEAT_CAPACITY * content * np.array([oil.mass_density for _, _, oil in joints])
     thickness, when = film("thickness"), film("peak_eccentricity_time")
-    dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED * rough)
+    dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED_RATIO_MAX * rough)
     missing = np.full(len(joints), math.nan)
     dry, mixed, torn = (
         time_mean(share, time) if len(time) else missing for share in (dry, mixed, film("tension") > np.maximum(bears, 0.0))
@@ -110,11 +110,11 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
         numbers = {str(name)[5:]: part.values for name, part in run.variables.items() if part.dims == ("film",)}
         film = {name: float(values[k]) for name, values in numbers.items() if values.dtype.kind == "f"}
-        if film["least_thickness"] < MIXED * oil.roughness:
+        if film["least_thickness"] < MIXED_RATIO_MAX * oil.roughness:
             where = {"time": film["least_thickness_time"], "angle": math.degrees(film["least_thickness_angle"])}
             where |= {"least": film["least_thickness"], "fraction": film["dry_share"] + film["mixed_share"]}
             warnings.append(warning("thin film", joint.name, roughness=oil.roughness, **where))
-        if film["peak_force_thickness"] < MIXED * oil.roughness:
+        if film["peak_force_thickness"] < MIXED_RATIO_MAX * oil.roughness:
             at = plan.places([joint.name])[0]
             peak = {"force": run["joint_peak_force"].values[at], "time": run["joint_peak_force_time"].values[at]}
             peak |= {"thickness": film["peak_force_thickness"], "share": film["peak_force_asperity_share"]}
@@ -125,10 +125,10 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
     """Warn of films under too high a pressure, and of oil that boils or evaporates in its surroundings."""
-    warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=THICKENS)] if pressure > THICKENS else []
+    warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=FILM_PRESSURE_MAX)] if pressure > FILM_PRESSURE_MAX else []
     if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
         warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
-    elif oil.ambient_pressure < VACUUM and oil.vapour_pressure == 0.0:
+    elif oil.ambient_pressure < EVAPORATION_PRESSURE_MAX and oil.vapour_pressure == 0.0:
         warnings.append(warning("vacuum", name, ambient=oil.ambient_pressure))
     return warnings
 
@@ -145,10 +145,12 @@ def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWar
 
 def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
     """Warn of flows that are not laminar, or whose inertia matters."""
-    number, limit = film["reynolds_number"], TURBULENT * math.sqrt(gap.journal_radius / gap.clearance)
+    number, limit = film["reynolds_number"], TAYLOR_NUMBER_MAX * math.sqrt(gap.journal_radius / gap.clearance)
     squeeze = film["squeeze_reynolds_number"]
     warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
-    return warnings + ([warning("squeeze", name, number=squeeze, limit=INERT)] if squeeze > INERT else [])
+    return warnings + (
+        [warning("squeeze", name, number=squeeze, limit=SQUEEZE_REYNOLDS_MAX)] if squeeze > SQUEEZE_REYNOLDS_MAX else []
+    )
 
 
 def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
@@ -161,4 +163,4 @@ def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
     if oil.oil is None:
         return []
     before, after = oil.dynamic_viscosity, oil.oil.viscosity(temperature)
-    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < WARMED * before else []
+    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < VISCOSITY_RATIO_MIN * before else []

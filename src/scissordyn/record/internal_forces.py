@@ -18,18 +18,17 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE, beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.record.bars import PARTS, extreme_fibre, marks_of, part_names
+from scissordyn.record.bars import SPAN_PARTS, extreme_fibre, marks_of, part_names
 from scissordyn.record.results import Variables, described, labels
+from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
-NODES = 0.5 * (1.0 + POINTS)
+GAUSS_NODES = 0.5 * (1.0 + POINTS)
 
-INSIDE = 4  # Parts of an element at whose ends the largest values are looked for
-BEFORE = 1.0 - 1e-12  # Part of an element where its end is looked at
 
 QUANTITIES = {
     "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),
@@ -164,8 +163,8 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
         ends = bar.marks
         # forces jump at a loaded cross-section: the end of a part is not the start of the next one
         places, within = (
-            (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(INSIDE) / INSIDE, end)).ravel()
-            for end in (1.0, BEFORE)
+            (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(SPAN_PARTS) / SPAN_PARTS, end)).ravel()
+            for end in (1.0, 1.0 - ROUND_OFF_TOL)
         )
         at = within / ends[-1]
         quantities = _along(bar, read, at)
@@ -269,7 +268,7 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     deflection = np.zeros((len(start), distance.size))
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
-        inside, nodes = span == k, slice(PARTS * k, PARTS * (k + 1) + 1)
+        inside, nodes = span == k, slice(SPAN_PARTS * k, SPAN_PARTS * (k + 1) + 1)
         deflection[:, inside] = away[:, nodes] @ _through(marks[nodes], distance[inside])
     points = np.stack([read.body("position", name) for name in bar.sections], axis=1)
     line = _chord(points[:, 0], points[:, -1])
@@ -295,7 +294,7 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
     (fx, fy), moment = shape.at_end()
     # the part from xi on: what acts at its end, and its weight and inertia there
     rest = 1.0 - xi
-    between = xi[:, None] + rest[:, None] * NODES
+    between = xi[:, None] + rest[:, None] * GAUSS_NODES
     weight = 0.5 * WEIGHTS * rest[:, None] * beam.length
     px, py = (weight * part for part in shape.load(between))
     gone_x, gone_y = (beyond - here[..., None] for beyond, here in zip(shape.axis(between), (x, y), strict=True))
@@ -321,9 +320,9 @@ class _Shape:
         )
         self.a = np.zeros_like(self.p1)
         for _ in range(3):  # Newton's method: the chord ends where it has to, int sin psi = 0
-            psi = self.rotation(NODES)
-            self.a = self.a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * NODES * (1.0 - NODES)) @ WEIGHTS)
-        self.cosines = np.cos(self.rotation(NODES)) @ (0.5 * WEIGHTS)
+            psi = self.rotation(GAUSS_NODES)
+            self.a = self.a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * GAUSS_NODES * (1.0 - GAUSS_NODES)) @ WEIGHTS)
+        self.cosines = np.cos(self.rotation(GAUSS_NODES)) @ (0.5 * WEIGHTS)
         self.elastic = tuple(read.beam(name, beam.name) for name in ("axial_force", "start_moment", "end_moment"))
         self.beam = beam
         # accelerations of the nodes' places and directions, less gravity, in the frame of the chord: shape (4, samples, 2)
@@ -345,7 +344,7 @@ class _Shape:
 
     def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates along and across the chord, from its start [m]."""
-        psi = self.rotation(xi[..., None] * NODES)
+        psi = self.rotation(xi[..., None] * GAUSS_NODES)
         weight = 0.5 * WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
         return np.sum(weight * np.cos(psi), axis=-1), np.sum(weight * np.sin(psi), axis=-1)
 

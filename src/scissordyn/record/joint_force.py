@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, printable
 from scissordyn.record.results import Run, along
-from scissordyn.record.transmitted import FALLS
+from scissordyn.record.transmitted import START_DURATION
 from scissordyn.units import short
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ESTIMATE = "an estimate, as contact is hard"
 
-LESS = 0.9  # Fraction of the largest force below which the largest force after the start is reported as well
+LATER_FORCE_RATIO_MAX = 0.9  # [-] largest force after the start over that of the run, below which both are reported
 
 
 class Answer:
@@ -174,7 +174,7 @@ def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
 
 def estimate_in_words(force: float, least: float) -> str:
     """Say that a force [N] is an estimate, with its lower bound if impulses pass through closed contacts."""
-    if not least < LESS * force:
+    if not least < LATER_FORCE_RATIO_MAX * force:
         return ESTIMATE
     return f"{ESTIMATE}: {short(least, 'N')} by approach speeds and lasting forces, up to this by impulses that others pass on"
 
@@ -232,7 +232,7 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
     joints, begun = run["contact_joint"].values, run["contact_start"].values
     if start != "concentric" or not begun.size:
         return None
-    end = FALLS * max(float(np.min(begun[joints == joint])) for joint in np.unique(joints))
+    end = START_DURATION * max(float(np.min(begun[joints == joint])) for joint in np.unique(joints))
     time = run["time"].values
     if not when < end < float(run.attrs["end"]) or not (time >= end).any():
         return None
@@ -242,7 +242,9 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
     after += [joint_force(run, joint)[time >= end] for joint in clearance_joints(run)]
     known = np.concatenate(after)
     largest = float(np.nanmax(known)) if np.isfinite(known).any() else 0.0
-    if largest >= LESS * force or _largest_load(run, joint.name, 0.0, end) * LESS > _largest_load(run, joint.name, end, end):
+    if largest >= LATER_FORCE_RATIO_MAX * force or _largest_load(
+        run, joint.name, 0.0, end
+    ) * LATER_FORCE_RATIO_MAX > _largest_load(run, joint.name, end, end):
         return None
     return end, largest
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-EQUAL = 1e-6  # Relative difference of distances in time that counts as none
+from scissordyn.tolerance import DATA_TOL
 
 
 def equally_spaced(time: np.ndarray) -> bool:
     step = np.diff(time)
-    return bool(step.size == 0 or np.ptp(step) <= EQUAL * float(np.mean(step)))
+    return bool(step.size == 0 or np.ptp(step) <= DATA_TOL * float(np.mean(step)))
 
 
 def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:

@@ -27,15 +27,11 @@ from scissordyn.record.joint_force import (
 from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
 from scissordyn.record.track import PARTS
-from scissordyn.record.warn import AT_LIMIT, energy_turned_over
+from scissordyn.record.warn import LIMIT_RATIO_MIN, energy_turned_over
+from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL
 from scissordyn.units import counted, short
 
-PATH_ERROR = 1e-9
-"""Deviations from the commanded path, and their parts, below this fraction of the mechanism's size are errors of its table and
-of the tolerances of the runs that are compared."""
-
-ROUND_OFF = 1e-12  # Sides of a span below this fraction of the longest, and works below it of the largest, are round-off
-SAME = 1e-3  # Change of a span, as a fraction of it, below which it counts as none
+SPAN_CHANGE_MIN = 1e-3  # [-] smallest relative change of a span that is reported
 
 WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
 """Accounts of work in a run, and whose work they are."""
@@ -107,7 +103,7 @@ class ActuatorAnswer(Answer):
     @property
     def saturated(self) -> bool:
         """True if the torque reaches its limit."""
-        return self.limit is not None and self.torque >= AT_LIMIT * self.limit
+        return self.limit is not None and self.torque >= LIMIT_RATIO_MIN * self.limit
 
     def __str__(self) -> str:
         when = f" at {short(self.when, 's')}" if math.isfinite(self.when) else ""
@@ -138,7 +134,7 @@ class SpanAnswer(Answer):
         """Change of each side of the span, in words."""
         senses: dict[str, list[str]] = {}
         for axis, first, last in zip("xy", self.start, self.end, strict=True):
-            same = abs(last - first) <= SAME * max(*self.start, *self.end)
+            same = abs(last - first) <= SPAN_CHANGE_MIN * max(*self.start, *self.end)
             senses.setdefault("keeps its size" if same else "grows" if last > first else "shrinks", []).append(axis)
         return " and ".join(f"{sense} along {' and '.join(axes)}" for sense, axes in senses.items())
 
@@ -305,7 +301,7 @@ def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
     tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}
     parts = along(run["deviation_part"], "track", "axis", "time", "part")
     at_peak = along(run["peak_deviation_part"], "track", "axis", "part")
-    least = 0.0 if described is None else PATH_ERROR * float(described.size)
+    least = 0.0 if described is None else ASSEMBLY_TOL * float(described.size)
     for k, name in enumerate(run["track"].values.astype(str).tolist()):
         settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
         largest = np.hypot(*at_peak[k])
@@ -352,7 +348,7 @@ def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[
     if limit is None or time.size < 2:
         return []
     middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
-    there = np.concatenate([[False], np.abs(torque) >= AT_LIMIT * limit, [False]]).astype(int)
+    there = np.concatenate([[False], np.abs(torque) >= LIMIT_RATIO_MIN * limit, [False]]).astype(int)
     change = np.diff(there)
     return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
 
@@ -400,7 +396,7 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
     if not points:
         return None
     sides = np.ptp(np.concatenate(points, axis=1), axis=1)
-    start, end = np.where(sides < ROUND_OFF * sides.max(), 0.0, sides).tolist()
+    start, end = np.where(sides < ROUND_OFF_TOL * sides.max(), 0.0, sides).tolist()
     return SpanAnswer(tuple(start), tuple(end))
 
 
@@ -434,7 +430,7 @@ def _bars(run: Run, start: str) -> BarAnswer | None:
 def _work(run: Run) -> dict[str, float]:
     if "dissipated_energy" not in run or not run.sizes["time"]:
         return {}
-    least = ROUND_OFF * energy_turned_over(run)
+    least = ROUND_OFF_TOL * energy_turned_over(run)
     works = {whose: run[name].values for name, whose in WORKS if name in run and np.any(np.abs(run[name].values) > least)}
     every = {**works, "dissipated": run["dissipated_energy"].values}
     return {whose: 0.0 if abs(values[-1]) < least else float(values[-1]) for whose, values in every.items()}

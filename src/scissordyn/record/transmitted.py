@@ -26,11 +26,11 @@ PEAK = "largest force that the joint transmits, at ideal ones at the samples and
 WELD_PEAK = "largest force that the weld transmits, at the samples and ends of steps"
 AFTER = "after the start, in which concentric journals fall through their clearances"
 
-CHUNK = 4096  # Instants that are evaluated together, which limits the memory
+CHUNK_INSTANTS = 4096  # [instants] evaluated together, which limits the memory
 
-FEWEST = 201  # Samples evaluated in addition to the ends of steps, if the samples of a run were not requested
+COARSE_SAMPLES = 201  # [samples] evaluated in addition to the ends of steps, if those of a run were not requested
 
-FALLS = 20.0
+START_DURATION = 20.0
 """Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
 1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
 
@@ -104,7 +104,7 @@ def start_end(path: Trajectory) -> float:
     table = path.contacts()
     if not table.size:
         return math.inf
-    return FALLS * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
+    return START_DURATION * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
 
 
 def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
@@ -113,8 +113,8 @@ def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
     rows = np.flatnonzero(wanted)
-    for first in range(0, rows.size, CHUNK):
-        yield Samples(*(part[rows[first : first + CHUNK]] for part in source))
+    for first in range(0, rows.size, CHUNK_INSTANTS):
+        yield Samples(*(part[rows[first : first + CHUNK_INSTANTS]] for part in source))
 
 
 def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
@@ -125,7 +125,7 @@ def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None
     """
     sizes, sources = list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
     if sampled is None:
-        step = max(1, (path.samples.time.size - 1) // (FEWEST - 1))
+        step = max(1, (path.samples.time.size - 1) // (COARSE_SAMPLES - 1))
         sources.append(Samples(*(part[::step] for part in path.samples)))
     else:
         sizes.append((path.samples.time, sampled.sizes))

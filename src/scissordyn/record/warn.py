@@ -16,7 +16,7 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.laws.validity import contact_failure, contact_warnings, loading_warnings
+from scissordyn.laws.validity import LAW_SAMPLES, contact_failure, contact_warnings, loading_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, FRICTION_RATIO, FRICTION_RATIO_MAX, INDENTATION
 from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
 from scissordyn.model.mechanism import Mechanism
@@ -25,9 +25,10 @@ from scissordyn.plan.rail import rail_axes
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.record.bars import mode_warnings
 from scissordyn.record.coupling import coupling_warnings, flank_warnings
-from scissordyn.record.film import MIXED, film_peak_warnings, film_warnings
+from scissordyn.record.film import MIXED_RATIO_MAX, film_peak_warnings, film_warnings
 from scissordyn.record.results import Run, along
 from scissordyn.record.sampling import time_mean
+from scissordyn.tolerance import ASSEMBLY_TOL, EVENT_TOL
 from scissordyn.warning import LISTED_MAX, RunWarning, group, line, plain, warning
 
 if TYPE_CHECKING:
@@ -45,22 +46,18 @@ TURNED_OVER = (
 )
 """Energies whose change during a run is what its energy balance is compared with."""
 
-UNBALANCED = 1e-3
+ENERGY_ERROR_MAX = 1e-3
 """Residual of the energy balance over the energy turned over above which a run has a warning. At the default tolerances it is
 below 1e-6."""
 
-CARRIED = 1e-6
+CARRIED_ERROR_MAX = 1e-6
 """Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
 freely carries energy and turns none over."""
 
-MOVED = 1e-9
-"""Motion below which a mechanism counts as at rest: fraction of its size, or angle [rad]. Its energies then change only by the
-errors that default tolerances permit."""
-
-LARGE_STRAIN = 0.01  # Strain of a bar above which the linear law of the model does not hold
-AT_LIMIT = 1.0 - 1e-9  # Torque over its limit above which a controller is at the limit
-RESTLESS = 0.05  # Changes of a controller from one limit to the other, as a part of the samples, above which there is a warning
-ROUNDED = 1e-9  # Distance beyond the end of a curve that counts as round-off [m, rad, rad/s]
+STRAIN_MAX = 0.01  # [-] strain of a bar above which the linear law of its material is doubtful
+LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] torque over its limit from which a controller is at the limit
+# [-] changes of a controller from one limit to the other per sample, above which there is a warning
+REVERSAL_FRACTION_MAX = 0.05
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
@@ -132,7 +129,7 @@ class Extremes:
             warnings += film_peak_warnings(joint.name, oil, *self._output(k, "pressure"))
         for i, part, output in beyond_outputs(plan):
             far, time = self._output(i, "beyond")
-            if far > ROUNDED:
+            if far > ASSEMBLY_TOL:
                 warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=time))
         return warnings + coupling_warnings(plan.mechanism)
 
@@ -147,11 +144,11 @@ class Extremes:
             warnings += [warning("failed in a case", failure=failure)] if failure else []
         for number, part in plan.actuators:
             limit = getattr(part.controller, "limit", None)
-            if limit is not None and self._effort[number] >= AT_LIMIT * limit:
+            if limit is not None and self._effort[number] >= LIMIT_RATIO_MIN * limit:
                 warnings.append(warning("at limit in a case", part.name, "actuator", limit=limit))
         for k, (joint, gap, oil) in enumerate(plan.lubricated, len(plan.components) - len(plan.lubricated)):
             least = gap.clearance - self._output(k, "eccentricity")[0]
-            if least < MIXED * oil.roughness:
+            if least < MIXED_RATIO_MAX * oil.roughness:
                 warnings.append(warning("thin film in a case", joint.name, roughness=oil.roughness, least=least))
         return list(dict.fromkeys(map(str, warnings + self.warnings())))
 
@@ -184,10 +181,10 @@ def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
 
 
 def _stands_still(plan: Plan, run: Run) -> bool:
-    """Return True if no body moves by more than `MOVED`."""
+    """Return True if no body moves by more than `ASSEMBLY_TOL`."""
     if not run.sizes["time"]:
         return True
-    motion = (run["position"].values, MOVED * plan.coordinates.size), (run["angle"].values, MOVED)
+    motion = (run["position"].values, ASSEMBLY_TOL * plan.coordinates.size), (run["angle"].values, ASSEMBLY_TOL)
     return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are NaN
 
 
@@ -196,7 +193,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
-    if not residual > max(UNBALANCED * turned_over, CARRIED * largest):
+    if not residual > max(ENERGY_ERROR_MAX * turned_over, CARRIED_ERROR_MAX * largest):
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
     finer = "a shorter step" if stepped else "a smaller rtol and atol"
@@ -209,20 +206,20 @@ def _gained(run: Run) -> list[RunWarning]:
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
         gain = np.maximum.accumulate(loss) - loss
-        if float(np.max(gain, initial=0.0)) > UNBALANCED * turned_over:
+        if float(np.max(gain, initial=0.0)) > ENERGY_ERROR_MAX * turned_over:
             worst = int(np.argmax(gain))
             warnings.append(warning("gain", source=source, variable=name, gain=gain[worst], time=time[worst]))
     warnings += [
         warning("event gain", name=name, time=when, gain=-loss)
         for name, when, loss in _events(run, "loss")
-        if -loss > CARRIED * turned_over
+        if -loss > CARRIED_ERROR_MAX * turned_over
     ]
     return warnings
 
 
 def _impulses(run: Run) -> list[RunWarning]:
     """Warn of latches that lock while a drive keeps its speed: the torque of the drive is infinite there."""
-    least = CARRIED * energy_turned_over(run)
+    least = CARRIED_ERROR_MAX * energy_turned_over(run)
     return [
         warning("impulse", name, "latch", time=when, work=work)
         for name, when, work in _events(run, "drive_work")
@@ -242,9 +239,9 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
-        if limit is None or not float(run["peak_control_torque"].values[k]) >= AT_LIMIT * limit:
+        if limit is None or not float(run["peak_control_torque"].values[k]) >= LIMIT_RATIO_MIN * limit:
             continue
-        at = np.abs(run["control_torque"].values[:, k]) >= AT_LIMIT * limit
+        at = np.abs(run["control_torque"].values[:, k]) >= LIMIT_RATIO_MIN * limit
         if not at.any():
             warnings.append(warning("at limit between samples", part.name, "actuator", limit=limit))
             continue
@@ -255,7 +252,7 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
         lasting = float(time_mean(at, time))
         warnings.append(warning(kind, part.name, "actuator", limit=limit, fraction=lasting, time=time[at][0], **numbers))
         reversals = int(np.sum(np.diff(np.sign(run["control_torque"].values[at, k])) != 0.0))
-        if reversals > max(RESTLESS * time.size, 2):
+        if reversals > max(REVERSAL_FRACTION_MAX * time.size, 2):
             warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
     return warnings
 
@@ -265,7 +262,7 @@ def _overstrained(run: Run) -> list[RunWarning]:
     warnings = list[RunWarning]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
         return warnings
-    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", LARGE_STRAIN, "strain")):
+    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", STRAIN_MAX, "strain")):
         values = along(run[name], "time", "beam")
         at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
         if values[at, which] > limit:
@@ -325,12 +322,6 @@ def _undetermined(run: Run) -> list[RunWarning]:
 
 
 MEANS = "that means: "  # Beginning of the line that explains the warning before it
-POINTS = 400  # Indentations over which a force is integrated
-
-YIELDED = 1.0 / 3.0
-"""Power of the approach speed over its limit by which an elastic force is larger than that of surfaces that yield at a constant
-pressure p: with a = sqrt(2 R delta) and F = 2 p a L the energy is (2/3) p L a^3/R, so F grows as v^(2/3), while the force of an
-elastic line contact grows as v (Johnson 1985, Contact Mechanics, section 11.5, there for a ball)."""
 
 
 def warnings_of(run: Run) -> list[RunWarning]:
@@ -348,7 +339,10 @@ def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
     """Say what a warning means for the forces, and what to change."""
     if alike[0].kind == "fast":
         ratio, name = max((item.numbers["speed"] / item.numbers["limit"], item.part) for item in alike)
-        over = ratio**YIELDED
+        # Surfaces that yield at a constant pressure p have F = 2 p a L with a = sqrt(2 R delta) and the energy (2/3) p L a^3/R:
+        # F grows as v^(2/3), while the force of an elastic line contact grows as v (Johnson 1985, Contact Mechanics, section
+        # 11.5, there for a ball).
+        over = ratio ** (1.0 / 3.0)
         factor = f"{100.0 * (over - 1.0):.0f} %" if over < 1.5 else f"a factor of {over:.2g}"
         return [
             f"{MEANS}the computed force is an upper bound; where the surfaces yield it is too large by about {factor} in the "
@@ -379,12 +373,12 @@ def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, i
 
     An impact ends where its energy is stored: laws are compared at equal energy, not at equal indentation.
     """
-    depth = indentation * np.linspace(0.0, 1.0, POINTS)
+    depth = indentation * np.linspace(0.0, 1.0, LAW_SAMPLES)
     forces = _forces(law, contact, depth)
     energy = float(np.trapezoid(forces, depth))
     reach = indentation
     for _ in range(60):
-        depth = reach * np.linspace(0.0, 1.0, POINTS)
+        depth = reach * np.linspace(0.0, 1.0, LAW_SAMPLES)
         others = _forces(other, contact, depth)
         stored = np.concatenate([[0.0], np.cumsum(0.5 * (others[1:] + others[:-1]) * np.diff(depth))])
         if stored[-1] >= energy:

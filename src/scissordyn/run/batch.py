@@ -23,15 +23,16 @@ from scissordyn.model.parameter_path import changed_all, find, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system, put_numbers
 from scissordyn.record.ideal_path import IdealPath
-from scissordyn.record.transmitted import FEWEST
+from scissordyn.record.transmitted import COARSE_SAMPLES
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import FIRST_STEPS, Driver
-from scissordyn.run.advance.loop import SLICE, UNFINISHED, advance_together
+from scissordyn.run.advance.loop import CALL_SECONDS, SLICE_STEPS_MAX, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.ideal_path import ideal_path, make_stages
 from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
 from scissordyn.run.trajectory import RECORDED_STEPS_MAX, advance_to, describe_stop, make_driver, model_failure
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
+from scissordyn.tolerance import DATA_TOL
 
 TITLE = "scissordyn batch"
 
@@ -41,9 +42,6 @@ GROUP_CASES_MAX = 16
 Preparing a single case between two calls of the loop takes three to ten times as long, since the loop leaves nothing in the
 processor's caches.
 """
-
-GROUP_SECONDS = 0.1  # [s] time that a group of cases should take, so that all threads end together and Ctrl-C is noticed
-PERTURBATION_MAX = 1e-6  # a larger perturbation is another start, not round-off
 
 
 def simulate_many(
@@ -172,8 +170,8 @@ class Perturbed:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.perturbation <= PERTURBATION_MAX:
-            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {PERTURBATION_MAX:g}")
+        if not 0.0 <= self.perturbation <= DATA_TOL:
+            raise InputError(f"perturbation = {self.perturbation!r}", f"a number from 0 to {DATA_TOL:g}")
 
     def member_of_each(self, cases: int) -> np.ndarray:
         members = np.asarray(self.members)
@@ -220,7 +218,7 @@ class Worker:
         """Return the number of cases in the next group, from the time that the last group took."""
         if not self.seconds:
             return 1
-        return max(1, min(GROUP_CASES_MAX, int(GROUP_SECONDS / self.seconds), cases // (8 * threads)))
+        return max(1, min(GROUP_CASES_MAX, int(CALL_SECONDS / self.seconds), cases // (8 * threads)))
 
     def rows(
         self,
@@ -237,7 +235,7 @@ class Worker:
                 driver = slot.started(mechanism(case), self.options, partial(perturb, case))
                 slot.path = self._compare(driver) if self.compares else None
                 if self.sampled or self.records:
-                    count = self.options.count if self.sampled else FEWEST
+                    count = self.options.count if self.sampled else COARSE_SAMPLES
                     driver.sample_at(np.linspace(0.0, self.options.until, count))
                 if self.records:
                     driver.record_steps(inside=True, most=RECORDED_STEPS_MAX)
@@ -256,14 +254,14 @@ class Worker:
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
     def _together(self, drivers: Sequence[Driver]) -> tuple[list[int], float]:
-        """Advance all drivers for about `GROUP_SECONDS`; return their statuses and the mean time per driver [s]."""
+        """Advance all drivers for about `CALL_SECONDS`; return their statuses and the mean time per driver [s]."""
         if not drivers:
             return [], 0.0
         began = clocks.perf_counter()
         steps = min(max(1, self.slice // len(drivers)), self.options.most_steps)
         statuses = advance_together(drivers, self.options.until, steps)
         seconds = clocks.perf_counter() - began
-        self.slice = min(int(sum(driver.tried for driver in drivers) * GROUP_SECONDS / max(seconds, 1e-9)), SLICE)
+        self.slice = min(int(sum(driver.tried for driver in drivers) * CALL_SECONDS / max(seconds, 1e-9)), SLICE_STEPS_MAX)
         return statuses, seconds / len(drivers)
 
     def _advance(self, driver: Driver, status: int) -> tuple[str, float]:

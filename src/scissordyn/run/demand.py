@@ -8,12 +8,14 @@ from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
     from scissordyn.plan.plan import Plan
 
-FLOAT_BYTES = 8  # [bytes] size of one floating-point number
+FLOAT_BYTES = np.dtype(float).itemsize  # [bytes] size of one floating-point number
 CYCLE_TIME = Decimal("0.001")  # [s] time to compute one cycle of a small mechanism
 UNKNOWN_MEMORY = 2**36  # [bytes] assumed memory if the system does not report its memory
 

@@ -17,7 +17,7 @@ from scissordyn.record.track import tracked
 from scissordyn.run.trajectory import compute
 
 FIRST_INTERVALS = 64  # intervals of the first, coarsest table
-REFINEMENT = 4  # refinement factor from one table to the next
+REFINEMENT_FACTOR = 4  # refinement factor from one table to the next
 
 INTERVALS_MAX = 2**18  # intervals of the finest table
 
@@ -62,9 +62,9 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         kept = between[: max(0, table.shape[0] - 1)]
         guess = quintic(0.5, step, *(np.moveaxis(part, 2, 0) for part in (table[:-1], table[1:])))
         error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.coordinates.size
-        if error <= accuracy or intervals * REFINEMENT > INTERVALS_MAX:
+        if error <= accuracy or intervals * REFINEMENT_FACTOR > INTERVALS_MAX:
             break
-        intervals *= REFINEMENT
+        intervals *= REFINEMENT_FACTOR
     warnings = []
     if path.status != "complete":
         warnings.append(

@@ -32,14 +32,11 @@ from scissordyn.record.results import Results, Variable, described, labels
 from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.simulate import simulate
 from scissordyn.run.trajectory import compute, record_trajectory
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-# smallest ratio of the motion of the inputs to their largest possible motion; below, the inputs cannot control the motion
-AUTHORITY_MIN = 1e-6
 
 
 @checked
@@ -135,7 +132,7 @@ def _forces(
         sizes = np.linalg.norm(rows, axis=1)
         authority[row] = np.linalg.svd(by_input / np.where(sizes > 0.0, sizes, 1.0)[:, None], compute_uv=False)[-1]
         side[row] = np.linalg.slogdet(np.vstack([gradients[others], rows]))[0]
-        if authority[row] > AUTHORITY_MIN:
+        if authority[row] > DATA_TOL:
             # drives and inputs do the same virtual work
             force[row] = np.linalg.solve(by_input.T, by_output.T @ (-multiplier[at] / scale))
     return force, authority, side
@@ -169,11 +166,11 @@ def _check(whole: Plan, inputs: int) -> None:
 
 def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, authority: np.ndarray, side: np.ndarray) -> None:
     """Raise `InputError` if the inputs cannot control the motion at a sample or between two samples."""
-    lost = np.flatnonzero((authority <= AUTHORITY_MIN) | (side != side[0]))
+    lost = np.flatnonzero((authority <= DATA_TOL) | (side != side[0]))
     if not lost.size:
         return
     quoted, wanted = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
-    if np.all(authority <= AUTHORITY_MIN):
+    if np.all(authority <= DATA_TOL):
         raise InputError(f"input {quoted} without authority over {wanted}: it does not move with the motion", "other inputs")
     raise InputError(
         f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",

@@ -24,7 +24,7 @@ from scissordyn.run.instants import sample_times, select_samples
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver
 
-DIVERGENCE = 0.1
+JOURNAL_DIVERGENCE = 0.1
 """[clearances] distance between two positions of a journal, relative to its bearing, from which two runs count as diverged; the
 same holds for a corner of a block across its guide"""
 
@@ -77,9 +77,9 @@ def predictability(
 ) -> dict[str, Any]:
     """Compare a run with a second run at a tighter tolerance, at the ends of the first run's steps and between them.
 
-    Runs have diverged if the positions of a journal relative to its bearing differ by `DIVERGENCE` of its clearance, or the
-    positions of a point of a body by `BODY_DIVERGENCE` of the mechanism's size. The second run is far more accurate, so their
-    difference is the error of the first. Return attributes of the run; no time is given if the horizon is unknown.
+    Runs have diverged if the positions of a journal relative to its bearing differ by `JOURNAL_DIVERGENCE` of its clearance, or
+    the positions of a point of a body by `BODY_DIVERGENCE` of the mechanism's size. The second run is far more accurate, so
+    their difference is the error of the first. Return attributes of the run; no time is given if the horizon is unknown.
     """
     # at least a few roundings; two runs whose tolerances differ by less than a factor of five cannot be compared
     rtol, atol = (max(TOLERANCE_FRACTION * tolerance, 1e-14) for tolerance in (options.rtol, options.atol))
@@ -148,7 +148,7 @@ def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, s
     limits = np.full(len(vectors), BODY_DIVERGENCE * plan.coordinates.size)
     clearance, journals = system.parameters.contact["clearance"], len(plan.mechanism.clearance_joints)
     vectors += [plan.eccentricity(j) for j in range(journals)]
-    limits = np.append(limits, DIVERGENCE * clearance[:journals])
+    limits = np.append(limits, JOURNAL_DIVERGENCE * clearance[:journals])
     apart = np.zeros(times.size)
     for vector, limit in zip(vectors, limits, strict=True):
         moved = vector.at(difference)
@@ -157,5 +157,5 @@ def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, s
         points = slice(journals, clearance.size)
         for k, time in enumerate(times.tolist()):
             ours, theirs = (guard_values(path.system, time, states[k])[points] for states in (first, second))
-            apart[k] = max(apart[k], np.max(np.abs(ours - theirs) / (DIVERGENCE * clearance[points])))
+            apart[k] = max(apart[k], np.max(np.abs(ours - theirs) / (JOURNAL_DIVERGENCE * clearance[points])))
     return apart

@@ -15,7 +15,7 @@ import math
 
 from scissordyn.kernel import kernel
 
-STIFFNESS = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * 0.05**2 * math.sqrt(0.01)
+ASPERITY_STIFFNESS = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * 0.05**2 * math.sqrt(0.01)
 """K = (16 sqrt(2) pi/15) (eta beta sigma)^2 sqrt(sigma/beta) of usual ground surfaces [1].
 
 They have eta beta sigma = 0.05 and sigma/beta = 0.01, with the number eta of asperities per area and their tip radius beta."""

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from scissordyn.components.declaration import component
-from scissordyn.components.film.asperities import STIFFNESS, asperity_contact, mean_gap
+from scissordyn.components.film.asperities import ASPERITY_STIFFNESS, asperity_contact, mean_gap
 from scissordyn.components.film.impedance import (
     finite_table,
     long_bearing,
@@ -25,7 +25,7 @@ from scissordyn.laws.material import STEEL
 from scissordyn.units import Meaning, Quantity
 
 MODELS = ("finite", "short", "long")  # Bearing models: their place is the kernel's number for them
-FIRST = 8  # Index of the first number of the table among the parameters
+FIRST_TABLE_VALUE = 8  # Index of the first number of the table among the parameters
 
 
 def force(
@@ -67,19 +67,19 @@ def force(
     elif model == 2.0:
         radial, tangential = long_bearing(e, sine, cosine, full == 1.0)
     else:
-        radial, tangential, pressure = tabulated(table, FIRST, gap, direction)
+        radial, tangential, pressure = tabulated(table, FIRST_TABLE_VALUE, gap, direction)
         tangential = math.copysign(1.0, sine) * tangential
     stiff = viscosity * (radius / clearance) * (radius / clearance) * size
     if differences == 0.0:
         if model > 0.0:
-            pressure = tabulated_pressure(table, FIRST, gap, direction)
+            pressure = tabulated_pressure(table, FIRST_TABLE_VALUE, gap, direction)
         pressure = max(stiff * pressure, 0.0)
         # Reynolds' equation without a condition on p is odd in the velocity; the cavity of a wedge is in the model of p >= 0,
         # the one that a journal leaves behind is not
         if full == 1.0:
-            tension = max(stiff * tabulated_pressure(table, FIRST, gap, math.pi - direction), 0.0)
+            tension = max(stiff * tabulated_pressure(table, FIRST_TABLE_VALUE, gap, math.pi - direction), 0.0)
         elif cosine < 0.0:
-            tension = max(-cosine * stiff * squeezed_pressure(table, FIRST, gap), 0.0)
+            tension = max(-cosine * stiff * squeezed_pressure(table, FIRST_TABLE_VALUE, gap), 0.0)
     stiff *= radius * length
     fx, fy = stiff * (radial * nx - tangential * ny), stiff * (radial * ny + tangential * nx)
     shear = 2.0 * math.pi * viscosity * speed * radius * radius * radius * length / (clearance * math.sqrt(1.0 - e * e))
@@ -136,7 +136,7 @@ class Film:
     length: Annotated[float, Quantity("m", **LENGTH, help="axial length L of the bearing")] = 15e-3
     roughness: Annotated[float, Quantity("m", **LENGTH, help="combined rms roughness sigma of both surfaces")] = 1e-6
     modulus: Annotated[float, Quantity("Pa", minimum=0.0, maximum=1e13, help="K E* of the asperities")] = (
-        0.5 * STIFFNESS / STEEL.compliance
+        0.5 * ASPERITY_STIFFNESS / STEEL.compliance
     )
     model: Annotated[str, Meaning("finite, short or long bearing")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, too, as under high ambient pressure")] = False
@@ -161,7 +161,7 @@ def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
 
     def damping(away: float, rate: float) -> float:
         plain: Any = force
-        return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *without[:FIRST], without)[0]) / rate
+        return -float(plain(away, 0.0, 0.0, rate, 0.0, 0.0, 1.0, *without[:FIRST_TABLE_VALUE], without)[0]) / rate
 
     stronger = 2.0 * damping(nearest, 1.0) / (damping(here, 1.0) + damping(here, -1.0))
     return np.concatenate([[stronger * viscosity], without[1:]])

@@ -19,29 +19,28 @@ TABLE = Path(__file__).parent / "finite.npz"
 GAPS, DIRECTIONS = 20, 33
 """Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
 
-NEAREST = 1e-3  # Least film thickness of the table over the clearance; below, impedances grow as those of a long bearing
+TABLE_THICKNESS_MIN = 1e-3  # [clearances] least film thickness of the table; below, impedances grow as those of a long bearing
 
 POWERS = 1.5, 1.0, 2.0
 """By which powers of the film thickness radial force, tangential force and pressure of the table are divided."""
 
-SHARP = 0.15  # Range of psi about pi/2 in which nodes are closest [rad]: there the film passes from one side to the other
+DIRECTION_WIDTH = 0.15  # [rad] range of psi about pi/2 with the closest nodes: there the film passes from one side to the other
 
-WIDEST = 3.0441218408957904  # asinh(pi / (2 SHARP))
+WIDEST = 3.0441218408957904  # asinh(pi / (2 DIRECTION_WIDTH))
 
-ROOT = math.sqrt(NEAREST)
+ROOT = math.sqrt(TABLE_THICKNESS_MIN)
 
-WIDTH = DIRECTIONS + 2  # Columns of a table with its neighbours on both sides
-STEPS = 4  # Newton steps for the end of a long bearing's film; fewer are enough
+TABLE_WIDTH = DIRECTIONS + 2  # Columns of a table with its neighbours on both sides
 
 
 def eccentricities() -> np.ndarray:
     """Return eccentricities at equal steps of the root of the least film thickness, from contact on, shape (GAPS,)."""
-    return 1.0 - np.linspace(math.sqrt(NEAREST), 1.0, GAPS) ** 2
+    return 1.0 - np.linspace(math.sqrt(TABLE_THICKNESS_MIN), 1.0, GAPS) ** 2
 
 
 def directions() -> np.ndarray:
     """psi, shape (DIRECTIONS,) [rad]."""
-    return 0.5 * math.pi + SHARP * np.sinh(WIDEST * np.linspace(-1.0, 1.0, DIRECTIONS))
+    return 0.5 * math.pi + DIRECTION_WIDTH * np.sinh(WIDEST * np.linspace(-1.0, 1.0, DIRECTIONS))
 
 
 def steepness(eccentricity: float | np.ndarray) -> np.ndarray:
@@ -86,7 +85,7 @@ def long_end(e, sine, cosine):
     b, a = -sine / (2.0 + e * e), abs(cosine) / ((1.0 + e) * (1.0 + e))
     k = b / max(a, 1e-100)
     t = k * (2.0 - e)
-    for _ in range(STEPS):
+    for _ in range(4):  # Newton steps for the end of a long bearing's film; fewer are enough
         top, bottom = (2.0 - e) * t * t + 2.0 + e, t * t + 1.0 + e
         slope = 2.0 * t * t * e * e / top / bottom
         t = (t * slope + k * top / bottom) / (1.0 + slope)
@@ -137,7 +136,7 @@ def cubic_weights(f):
 @kernel
 def row_of(gap):
     """Row of a cell of the table, and where in it a film thickness over the clearance lies."""
-    x = (math.sqrt(max(gap, NEAREST)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
+    x = (math.sqrt(max(gap, TABLE_THICKNESS_MIN)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
     row = min(max(int(x), 0), GAPS - 2)
     return row, x - row
 
@@ -145,7 +144,7 @@ def row_of(gap):
 @kernel
 def column_of(direction):
     """Column of a cell of the table, and where in it a direction lies."""
-    y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / SHARP) / WIDEST + 1.0) * (DIRECTIONS - 1)
+    y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / DIRECTION_WIDTH) / WIDEST + 1.0) * (DIRECTIONS - 1)
     column = min(max(int(y), 0), DIRECTIONS - 2)
     return column, y - column
 
@@ -163,7 +162,7 @@ def tabulated(table, first, gap, direction):
     across, along = cubic_weights(fx), cubic_weights(fy)
     radial = tangential = pressure = 0.0
     for k in range(4):
-        at = first + 3 * ((row + k) * WIDTH + column)
+        at = first + 3 * ((row + k) * TABLE_WIDTH + column)
         for l in range(4):
             weight, node = across[k] * along[l], at + 3 * l
             radial += weight * table[node]
@@ -180,7 +179,7 @@ def tabulated_pressure(table, first, gap, direction):
     across, along = cubic_weights(fx), cubic_weights(fy)
     pressure = 0.0
     for k in range(4):
-        at = first + 3 * ((row + k) * WIDTH + column) + 2
+        at = first + 3 * ((row + k) * TABLE_WIDTH + column) + 2
         for l in range(4):
             pressure += across[k] * along[l] * table[at + 3 * l]
     return pressure / steepness_at(gap)[2]
@@ -192,14 +191,14 @@ def squeezed_pressure(table, first, gap):
     row, fx = row_of(gap)
     across, pressure = cubic_weights(fx), 0.0
     for k in range(4):
-        pressure += across[k] * table[first + 3 * ((row + k) * WIDTH + 1) + 2]
+        pressure += across[k] * table[first + 3 * ((row + k) * TABLE_WIDTH + 1) + 2]
     return pressure / steepness_at(gap)[2]
 
 
 def padded(table: np.ndarray) -> np.ndarray:
     """The table with one more node on each side: by symmetry in psi, along a parabola in the film thickness.
 
-    Shapes: `table` (GAPS, DIRECTIONS, 3); returns (GAPS + 2, WIDTH, 3).
+    Shapes: `table` (GAPS, DIRECTIONS, 3); returns (GAPS + 2, TABLE_WIDTH, 3).
     """
     odd = np.array([1.0, -1.0, 1.0])
     wide = np.concatenate([table[:, 1:2] * odd, table, table[:, -2:-1] * odd], axis=1)

@@ -14,7 +14,7 @@ AXIS_POINTS = 9  # Number of points on the axis of a beam, or of each span of a 
 
 AXIS_LINE = np.stack([np.linspace(0.0, 1.0, AXIS_POINTS), np.zeros(AXIS_POINTS)], axis=1)
 
-SQUARE = 0.7 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])  # [symbol sizes]
 
 Drawn = tuple[Strokes, np.ndarray]  # Placed strokes, and position of the name, shape (samples, 2) [m]
 

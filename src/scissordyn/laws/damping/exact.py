@@ -9,16 +9,16 @@ from functools import cache
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
-LONGEST = 700.0
+EXPONENT_MAX = 700.0
 """The roots are sought in u, where s = 1 - e^-u, which resolves the end near 1 where they lie for soft contacts; e^-700 is
 about the last normal number."""
 
-SMALL = 0.1  # Below this x - ln(1+x) loses digits and a series takes over
+SERIES_ARGUMENT_MAX = 0.1  # [-] below, x - ln(1+x) loses digits and a series replaces it
 
 
 def _excess(x: float) -> float:
     """X - ln(1+x) without cancellation."""
-    if abs(x) > SMALL:
+    if abs(x) > SERIES_ARGUMENT_MAX:
         return x - math.log1p(x)
     r = x / (2.0 + x)  # ln(1+x) = 2 artanh r, and x - 2 r = x r
     return x * r - 2.0 * sum(r**k / k for k in range(3, 17, 2))
@@ -26,11 +26,11 @@ def _excess(x: float) -> float:
 
 def _root(factor_of: Callable[[float], float]) -> float:
     """The s = xi e in [0, 1) at which s + ln(1-s) = ln(1+xi) - xi, xi as it goes with s."""
-    low, high = 0.0, LONGEST
+    low, high = 0.0, EXPONENT_MAX
     for _ in range(80):
         u = 0.5 * (low + high)
         s = -math.expm1(-u)
-        lost = _excess(-s) if s < SMALL else u - s
+        lost = _excess(-s) if s < SERIES_ARGUMENT_MAX else u - s
         if lost < _excess(factor_of(s)):
             low = u
         else:

@@ -8,7 +8,7 @@ from scissordyn.laws.contact import JointContact, TangentElastic
 from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
-PIECES = 3  # Number of quadrature intervals of b^2; with one interval the pole costs six digits
+QUADRATURE_PIECES = 3  # Number of quadrature intervals of b^2; with one interval the pole costs six digits
 LAST_ARC = 0.75  # b^2 beyond which the law continues along its tangent; its pole is at 0.834, about ten clearances
 
 
@@ -26,11 +26,11 @@ def energy(indentation, scale, clearance, deepest, last_force, last_stiffness):
     within = indentation - rest
     last = within / (2.0 * clearance + within)
     total = 0.0
-    for piece in range(PIECES):
+    for piece in range(QUADRATURE_PIECES):
         for k in range(NODES.size):
-            q = last * (piece + NODES[k]) / PIECES
+            q = last * (piece + NODES[k]) / QUADRATURE_PIECES
             total += WEIGHTS[k] * q * (q + 1.0) / ((2.0 - math.log1p(q) - 2.0 * q * q) * (1.0 - q) ** 2)
-    return scale * 2.0 * clearance * total * last / PIECES + rest * (last_force + 0.5 * last_stiffness * rest)
+    return scale * 2.0 * clearance * total * last / QUADRATURE_PIECES + rest * (last_force + 0.5 * last_stiffness * rest)
 
 
 @element(

@@ -13,7 +13,7 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.advance.system import advance_systems
 
-SLICE = 20_000  # largest number of steps between two checks of Ctrl-C and progress; the steps themselves do not depend on it
+SLICE_STEPS_MAX = 20_000  # [steps] largest number between two checks of Ctrl-C; the steps do not depend on it
 
 CALL_SECONDS = 0.1
 """[s] duration of one call of the compiled loop; Python handles Ctrl-C only between two calls."""
@@ -51,7 +51,7 @@ def advance(
         taken = driver.tried - before
         left -= max(1, taken)
         if status == loop.ADVANCING:
-            driver.pace = next_slice(taken, clocks.perf_counter() - called, SLICE)
+            driver.pace = next_slice(taken, clocks.perf_counter() - called, SLICE_STEPS_MAX)
         if status == loop.CHANGE_POINT:
             status = loop.ADVANCING
         if status in GROWING:

@@ -285,9 +285,9 @@ def infinite(document):
     ("add", "said"),
     [
         (within_itself, "block 'A' of the DXF inserts itself"),
-        (doubled, f"more than {dxf_entity.EXPANDED_MAX} entities"),
-        (nested, f"nested too deeply; expected at most {dxf_entity.NESTED_MAX} levels"),
-        (arrayed, f"more than {dxf_entity.EXPANDED_MAX} entities"),
+        (doubled, f"more than {dxf_entity.ENTITIES_MAX} entities"),
+        (nested, f"nested too deeply; expected at most {dxf_entity.NESTING_MAX} levels"),
+        (arrayed, f"more than {dxf_entity.ENTITIES_MAX} entities"),
         (many, "more than 10000 corners and points"),
         (infinite, r"LINE \w+ of the DXF in m = \(inf, 0.0\)"),
         (lambda document: document.modelspace().add_blockref("NONE", (0, 0)), "refers to block 'NONE'"),

@@ -14,17 +14,26 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
+from scissordyn.plot.style import SIZES
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.answers import MAX_POINTS, Chosen, cards, contact_table, curves_as_csv, differences, figures, orbit
+from scissordyn.explore.answers import (
+    CURVE_POINTS_MAX,
+    Chosen,
+    cards,
+    contact_table,
+    curves_as_csv,
+    differences,
+    figures,
+    orbit,
+)
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
-from scissordyn.plot.animation_scene import MAGNIFIED_CLEARANCE
 from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.scale import engineering
 from scissordyn.record.summary import summary_of
@@ -114,7 +123,7 @@ def test_controller_and_motor_have_torque_and_work() -> None:
     assert run["motor_work"].values[-1] > 0.1
 
 
-@pytest.mark.parametrize("samples", [41, 3 * MAX_POINTS])
+@pytest.mark.parametrize("samples", [41, 3 * CURVE_POINTS_MAX])
 def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int) -> None:
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
@@ -124,18 +133,18 @@ def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int)
         scale, line = engineering("N" if name == "force" else "N m", peak), figure["lines"][0]
         assert figure["unit"] == scale.unit
         assert np.abs(line["y"]).max() == pytest.approx(scale.factor * peak, rel=1e-12)
-        assert line["x"].size <= MAX_POINTS + 2
+        assert line["x"].size <= CURVE_POINTS_MAX + 2
 
 
 def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
     """Contract: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
-    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * MAX_POINTS)
+    run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * CURVE_POINTS_MAX)
     drawn = orbit(run, "slider pin", 1.0)
     place = run["eccentricity"].sel(joint="slider pin")
     assert np.hypot(drawn["x"], drawn["y"]).max() == np.hypot(*place.transpose("axis", "time").values).max()
     for axis in "xy":
         assert (drawn[axis].min(), drawn[axis].max()) == (place.sel(axis=axis).min(), place.sel(axis=axis).max())
-    assert drawn["x"].size <= MAX_POINTS + 2
+    assert drawn["x"].size <= CURVE_POINTS_MAX + 2
 
 
 CLEARANCE, WIDTH = 1e-4, 0.02
@@ -150,8 +159,8 @@ def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
     assert channel["name"] == "guide"
     assert channel["joint"].startswith("guide/corner ")
     assert dict(channel["surfaces"]) == {
-        1.0: pytest.approx(1.0 + MAGNIFIED_CLEARANCE),
-        -1.0: pytest.approx(-1.0 - MAGNIFIED_CLEARANCE),
+        1.0: pytest.approx(1.0 + SIZES.magnified_clearance),
+        -1.0: pytest.approx(-1.0 - SIZES.magnified_clearance),
     }
     block = np.frombuffer(base64.b64decode(channel["block"]), np.float32).reshape(201, channel["count"], 2)
     touching = np.frombuffer(base64.b64decode(channel["touching"]), np.uint8).reshape(201, channel["count"])

@@ -25,7 +25,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import ring_size, scene_of, upright
 from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.file import svg
-from scissordyn.plot.label import LEADER_MIN, LETTER_WIDTH, LINE_HEIGHT, REGION, name_offsets
+from scissordyn.plot.label import PLACING, name_offsets
 from scissordyn.plot.preview import preview
 from scissordyn.plot.still import structure
 from scissordyn.plot.stroke import kinematics
@@ -321,7 +321,7 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
     for low, high, place, others in anchored:
         near = np.clip(place, low, high)
         away = math.dist(near, place)
-        if away > LEADER_MIN:
+        if away > PLACING.leader_min:
             steps = np.linspace(0.0, 1.0, 200)[:, None]
             points = place + steps * (near - place)
             assert np.linalg.norm(points[:, None] - others, axis=2).min() > RADIUS
@@ -352,16 +352,18 @@ def test_names_of_a_film_keep_off_lines() -> None:
     joints, names = np.stack([crank, end], axis=1), ["crank pin", "slider pin"]
     lines = [np.stack([fixed, crank], axis=1), np.stack([crank, end], axis=1)]
     every = name_offsets(names, joints, lines, fixed[:, None], (np.array([-0.4, -0.3]), np.array([0.8, 0.4])), looks=60)
-    half = 0.5 * np.array([[LETTER_WIDTH * len(name), LINE_HEIGHT] for name in names])
+    half = 0.5 * np.array([[PLACING.letter_width * len(name), PLACING.line_height] for name in names])
     hidden = 0
     for frame, found in enumerate(every):
-        places = REGION / 1.2 * np.stack([crank[frame], end[frame], fixed[frame]])
+        places = PLACING.region / 1.2 * np.stack([crank[frame], end[frame], fixed[frame]])
         boxes = [(places[k] + found[k] - half[k], places[k] + found[k] + half[k]) for k in range(2)]
         for low, high in boxes:
             assert np.all(np.linalg.norm(np.clip(places, low, high) - places, axis=1) > RING)
             for line in lines:
                 points = (
-                    REGION / 1.2 * (line[frame][0] + np.linspace(0.0, 1.0, 400)[:, None] * (line[frame][1] - line[frame][0]))
+                    PLACING.region
+                    / 1.2
+                    * (line[frame][0] + np.linspace(0.0, 1.0, 400)[:, None] * (line[frame][1] - line[frame][0]))
                 )
                 hidden += int(np.any(np.all((points > low) & (points < high), axis=1)))
         assert not any(np.all((a[0] < b[1]) & (b[0] < a[1])) for a, b in itertools.combinations(boxes, 2))
@@ -377,7 +379,7 @@ def test_names_of_crowded_joints() -> None:
     high = np.linspace(0.1, 0.4, 24)[:, None] * np.arange(1, 7)
     joints = np.stack([0.0 * high, high], axis=2)
     region = np.array([-2.0, -0.5]), np.array([2.0, 9.5])
-    half = 0.5 * np.array([LETTER_WIDTH * 12, LINE_HEIGHT])
+    half = 0.5 * np.array([PLACING.letter_width * 12, PLACING.line_height])
     for longer in (200.0, 340.0):
         every = name_offsets(names, joints, [joints], np.empty((24, 0, 2)), region, longer=longer, looks=24)
         for places, found in zip(longer / 10.0 * joints, every, strict=True):
@@ -412,7 +414,7 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
     every = name_offsets(
         ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"], joints, [joints], np.empty((30, 0, 2)), region, looks=30
     )
-    scale, half = REGION / 2.25, 0.5 * np.array([LETTER_WIDTH * 12, LINE_HEIGHT])
+    scale, half = PLACING.region / 2.25, 0.5 * np.array([PLACING.letter_width * 12, PLACING.line_height])
     for places, found in zip(scale * joints, every, strict=True):
         for k in range(3):
             low, high = places[k] + found[k] - half, places[k] + found[k] + half

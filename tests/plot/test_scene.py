@@ -28,16 +28,16 @@ from scissordyn.model.body import Body, bar, point_mass
 from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film, animate
-from scissordyn.plot.animation_scene import MAGNIFIED_CLEARANCE, Scene, guides_for_contacts, outline, scene_of
+from scissordyn.plot.animation_scene import Scene, guides_for_contacts, outline, scene_of
 from scissordyn.plot.canvas import pack_scene, page
 from scissordyn.plot.drawing import BAR_FILLS, block_walls
 from scissordyn.plot.joint import orbit
 from scissordyn.plot.report import draw_all
-from scissordyn.plot.series import MOST_JOINTS
 from scissordyn.plot.still import structure
-from scissordyn.plot.style import SKY, VERMILION
+from scissordyn.plot.style import SIZES, SKY, VERMILION
 from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
+from scissordyn.warning import LISTED_MAX
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, INSTANTS, made_up, mechanism_with
 
@@ -95,9 +95,9 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
     """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the path ends at the journal."""
     joint = scene.clearance_joints[0]
     eccentricity = run["eccentricity"].sel(joint="A").values
-    np.testing.assert_allclose(joint.journal / MAGNIFIED_CLEARANCE, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
+    np.testing.assert_allclose(joint.journal / SIZES.magnified_clearance, eccentricity[FRAMES] / CLEARANCE, rtol=1e-12)
     np.testing.assert_array_equal(joint.path[joint.reached - 1], joint.journal)
-    assert joint.gain == pytest.approx(MAGNIFIED_CLEARANCE * 10e-3 / CLEARANCE, rel=1e-12)
+    assert joint.gain == pytest.approx(SIZES.magnified_clearance * 10e-3 / CLEARANCE, rel=1e-12)
 
 
 def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
@@ -343,9 +343,9 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
     axes = magnified(run, arm, sample, "A")
     bearing, journal = axes.patches
     away = math.hypot(*journal.center)
-    assert bearing.radius == 1.0 + MAGNIFIED_CLEARANCE
+    assert bearing.radius == 1.0 + SIZES.magnified_clearance
     assert away == pytest.approx(
-        MAGNIFIED_CLEARANCE * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12
+        SIZES.magnified_clearance * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12
     )
     assert journal.get_edgecolor() == to_rgba(VERMILION)
     assert axes.get_xlabel() == "clearance magnified 7\ntimes"
@@ -406,10 +406,10 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     drawn = structure(started, arm, times=1)
     titles = [axes.get_title().replace("joint ", "").split("\n")[0] for axes in drawn[1:]]
     shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
-    assert len(titles) == MOST_JOINTS
+    assert len(titles) == LISTED_MAX
     assert shown & set(names) == set(titles)
     figure = drawn[0].get_figure(root=True)
-    assert figure.get_supxlabel() == f"{len(names) - MOST_JOINTS} more clearance joints with smaller forces"
+    assert figure.get_supxlabel() == f"{len(names) - LISTED_MAX} more clearance joints with smaller forces"
 
 
 def test_height_of_wide_structures() -> None:
@@ -442,15 +442,15 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     sample = int(np.argmax(below.values))
     axes = magnified(fallen, linkage, sample, "guide")
     right, left = sorted(float(line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "-")
-    assert (right, left) == (pytest.approx(-1.0 - MAGNIFIED_CLEARANCE), pytest.approx(1.0 + MAGNIFIED_CLEARANCE))
+    assert (right, left) == (pytest.approx(-1.0 - SIZES.magnified_clearance), pytest.approx(1.0 + SIZES.magnified_clearance))
     block = axes.patches[-1]
     tips = block.get_xy()[:4]
     for number, side in ((1, -1), (2, -1), (3, 1), (4, 1)):
         delta = float(fallen["indentation"].sel(joint=f"guide/corner {number}").values[sample])
-        wanted = side * (1.0 + MAGNIFIED_CLEARANCE + MAGNIFIED_CLEARANCE * delta / GUIDE_CLEARANCE)
+        wanted = side * (1.0 + SIZES.magnified_clearance + SIZES.magnified_clearance * delta / GUIDE_CLEARANCE)
         assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
     assert block.get_edgecolor() == to_rgba(VERMILION)
-    gain = MAGNIFIED_CLEARANCE * 0.5 * WIDTH / GUIDE_CLEARANCE
+    gain = SIZES.magnified_clearance * 0.5 * WIDTH / GUIDE_CLEARANCE
     assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
 
 

@@ -15,8 +15,8 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.explore.case import open_case
-from scissordyn.file.checksum import LINE_BYTES, verify_checksum
-from scissordyn.file.netcdf import CHUNK_BYTES, chunk_options
+from scissordyn.file.checksum import CHUNK_BYTES, LINE_BYTES, verify_checksum
+from scissordyn.file.netcdf import chunk_options
 
 
 @pytest.fixture(scope="module")

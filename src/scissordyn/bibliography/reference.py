@@ -25,8 +25,8 @@ PLACES = ("journal", "booktitle", "publisher", "school", "institution")
 
 UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
 
-SIGNIFICANT = 9  # Number of letters of a family name that are compared; a particle or another author may follow
-MIN_DOI_PLACES = 2  # A DOI found at this number of places is verified
+COMPARED_LETTERS = 9  # Number of letters of a family name that are compared; a particle or another author may follow
+DOI_PLACES_MIN = 2  # A DOI found at this number of places is verified
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Reference:
     @property
     def verified(self) -> bool:
         """True if the DOI was found at two places."""
-        return bool(self.doi) and len(self.seen) >= MIN_DOI_PLACES
+        return bool(self.doi) and len(self.seen) >= DOI_PLACES_MIN
 
     @property
     def text(self) -> str:
@@ -172,7 +172,7 @@ def _plain(name: str) -> tuple[str, str]:
     """Return a family name in ASCII letters, in both usual spellings: umlauts without dots, or with an e."""
     german = name.lower().translate(UMLAUTS)
     both = (re.sub(r"[^a-z]", "", unicodedata.normalize("NFD", spelt)) for spelt in (name.lower(), german))
-    first, second = (letters[:SIGNIFICANT] for letters in both)
+    first, second = (letters[:COMPARED_LETTERS] for letters in both)
     return first, second
 
 

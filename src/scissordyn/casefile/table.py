@@ -13,7 +13,7 @@ from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import members, plain_hint
-from scissordyn.casefile.quantity import example, read_quantity, written
+from scissordyn.casefile.quantity import INTEGER_MAX, example, read_quantity, written
 from scissordyn.casefile.text import Place, place_text
 from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
@@ -62,7 +62,6 @@ def reader_of(hint: Any, about: tuple[Any, ...]) -> Reader | None:
 
 
 Hints = tuple[tuple[str, Any], ...]  # names of fields, and annotations that replace their own
-WRITTEN_MAX = 10**300  # a larger whole number is not written out; Python refuses to write more than 4300 digits
 
 
 # description of the expected value, by its type
@@ -81,7 +80,7 @@ def toml(value: Any) -> str:
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, int) and abs(value) > WRITTEN_MAX:
+    if isinstance(value, int) and abs(value) > INTEGER_MAX:
         return "a number of hundreds of digits"
     return f"{value!r}"
 

@@ -20,7 +20,7 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     from scissordyn.collection.catalogue import Entry
 
-NARROW = 90  # [columns] a narrower terminal shows the bounds of a parameter in the column of its meaning
+NARROW_COLUMNS = 90  # [columns] a narrower terminal shows the bounds of a parameter in the column of its meaning
 
 CATALOGUE = {"name": "name", "what it is": "text", "source": "text"}
 
@@ -222,7 +222,7 @@ def print_parameters(element: type) -> list[str]:
     from scissordyn.casefile.table import table_of
 
     keys, rows = table_of(element).declared_keys(), []
-    narrow = console().width < NARROW
+    narrow = console().width < NARROW_COLUMNS
     for name, key in keys.items():
         quantity = key.quantity
         allowed = quantity.bounds if quantity else "true or false"

@@ -15,6 +15,7 @@ import numpy as np
 from scissordyn.casefile.part import coordinate_words, coupling_lines
 from scissordyn.casefile.quantity import written
 from scissordyn.casefile.time_function import units_of
+from scissordyn.cli.output import ROWS_MAX
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
@@ -36,6 +37,7 @@ from scissordyn.run.demand import check_samples
 from scissordyn.run.ideal import IDEAL_SAMPLES
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import make_driver
+from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
@@ -44,14 +46,9 @@ if TYPE_CHECKING:
     from scissordyn.components.declaration import Component
     from scissordyn.studies.compute.convergence import Convergence
 
-MOST_NAMES = 20  # All joints of a mechanism that has more than these are not named one by one
-PATIENCE = 2.0  # Time for the motion with ideal joints [s]; where that takes longer, what follows from it is not shown
+IDEAL_SECONDS_MAX = 2.0  # [s] to compute the motion with ideal joints; if it takes longer, what follows from it is left out
 
-TURNS = 2  # Turns of a drive over which forces without inertia are computed
-ROUND_OFF = 1e-9  # Forces without inertia below this part of the largest reaction are round-off: nothing is loaded
-
-UNMOVED = 1e-6
-"""Largest assembly correction that is reported as none: fraction of the mechanism's size, or angle [rad]."""
+STATICS_TURNS = 2  # [revolutions] of a drive over which forces without inertia are computed
 
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
@@ -151,7 +148,7 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
             names.setdefault(text, []).append(part.name)
 
     def subject(those: list[str]) -> str:
-        every = len(those) == len(parts) > MOST_NAMES
+        every = len(those) == len(parts) > ROWS_MAX
         return f"All {len(parts)} {kind.lower()}s" if every else f"{kind}{'s' * (len(those) > 1)} {', '.join(those)}"
 
     return [f"{subject(those)}: {text}" for text, those in names.items()]
@@ -160,7 +157,7 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
     """Return the whole motion with ideal joints; the reason if it does not exist, or "" if it ends early or takes long."""
     try:
-        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(PATIENCE))
+        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(IDEAL_SECONDS_MAX))
     except TimeIsOverError:
         return ""
     except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot
@@ -299,14 +296,14 @@ def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]
     if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
         return []
     turned = rotations(mechanism, until)
-    turns, shown = "", np.searchsorted(turned, TURNS * 2.0 * math.pi, side="right")
+    turns, shown = "", np.searchsorted(turned, STATICS_TURNS * 2.0 * math.pi, side="right")
     if shown < turned.size:
-        turns, until = f" in {TURNS} turns", until * float(shown - 1) / (turned.size - 1)
+        turns, until = f" in {STATICS_TURNS} turns", until * float(shown - 1) / (turned.size - 1)
     try:
         peaks = static_peaks(rigid(mechanism), until)
     except InputError as error:
         return [f"Without inertia: {error.what}."]
-    parts, round_off = [], ROUND_OFF * float(np.nanmax(ideal["peak_reaction"].values, initial=0.0))
+    parts, round_off = [], ASSEMBLY_TOL * float(np.nanmax(ideal["peak_reaction"].values, initial=0.0))
     kinds = ("drive torque", "rod force", "coordinate drive torque", "coordinate drive force", "reaction", "reaction moment")
     for kind in (*kinds, "weld force", "weld moment"):
         longer = [other for other in kinds if other.startswith(f"{kind} ")]
@@ -330,8 +327,8 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
         moves.append((math.dist(placed, there["position"].values.tolist()), body.name))
         turns.append((abs(math.remainder(float(there["angle"]) - body.placed_angle, 2.0 * math.pi)), body.name))
     (far, farthest), (turn, turned) = (max(pairs, key=lambda pair: pair[0], default=(0.0, "")) for pairs in (moves, turns))
-    parts = [f"moves the mass centre of body '{farthest}' by {1e3 * far:.4g} mm"] * (far > UNMOVED * mechanism.size)
-    parts += [f"rotates body '{turned}' by {math.degrees(turn):.4g} deg"] * (turn > UNMOVED)
+    parts = [f"moves the mass centre of body '{farthest}' by {1e3 * far:.4g} mm"] * (far > DATA_TOL * mechanism.size)
+    parts += [f"rotates body '{turned}' by {math.degrees(turn):.4g} deg"] * (turn > DATA_TOL)
     return f"Assembly {' and '.join(parts)}, more than any other body." if parts else "The mechanism closes as it is placed."
 
 
@@ -379,7 +376,7 @@ def _forces(ideal: xr.Dataset) -> list[str]:
         worst, joint = short(float(force[most]), "N"), ideal["joint"].values[most]
         instant = short(float(ideal["peak_reaction_time"].values[most]), "s")
         lines.append(f"Largest reaction with ideal joints: {worst} at '{joint}', at {instant}.")
-    return lines + _further_forces(ideal, ROUND_OFF * float(np.nanmax(force, initial=0.0)))
+    return lines + _further_forces(ideal, ASSEMBLY_TOL * float(np.nanmax(force, initial=0.0)))
 
 
 FURTHER = (

@@ -12,14 +12,13 @@ from typer import Argument, Option
 
 from scissordyn.casefile.quantity import written
 from scissordyn.cli.option import PictureFormat, SavedRun, read_run
-from scissordyn.cli.output import check_folder, print_table, say
+from scissordyn.cli.output import ROWS_MAX, check_folder, print_table, say
 from scissordyn.units import cell
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 20  # Differing entries of the configurations that are listed
-MULTIPLE = 10.0  # Ratio from which a change is written as a multiple
+MULTIPLE_RATIO_MIN = 10.0  # [-] ratio from which a change is written as a multiple
 
 LAST = {
     "slider_position": ("position at the end", "m"),
@@ -67,11 +66,11 @@ def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, 
 
     entries = list(differences(read_configuration(first), read_configuration(second)))
     if entries:
-        print_table([("entry", "text"), *((label, "numbers") for label in labels)], entries[:MOST])
+        print_table([("entry", "text"), *((label, "numbers") for label in labels)], entries[:ROWS_MAX])
     else:
         say("Both runs are of the same case.")
-    if len(entries) > MOST:
-        say(f"... and {len(entries) - MOST} more entries differ")
+    if len(entries) > ROWS_MAX:
+        say(f"... and {len(entries) - ROWS_MAX} more entries differ")
     others, rows = measures(second), []
     for name, (value, unit) in measures(first).items():
         if name in others:
@@ -123,7 +122,9 @@ def change(value: float, other: float) -> str:
     if not value:
         return "0 %" if other == value else "-"
     ratio = other / value
-    return f"{float(f'{ratio:.3g}'):g} times" if ratio >= MULTIPLE else f"{100.0 * (other - value) / abs(value):+.3g} %"
+    return (
+        f"{float(f'{ratio:.3g}'):g} times" if ratio >= MULTIPLE_RATIO_MIN else f"{100.0 * (other - value) / abs(value):+.3g} %"
+    )
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.engine import Engine
 
-MOST_THREADS = 4096  # More than any machine has processors
+THREADS_MAX = 4096  # More than any machine has processors
 WORKER_BYTES = 100_000_000  # Memory of a process with the libraries alone
 
 CaseFile = Annotated[Path, Argument(help="A case file.")]
@@ -45,7 +45,7 @@ BarQuantity = Annotated[
     Option("--bars", metavar="QUANTITY", help="On bars that bend: stress, utilisation, 'bending moment' or 'axial force'."),
 ]
 ThreadCount = Annotated[
-    int | None, Option(help="Threads of this process; one per processor if not given.", min=1, max=MOST_THREADS)
+    int | None, Option(help="Threads of this process; one per processor if not given.", min=1, max=THREADS_MAX)
 ]
 WorkerCount = Annotated[int | None, Option(help="Processes on this machine instead.", min=1)]
 Scheduler = Annotated[str | None, Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")]

@@ -23,7 +23,8 @@ STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
 
 PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 
-WIDTH = 100  # Columns of the output without a terminal
+ROWS_MAX = 20  # [rows] of a list: joints, contacts, or entries that differ
+PLAIN_COLUMNS = 100  # [letters] width of the output without a terminal
 
 LOOKS: dict[str, dict[str, Any]] = {
     "name": {"no_wrap": True},  # which is copied
@@ -32,7 +33,7 @@ LOOKS: dict[str, dict[str, Any]] = {
     "numbers": {"justify": "right", "overflow": "fold"},
     "long name": {"overflow": "fold"},
 }
-NARROWEST = 10  # Smallest width of a column of names [characters]; longer names are broken
+NAME_LETTERS_MIN = 10  # [letters] smallest width of a column of names; longer names are broken
 
 DESCRIPTION = "{task.description}"  # A column of a progress bar
 
@@ -109,7 +110,7 @@ def console() -> Console:
     from scissordyn.cli.text_console import TextConsole
 
     plain = TextConsole(highlight=False, soft_wrap=False)
-    return plain if plain.is_terminal else TextConsole(highlight=False, width=WIDTH)
+    return plain if plain.is_terminal else TextConsole(highlight=False, width=PLAIN_COLUMNS)
 
 
 def say(*lines: object, **look: Any) -> None:
@@ -140,7 +141,7 @@ def print_table(
     for k, texts in enumerate(zip(heads, *cells, strict=True)):
         width = max(len(line) for text in texts for line in text.split("\n"))
         if looks[k] in ("number", "long name"):
-            least[k] = width if looks[k] == "number" else min(width, NARROWEST)
+            least[k] = width if looks[k] == "number" else min(width, NAME_LETTERS_MIN)
     kept = [*range(len(heads))]
     for unwanted in spare:
         if sum(width + 1 for k, width in least.items() if k in kept) <= to.width - 2:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
-from scissordyn.cli.option import MOST_THREADS, Where
+from scissordyn.cli.option import THREADS_MAX, Where
 from scissordyn.cli.output import DESCRIPTION, DONE, INTERRUPTED, bars, check_folder, print_table, say
 from scissordyn.errors import InputError
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scissordyn_paper.readings_page import ReadingAnswers
     from scissordyn_paper.reproduce import Reproduction
 
-MOST_WORKERS = 16
+WORKERS_MAX = 16
 """More processes would wait for the longest motions, of which there are ten, and each takes some hundred megabytes."""
 
 
@@ -33,10 +33,10 @@ def paper(
     ] = False,
     number: Annotated[int, Option(help="Readings of --readings.", min=1, max=1_000_000)] = 20_000,
     threads: Annotated[
-        int | None, Option(help="Threads of this process, instead of several processes.", min=1, max=MOST_THREADS)
+        int | None, Option(help="Threads of this process, instead of several processes.", min=1, max=THREADS_MAX)
     ] = None,
     workers: Annotated[
-        int | None, Option(help=f"Processes on this machine; one per processor if not given, {MOST_WORKERS} at most.", min=1)
+        int | None, Option(help=f"Processes on this machine; one per processor if not given, {WORKERS_MAX} at most.", min=1)
     ] = None,
 ) -> int:
     check_folder(output, "-o paper")
@@ -79,7 +79,7 @@ def _where(threads: int | None, workers: int | None, figure: int | None) -> Wher
     """Return the engine: threads if requested, otherwise processes, because Python code does not run in parallel threads."""
     from scissordyn.run.engine import processors
 
-    several = min(processors(), MOST_WORKERS)
+    several = min(processors(), WORKERS_MAX)
     if threads is None and workers is None and figure is None and several > 1:
         return Where(workers=several)
     return Where(threads, workers)  # the few runs of a figure are done before processes are started

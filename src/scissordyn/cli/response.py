@@ -26,7 +26,8 @@ from scissordyn.cli.output import (
     say,
 )
 from scissordyn.errors import InputError, command, did_you_mean, printable
-from scissordyn.units import short
+from scissordyn.tolerance import ROUND_OFF_TOL
+from scissordyn.units import rpm, short
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +36,6 @@ if TYPE_CHECKING:
     from scissordyn.casefile.case import Case
 
 LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
-
-RPM = 30.0 / math.pi
-
-ROUND_OFF = 1e-12  # Forces and torques of statics below this fraction of the largest of their unit are round-off
 
 
 def statics(
@@ -100,7 +97,7 @@ def _force_table(solved: xr.Dataset) -> list[str]:
     lines = [f"{'':{width}}  {'least':>12} {'at':>13}  {'largest':>12} {'at':>13}"]
     units = solved["quantity_unit"].values.tolist()
     sizes = np.fmax(*(np.abs(solved[end].values) for end in ("least", "largest")))
-    round_off = {unit: ROUND_OFF * np.nanmax(sizes[np.array(units) == unit], initial=0.0) for unit in set(units)}
+    round_off = {unit: ROUND_OFF_TOL * np.nanmax(sizes[np.array(units) == unit], initial=0.0) for unit in set(units)}
     for k, name in enumerate(names):
         ends = [float(solved[end].values[k]) for end in ("least", "largest")]
         ends = [0.0 if abs(end) < round_off[units[k]] else end for end in ends]
@@ -284,16 +281,17 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
     torque, speed, power, time = (needed[name].values for name in ("torque", "speed", "power", "time"))
     k = int(np.argmax(np.abs(torque)))
     print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
-    print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) * RPM:.4g} rpm, at {time[k]:.4g} s")
+    print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) / rpm(1.0):.4g} rpm, at {time[k]:.4g} s")
     print(f"  root mean square {math.sqrt(float(np.trapezoid(torque**2, time) / (time[-1] - time[0]))):.4g} N m")
-    print(f"  largest speed {np.max(np.abs(speed)) * RPM:.4g} rpm, largest power {np.max(np.abs(power)):.4g} W")
+    print(f"  largest speed {np.max(np.abs(speed)) / rpm(1.0):.4g} rpm, largest power {np.max(np.abs(power)):.4g} W")
     if curve is None:
         return
     share = curve.fraction(needed)
     worst = int(np.argmax(share))
-    where = f"at {abs(speed[worst]) * RPM:.4g} rpm and {abs(torque[worst]):.4g} N m, at {time[worst]:.4g} s"
+    where = f"at {abs(speed[worst]) / rpm(1.0):.4g} rpm and {abs(torque[worst]):.4g} N m, at {time[worst]:.4g} s"
     if math.isinf(share[worst]):
-        print(f"The motor is too slow: its curve ends at {curve.speeds[-1] / curve.ratio * RPM:.4g} rpm of the joint; {where}")
+        end = curve.speeds[-1] / curve.ratio / rpm(1.0)
+        print(f"The motor is too slow: its curve ends at {end:.4g} rpm of the joint; {where}")
     else:
         verdict = "is enough" if share[worst] <= 1.0 else "is too weak"
         print(f"The motor {verdict}: the run needs {share[worst]:.1%} of its torque, {where}")

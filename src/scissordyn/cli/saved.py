@@ -21,8 +21,6 @@ from scissordyn.cli.option import (
 from scissordyn.cli.output import check_file, check_folder, check_movie, say
 from scissordyn.errors import InputError
 
-LONGEST = 3600.0  # Longest film [s]
-
 Begin = Annotated[str | None, Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")]
 End = Annotated[str | None, Option("--to", metavar="TIME", help="Up to this instant.")]
 
@@ -78,7 +76,7 @@ def animate(
     joint: Annotated[list[str] | None, Option(metavar="NAME", help="Magnify this clearance joint. Repeatable.")] = None,
     first: Begin = None,
     last: End = None,
-    lasting: Annotated[float, Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=LONGEST)] = 6.0,
+    lasting: Annotated[float, Option("--seconds", metavar="SECONDS", help="Duration of the film.", min=0.1, max=3600.0)] = 6.0,
     magnify: Magnified = 1.0,
     bars: BarQuantity = None,
     allow_code: OwnCode = None,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from scissordyn.cli.output import console, print_table
+from scissordyn.cli.output import ROWS_MAX, console, print_table
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.record.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
@@ -20,8 +20,7 @@ from scissordyn.record.summary import summary_of
 from scissordyn.record.warn import MEANS, energy_turned_over, warning_lines, warnings_of
 from scissordyn.units import counted, short
 
-MANY = 3  # The contacts of more joints than these are a table
-MOST_JOINTS = 20  # Rows of this table
+DETAILED_JOINTS_MAX = 3  # [joints] with more, the contacts are a table
 
 HEADINGS = (
     ("start", "contact_start", "s", 1.0),
@@ -98,7 +97,7 @@ def _locked_and_stopped(run: Run) -> list[str]:
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
     """Print a table of the contacts of many joints, those with the largest forces first."""
-    ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:MOST_JOINTS]
+    ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:ROWS_MAX]
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
     columns = {
@@ -109,8 +108,8 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
         f"at\n[{time}]": when,
     }
     print_table(_looks(columns), zip(*columns.values(), strict=True), to=to)
-    if len(joints) > MOST_JOINTS:
-        to.print(f"... and {counted(len(joints) - MOST_JOINTS, 'more joint')} with smaller forces\n")
+    if len(joints) > ROWS_MAX:
+        to.print(f"... and {counted(len(joints) - ROWS_MAX, 'more joint')} with smaller forces\n")
 
 
 def _largest(joint: JointSummary) -> str:
@@ -132,7 +131,7 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
         f"{statistics['method']}, {statistics['rejected']} rejected."
     ]
     joints = joint_summaries(run)
-    if len(joints) > MANY:
+    if len(joints) > DETAILED_JOINTS_MAX:
         _show_joints(joints, to)
     else:
         parts += [

@@ -17,6 +17,7 @@ from scissordyn.cli.output import (
     DESCRIPTION,
     DONE,
     INTERRUPTED,
+    ROWS_MAX,
     STATUSES,
     UNFINISHED,
     bars,
@@ -46,9 +47,8 @@ USED_BY = {
 
 UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
 
-EVENTS = 20  # Contacts of a replayed case that are shown
-ROWS = 12  # Points of a front or of a table that are shown
-EVERY = 30.0  # Time between two lines of progress without a terminal [s]
+FRONT_ROWS_MAX = 12  # [rows] of a front or of a table of causes
+PROGRESS_SECONDS = 30.0  # [s] between two lines of progress without a terminal
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -272,7 +272,7 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
     last = [time.monotonic()]
 
     def line(state: Progress) -> None:
-        if time.monotonic() - last[0] > EVERY:
+        if time.monotonic() - last[0] > PROGRESS_SECONDS:
             last[0] = time.monotonic()
             print(_words(state), file=sys.stderr)
 
@@ -314,7 +314,7 @@ def _status(result: StudyResult) -> int:
             f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it outside the integration; "
             f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
-    for part in (*cause_sections(result, store, ROWS), damage_section(result, store)):
+    for part in (*cause_sections(result, store, FRONT_ROWS_MAX), damage_section(result, store)):
         _show(part)
     if counts["pending"]:
         print(f"To go on: {command('scissordyn', 'study', 'resume', store)}")
@@ -347,7 +347,7 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     run = result.replay(case)
     if member := int(result.dataset["member"][case]):
         print(f"Case {case} is member {member}: its start differs from this run's by round-off")
-    show_run(run, EVENTS)
+    show_run(run, ROWS_MAX)
     if target is not None:
         print(f"Saved to {save(run, target)}")
     return STATUSES[run.attrs["status"]]
@@ -357,7 +357,7 @@ def show_answers(result: StudyResult) -> None:
     """Print what the study answers, section by section."""
     from scissordyn.studies.answer.page import page
 
-    for part in page(result, result.store.path, ROWS):
+    for part in page(result, result.store.path, FRONT_ROWS_MAX):
         _show(part)
 
 

@@ -23,6 +23,7 @@ from scissordyn.config.file import folder_of_examples, in_file, parse_toml, read
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Quantity
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", 
 
 
 Origin = Literal["closed form", "published", "second formulation", "this program"]  # Origin of a reference value
-BETWEEN = 1e-6  # A sample is at an instant if its distance is below this fraction of the sampling interval
 
 
 @reader(lambda: {"type": "object"})
@@ -134,7 +134,7 @@ def _instant(times: np.ndarray, at: str) -> int:
         return 0 if at == "start" else len(times) - 1
     wanted = read_quantity(at, Quantity("s"))
     index = int(np.argmin(np.abs(times - wanted)))
-    if abs(times[index] - wanted) > BETWEEN * (times[-1] - times[0]) / max(len(times) - 1, 1):
+    if abs(times[index] - wanted) > DATA_TOL * (times[-1] - times[0]) / max(len(times) - 1, 1):
         raise InputError(f"at = '{at}' is between the samples", f"an instant such as {times[index]:.9g} s")
     return index
 

@@ -18,8 +18,6 @@ COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno")
 """Products and sums are not contracted, so that results are equal with every compiler and processor."""
 
-LIMIT = 600  # Longest time of one compilation [s]
-
 
 def compiler_command(target: str = "") -> list[str]:
     """Return the command of the C compiler, for this machine or another target."""
@@ -51,7 +49,7 @@ def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, 
         code.write_text(source, encoding="utf-8")
         words = [*command, *flags, str(code), "-o", str(compiled), *([] if "windows" in target else ["-lm"])]
         try:
-            done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT, check=False)
+            done = subprocess.run(words, capture_output=True, text=True, timeout=600, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise InputError(f"the C compiler '{name}' failed: {error}", allowed) from None
         if done.returncode:

@@ -27,7 +27,7 @@ from scissordyn.compiler.kind import (
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
-MOST_PASSES = 8  # Largest number of passes until the types of a function's variables settle
+PASSES_MAX = 8  # Largest number of passes until the types of a function's variables settle
 
 
 class Body:
@@ -48,7 +48,7 @@ class Body:
 
     def translate(self) -> None:
         """Translate the statements repeatedly until the types of the variables settle."""
-        for _ in range(MOST_PASSES):
+        for _ in range(PASSES_MAX):
             self.scope.changed, self.lines, self.temporaries = False, [], 0
             result = self.result
             self._all(self.definition.body)

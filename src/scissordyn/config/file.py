@@ -18,7 +18,7 @@ from scissordyn.casefile.case_text import BEGINNING, case_text
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.quantity import read_quantity
 from scissordyn.casefile.table import Context, PlacedError, example_text, instance
-from scissordyn.casefile.text import line_of, place_of_name, place_text, read_text, table_name, value_at
+from scissordyn.casefile.text import NESTING_MAX, line_of, place_of_name, place_text, read_text, table_name, value_at
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
@@ -42,7 +42,6 @@ REASONS = (
 """Messages of Python's TOML parser, and clearer texts for them."""
 
 CASE_TABLES = frozenset(("structure", "body", "joint", "run"))  # tables that identify a case file
-NESTING_MAX = 32  # largest depth of nested tables and lists; a case has six levels
 
 
 @checked

@@ -29,7 +29,6 @@ from scissordyn.units import Quantity
 Given = Mapping[str, Any]  # values of the keys of a table
 # function from the name of a section and its values to the values with the user's changes
 Changes = Callable[[str, Given], Given]
-MOVE_DURATION = 2.0  # [s] default duration of the move from rest to rest
 LOAD_FRACTION = 0.1  # fraction of the mechanism's mass, weight or size, for payloads and loads
 MOTION_MIN = 0.01  # [mechanism sizes] smallest motion of a point that carries or measures something
 STOP_MARGIN = 0.02  # fraction of the move by which end stops lie beyond its end
@@ -132,7 +131,7 @@ def _curve(pairs: Iterable[tuple[float, float]], **units: str) -> dict[str, str]
     }
 
 
-def _move(start: str, end: str, duration: float = MOVE_DURATION) -> dict[str, Any]:
+def _move(start: str, end: str, duration: float = 2.0) -> dict[str, Any]:
     return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
 
 

@@ -33,18 +33,17 @@ from scissordyn.exchange.drawing import (
     plain_name,
     uniform,
 )
-from scissordyn.exchange.dxf_entity import Entities, Shape, listed, notes_of
+from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, listed, notes_of
+from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.lookup import library
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import checked
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
-PIN_TOL = 1e-6  # Ends nearer than this fraction of the drawing's size are one pin
 NEAR_FRACTION = 1e-3  # Separate pins nearer than this fraction of the drawing's size are reported
 UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
-ENTITIES_MAX = 100_000  # Largest number of entities of a file; reading this many takes about 20 s and 250 MB
-PLACES_MAX = 10_000  # Largest number of corners and points; a structure of this size takes minutes to simulate
 LINES_MAX = 20  # Largest number of notes of one kind
 
 EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
@@ -203,13 +202,13 @@ class _Linkage:
         drawn = [shape for shape in lines if shape.layer not in (GROUND_LAYER, GUIDE_LAYER)]
         if not drawn:
             raise _no_bars(found)
-        if sum(len(shape.places) for shape in found.shapes) > PLACES_MAX:
-            raise InputError(f"a DXF with more than {PLACES_MAX} corners and points", "the lines of the linkage alone", SAMPLE)
+        if sum(len(shape.places) for shape in found.shapes) > POINTS_MAX:
+            raise InputError(f"a DXF with more than {POINTS_MAX} corners and points", "the lines of the linkage alone", SAMPLE)
         x, y = np.array([corner for shape in drawn for corner in shape.places]).T
         self.size = math.hypot(np.ptp(x), np.ptp(y))
         if tolerance is not None and not tolerance > 0.0:
             raise InputError(f"tolerance = {tolerance:g} m", "a length above 0", "--tolerance '5 um'")
-        self.near = PIN_TOL * self.size if tolerance is None else tolerance
+        self.near = DATA_TOL * self.size if tolerance is None else tolerance
         if not self.near > 0.0:
             raise InputError("the lines of the DXF have no length", "lines between two places", SAMPLE)
         self._name_heights(found.shapes)
@@ -380,7 +379,7 @@ class _Linkage:
                 self.notes.append(f"{where}: no pin is on it")
             for pin in led:
                 known = [block for (other, _), block in blocks.items() if other == pin]
-                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= PIN_TOL for block in known):
+                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= DATA_TOL for block in known):
                     continue
                 name = plain_name(pin, (block.name for block in blocks.values()))
                 blocks[pin, direction] = Block(name, pin, direction, follower=first[pin])

@@ -22,6 +22,7 @@ from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
 from scissordyn.record.joint_force import joint_force
+from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import checked
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 
 END_NAMES = ("body", "joint", "point")  # Names of the coordinates of an end
 
-
-STRAIGHT_TOL = 1e-9  # A point is on a bar's line if its distance is below this fraction of the bar's length
 
 RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
 METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
@@ -326,7 +325,7 @@ def _worst_sample(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, bod
     if not body.rotates or not points or len(_points_on_line(body)) < 2:
         return "it has no joint or no length"
     beside = [abs(body.points[point][1]) if point else math.inf for point in points]
-    if max(*beside, abs(body.centre[1])) > STRAIGHT_TOL * body.extent:
+    if max(*beside, abs(body.centre[1])) > ASSEMBLY_TOL * body.extent:
         return "its joints and its mass centre are not on its x axis"
     along = forces["force_along"].values[:, ends]
     if np.isnan(along).any() or np.isnan(forces["moment"].values[:, ends]).any():
@@ -340,7 +339,7 @@ def _worst_sample(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, bod
 
 def _points_on_line(body: Body) -> list[float]:
     """Return the coordinates of the points and the mass centre along the bar's x axis."""
-    return sorted({round(x, 12) for x, y in (*body.points.values(), body.centre) if abs(y) <= STRAIGHT_TOL * body.extent})
+    return sorted({round(x, 12) for x, y in (*body.points.values(), body.centre) if abs(y) <= ASSEMBLY_TOL * body.extent})
 
 
 def _beam_nodes(body: Body) -> list[float]:

@@ -20,7 +20,7 @@ from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
-from scissordyn.exchange.mjcf_plane import PARALLEL_TOL, TILT_MAX, plane_of
+from scissordyn.exchange.mjcf_plane import TILT_MAX, plane_of
 from scissordyn.exchange.robot_xml import Source, used_part
 from scissordyn.exchange.xml_element import SAMPLE
 from scissordyn.lookup import library
@@ -28,9 +28,8 @@ from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import checked
-
-LIMIT_MARGIN = 1e-9  # [rad or m] offset of a stop at which a joint starts, so that the stop's side is unambiguous
 
 
 @checked
@@ -157,7 +156,7 @@ class _Reader:
         """Return magnitude and direction of gravity in the plane."""
         gravity = self._flat(self.model.opt.gravity)
         size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
-        if self._disabled("GRAVITY") or not size > PARALLEL_TOL * across:
+        if self._disabled("GRAVITY") or not size > ASSEMBLY_TOL * across:
             if across > size == 0.0:
                 self.notes.append(f"gravity of {across:g} m/s^2: left out, because it is perpendicular to the plane")
             return 0.0, -math.pi / 2
@@ -347,14 +346,14 @@ class _Reader:
         low, high = joint.range.tolist()
         stops = []
         for side, limit, beyond in (("lower", low, low - q), ("upper", high, q - high)):
-            if beyond > (TILT_MAX if unit == "rad" else LIMIT_MARGIN):
+            if beyond > (TILT_MAX if unit == "rad" else ASSEMBLY_TOL):
                 self.notes.append(f"{side} limit of joint '{name}': left out; it is {limit:g} {unit}, the start {q:g} {unit}")
                 continue
-            if beyond > LIMIT_MARGIN:
+            if beyond > ASSEMBLY_TOL:
                 self.notes.append(
                     f"{side} limit of joint '{name}': its end stop is at the start, {beyond:.2g} {unit} beyond it"
                 )
-            stops.append((side, min(limit, q - LIMIT_MARGIN) if side == "lower" else max(limit, q + LIMIT_MARGIN)))
+            stops.append((side, min(limit, q - ASSEMBLY_TOL) if side == "lower" else max(limit, q + ASSEMBLY_TOL)))
         if stops:
             self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that {stop} has")
         return stops

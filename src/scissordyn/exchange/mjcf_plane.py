@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from scissordyn.errors import InputError
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
 
-PARALLEL_TOL = 1e-9  # [rad] tilt that is round-off: MuJoCo computes axes from exact ones
 TILT_MAX = 0.01  # [rad] tilt accepted for axes given with rounded angles (1.57, 3.14, 0.707), accumulated along a chain
 
 Axes = Sequence[tuple[str, np.ndarray]]  # Names of joints and their unit vectors
@@ -41,7 +41,7 @@ def plane_of(hinges: Axes, slides: Axes, gravity: np.ndarray, notes: list[str]) 
         if tilt > TILT_MAX:
             what = f"{kind} '{name}' is tilted by {math.degrees(tilt):.4g} deg to the plane of the others"
             raise InputError(what, "a planar mechanism: slides perpendicular to the hinges", SAMPLE)
-        if tilt > PARALLEL_TOL:
+        if tilt > ASSEMBLY_TOL:
             notes.append(f"{kind} '{name}' is tilted by {math.degrees(tilt):.2g} deg to the plane: read as parallel")
     return _basis(normal, notes)
 
@@ -73,7 +73,7 @@ def _basis(normal: np.ndarray, notes: list[str]) -> np.ndarray:
     rows = np.array([*np.delete(np.eye(3), main, axis=0), axis])
     across = np.cross(axis, normal)
     tilt = math.atan2(float(np.linalg.norm(across)), float(axis @ normal))
-    if tilt <= PARALLEL_TOL:
+    if tilt <= ASSEMBLY_TOL:
         return rows
     names = "".join(np.delete(["x", "y", "z"], main))
     notes.append(

@@ -23,8 +23,8 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 
-TIMESTEP = 1e-4  # [s]
-STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIMESTEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
+TIME_STEP = 1e-4  # [s] step size of MuJoCo
+STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIME_STEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
 """Solver parameters of constraints, which are soft in MuJoCo: as stiff as the time step allows."""
 
 
@@ -86,7 +86,7 @@ class _Writer:
         self.root = ET.Element("mujoco", model="mechanism")
         self.add("compiler", angle="radian", inertiafromgeom="false")
         down = cmath.rect(ideal.gravity, ideal.gravity_direction)
-        self.add("option", timestep=f"{TIMESTEP:g}", gravity=_vector(down), integrator="RK4")
+        self.add("option", timestep=f"{TIME_STEP:g}", gravity=_vector(down), integrator="RK4")
         self.elements = {GROUND: self.add("worldbody")}
         self.speeds: list[float] = []
         self._add_bodies(GROUND)

@@ -39,9 +39,7 @@ TRUE_TEXTS = ("t", "true")  # Truth values of the earlier format
 LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length in m, mass in kg and force in N for each length unit; masses of drawings in inches are pounds."""
 
-LINK_KINDS = {"Y": True, "A": True, "M": True, "G": True, "N": False, "a": False, "m": False, "g": False} | {
-    str(digit): digit < 4 for digit in range(8)
-}
+LINK_KINDS = dict.fromkeys("YAMG0123", True) | dict.fromkeys("Namg4567", False)
 """First characters of links: True for a separate link, False for part of a welded one. Later versions added most of them."""
 
 COMPUTED_BY_PMKS = {"inertia": "AMam1256", "centre": "AGag1357"}

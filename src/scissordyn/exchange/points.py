@@ -24,6 +24,7 @@ from scissordyn.exchange.drawing import (
     shortest_tree,
     uniform,
 )
+from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.model.body import check_place
 from scissordyn.units import checked
 
@@ -31,7 +32,6 @@ COLUMNS = "name", "x", "y", "bars", "support"
 
 SAMPLE = "name,x,y,bars,support"
 
-POINTS_MAX = 10_000  # Largest number of rows; a structure of this size takes minutes to simulate
 
 BLOCK_MASS = 0.1  # Mass of a sliding block [kg]
 

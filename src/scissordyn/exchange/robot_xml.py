@@ -10,8 +10,9 @@ from collections import defaultdict
 from pathlib import Path, PurePath
 from typing import NamedTuple
 
+from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
-from scissordyn.exchange.xml_element import NAME_MAX, SAMPLE, Element, further_file, parse, with_includes
+from scissordyn.exchange.xml_element import SAMPLE, Element, further_file, parse, with_includes
 
 BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with its square
 
@@ -20,9 +21,9 @@ COUNT = re.compile(r"[0-9]{1,9}")
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
 BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
-TEXTS = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | {
-    f"{what}{number}" for what in ("body", "joint", "site") for number in (1, 2)
-}
+TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | frozenset(
+    f"{part}{number}" for part in ("body", "joint", "site") for number in "12"
+)
 """Attributes that are texts, not numbers."""
 
 PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
@@ -198,9 +199,9 @@ class _UsedPart:
             if name in element.attributes and element.tag in ("mesh", "model"):
                 raise further_file(element, name)
         for name, value in element.attributes.items():
-            if name not in TEXTS and NOT_FINITE.search(value):
+            if name not in TEXT_ATTRIBUTES and NOT_FINITE.search(value):
                 raise InputError(
-                    f"line {element.line}: {name} = '{value[:NAME_MAX]}' of <{element.tag}> is not finite",
+                    f"line {element.line}: {name} = '{value[:SHOWN_LENGTH_MAX]}' of <{element.tag}> is not finite",
                     "finite numbers",
                     SAMPLE,
                 )
@@ -219,7 +220,7 @@ class _UsedPart:
                 continue
             self._blank(element.start + found.start(), element.start + found.end())
             if name.partition(":")[0] != "xmlns":
-                self.unused[element.tag, name[:NAME_MAX]].append(element.line)
+                self.unused[element.tag, name[:SHOWN_LENGTH_MAX]].append(element.line)
 
     def _blank(self, start: int, end: int) -> None:
         self.content[start:end] = self.content[start:end].translate(BLANK_TABLE)

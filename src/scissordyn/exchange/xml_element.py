@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
+from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
 
 DEPTH_MAX = 200  # Largest nesting depth of elements
-NAME_MAX = 60  # Largest number of characters of a name in a note
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
@@ -36,7 +36,7 @@ class Element:
 
     @property
     def shown(self) -> str:
-        name = self.attributes.get("name", "")[:NAME_MAX]
+        name = self.attributes.get("name", "")[:SHOWN_LENGTH_MAX]
         return f"'{name}' (line {self.line})" if name else f"line {self.line}"
 
     def descendants(self) -> Iterator[Element]:
@@ -141,8 +141,9 @@ def _included(include: Element, name: str, folder: Path | None) -> Path:
 
 def further_file(element: Element, name: str) -> InputError:
     """Return the error for an attribute that refers to another file."""
+    target = element.attributes.get(name, "")[:SHOWN_LENGTH_MAX]
     return InputError(
-        f"line {element.line}: <{element.tag} {name}='{element.attributes.get(name, '')[:NAME_MAX]}'> refers to another file",
+        f"line {element.line}: <{element.tag} {name}='{target}'> refers to another file",
         "a model in one file, with masses",
         SAMPLE,
     )

@@ -46,7 +46,7 @@ LINE_COLOURS = ("blue", "orange", "green", "purple", "vermilion", "sky")
 ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")
 
 # Largest number of points of a curve in the browser; of longer runs each interval keeps its smallest and largest value
-MAX_POINTS = 100_000
+CURVE_POINTS_MAX = 100_000
 LIMIT_SHOWN_RATIO = 5.0  # A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve
 
 ENERGY = {
@@ -269,9 +269,9 @@ class Chosen:
 
 def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
     """Return the indices of the points to draw: all of a short run; of a long run the extremes of each interval."""
-    if count <= MAX_POINTS or not curves:
+    if count <= CURVE_POINTS_MAX or not curves:
         return slice(None)
-    long = -(-2 * max(1, len(curves)) * count // MAX_POINTS)
+    long = -(-2 * max(1, len(curves)) * count // CURVE_POINTS_MAX)
     firsts = np.arange(0, count - long + 1, long)
     points = [np.array([0, count - 1]), np.arange(firsts.size * long, count)]
     for curve in curves:

@@ -6,9 +6,8 @@ import hashlib
 import os
 
 MARK = b"\nSHA-256 of what is above, by scissordyn: "
+CHUNK_BYTES = 2**20  # [bytes] of a file in memory at once; HDF5's default chunk cache has this size
 LINE_BYTES = len(MARK) + 2 * hashlib.sha256().digest_size + 1  # Mark, hexadecimal digits, end of the line
-
-READ_BYTES = 2**20  # [bytes] read at once, so that a large file is never in memory as a whole
 
 
 def checksum_line(content: bytes | memoryview) -> bytes:
@@ -27,7 +26,7 @@ def verify_checksum(path: str | os.PathLike[str]) -> bool:
     with open(path, "rb") as file:
         rest = os.fstat(file.fileno()).st_size - LINE_BYTES
         digest = hashlib.sha256()
-        while rest > 0 and (block := file.read(min(rest, READ_BYTES))):
+        while rest > 0 and (block := file.read(min(rest, CHUNK_BYTES))):
             digest.update(block)
             rest -= len(block)
         line = file.read(LINE_BYTES)

@@ -12,12 +12,10 @@ import numpy as np
 from h5netcdf.core import File
 from h5py.h5i import get_name
 
-from scissordyn.file.checksum import checksum_line
+from scissordyn.file.checksum import CHUNK_BYTES, checksum_line
 
 FORMAT = ("v110", "v110")
 """Oldest and newest version of HDF5's file format; since 1.10 (2016) HDF5's own structures have checksums."""
-
-CHUNK_BYTES = 2**20  # [bytes] HDF5's default chunk cache, so that a part of a variable is read without reading all of it
 
 
 class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]

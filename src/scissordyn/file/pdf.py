@@ -13,7 +13,6 @@ from scissordyn.errors import InputError, ScissordynError
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
 """Commands of browsers that print without a window."""
 
-TIMEOUT = 120  # [s] time that a browser may take
 
 START = b"%PDF-"  # first bytes of a PDF file
 
@@ -33,7 +32,7 @@ def print_pdf(page: bytes, sample: str = "-o report.html") -> bytes:
             subprocess.run(
                 [browser, *options, f"--print-to-pdf={target}", source.as_uri()],
                 capture_output=True,
-                timeout=TIMEOUT,
+                timeout=120,
                 check=False,
             )
             content = target.read_bytes()

@@ -24,11 +24,12 @@ from scissordyn.plot.bar_diagram import colour_bar
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import Drawing, draw_magnified, magnified_text
 from scissordyn.plot.label import Label, write_name
-from scissordyn.plot.series import MOST_JOINTS, chosen_joints, clearance_pins, largest_forces, write_more
+from scissordyn.plot.series import chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, literal, small
 from scissordyn.record.joint_force import clearance_joints
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Default frames per second of each format. A GIF has fewer because all its frames are held in memory before writing."""
 
-DPI = 100  # Resolution of a film's frames [dots per inch]
+FILM_DPI = 100  # [dots per inch] resolution of a film's frames
 
 
 CAPTION_LETTERS = 22  # Letters in a line below the panel of a joint
@@ -139,7 +140,7 @@ def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str]
     others = [name for name in clearance_joints(pins) if name not in chosen]
     largest = largest_forces(pins)
     guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
-    shown = len(joints) if joints is not None else MOST_JOINTS
+    shown = len(joints) if joints is not None else LISTED_MAX
     return shown, chosen + sorted(others, key=lambda name: -largest[name]), guides
 
 
@@ -223,7 +224,7 @@ def _write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     else:
         writer = PillowWriter(fps=rate)
     try:
-        with writer.saving(film.figure, str(path), DPI):
+        with writer.saving(film.figure, str(path), FILM_DPI):
             for frame in range(len(scene.time)):
                 film.show(frame)
                 writer.grab_frame()

@@ -17,24 +17,20 @@ from scissordyn.model.body import Body, Track
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
-from scissordyn.plot.label import FILM_INSTANTS, REGION, name_offsets
+from scissordyn.plot.label import PLACING, name_offsets
 from scissordyn.plot.scale import Scale, engineering
-from scissordyn.plot.series import MOST_JOINTS, time_scale
+from scissordyn.plot.series import time_scale
+from scissordyn.plot.style import SIZES
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
 from scissordyn.record.placement import Placement, placed
 from scissordyn.record.results import along
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     import xarray as xr
 
-TRAIL_FRAMES = 12  # [frames] length of the journal's visible path in a GIF or MP4
 CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
 SQUARE, BAND = 1.5, 0.55  # Half the side of a payload, and half the width of a panel, as multiples of that size
-SYMBOL_RADIUS = 0.03  # Radius of component symbols as a fraction of the picture's longer side
-
-
-MAGNIFIED_CLEARANCE = 0.35  # Drawn clearance of a magnified joint as a fraction of the drawn journal radius or half block width
-CHANNEL_HALF_LENGTH = 1.7  # Half the length of the drawn channel, in half block widths
 
 
 Corners = tuple[np.ndarray, np.ndarray]  # Lower left and upper right corner [m]
@@ -106,7 +102,7 @@ class Scene:
     high: np.ndarray  # (2,) Upper right corner of the visible region [m]
     turns: int = 0  # Number of quarter turns of the picture that make gravity point downwards
     channels: tuple[Channel, ...] = ()  # Magnified views of the clearance guides
-    shown: int = MOST_JOINTS  # Number of clearance joints and channels magnified at the same time
+    shown: int = LISTED_MAX  # Number of clearance joints and channels magnified at the same time
     pin_names: tuple[str, ...] = ()
     tracks: tuple[tuple[str, np.ndarray], ...] = ()  # Names of the tracked points, and their positions (frames, 2) [m]
     magnification: float = 1.0  # Factor that multiplies the deflections of bending bars
@@ -129,8 +125,8 @@ class Scene:
         count: int | None = None,
         *,
         region: np.ndarray | Corners | None = None,
-        longer: float = REGION,
-        looks: int = FILM_INSTANTS,
+        longer: float = PLACING.region,
+        looks: int = PLACING.film_instants,
         alone: bool = False,
     ) -> np.ndarray:
         """Return the offsets of the names of magnified joints, as `label.asides` computes them.
@@ -182,7 +178,7 @@ def scene_of(
     joints: list[str],
     *,
     guides: Sequence[str] = (),
-    shown: int = MOST_JOINTS,
+    shown: int = LISTED_MAX,
     on_bars: str | None = None,
     larger: float = 1.0,
     between: bool = True,
@@ -205,7 +201,7 @@ def scene_of(
     drawn_size = larger * size
     # blocks come first, so that bars are drawn over them
     solid = sorted(_body_shapes(mechanism, placement, bodies, drawn_size), key=lambda shape: shape.kind != "block")
-    drawn = symbols(run, mechanism, placement, frames, SYMBOL_RADIUS * drawn_size)
+    drawn = symbols(run, mechanism, placement, frames, SIZES.symbol_radius * drawn_size)
     carried = load_shapes(mechanism, placement, load_size * drawn_size)
     panels, payloads = ([shape for shape in carried if shape.kind == kind] for kind in ("panel", "payload"))
     shapes = [*_guide_lines(mechanism, placement, size), *panels, *solid, *payloads, *_component_shapes(drawn, diagrams)]
@@ -303,7 +299,9 @@ def _clearance_joint(
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run but is ideal in the mechanism", "the mechanism of the run")
     clearance = float(read["clearance"].values[k])
-    eccentricity = MAGNIFIED_CLEARANCE / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
+    eccentricity = (
+        SIZES.magnified_clearance / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
+    )
     force, touching = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]), along(read["in_contact"], "joint", "time")
     touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
     last = int(frames[-1])
@@ -317,7 +315,7 @@ def _clearance_joint(
         reached=np.searchsorted(fine, frames, side="right") if between else np.zeros(len(frames), int),
         touched=touched[:, 0],
         force=largest,
-        gain=MAGNIFIED_CLEARANCE * joint.clearance.journal_radius / clearance,
+        gain=SIZES.magnified_clearance * joint.clearance.journal_radius / clearance,
     )
 
 
@@ -369,8 +367,8 @@ def _channel(
     half = abs(float(np.mean(distance)) - gap.clearance)
     centred = inside * np.abs(across) + gap.corner_radius  # extent of the outline towards the surface with the block centred
     moved = now["indentation"].values[frames] + distance - centred
-    surface = distance / half + (MAGNIFIED_CLEARANCE / gap.clearance - 1.0 / half) * gap.clearance
-    heights = inside * side * (centred / half + MAGNIFIED_CLEARANCE * moved / gap.clearance)
+    surface = distance / half + (SIZES.magnified_clearance / gap.clearance - 1.0 / half) * gap.clearance
+    heights = inside * side * (centred / half + SIZES.magnified_clearance * moved / gap.clearance)
     tips = np.stack([np.broadcast_to(half_length * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     corners = tuple(points[k].name for k in around)
@@ -383,7 +381,7 @@ def _channel(
         {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
         largest,
         placement.place(described.follower),
-        MAGNIFIED_CLEARANCE * half / gap.clearance,
+        SIZES.magnified_clearance * half / gap.clearance,
         corners,
         gap.around,
     )

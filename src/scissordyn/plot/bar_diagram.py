@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 COLOURS = "viridis"
 """Perceptually uniform colour map, also with colour blindness, as in all pictures."""
 
-ORDINATE_LENGTH = 0.11  # Length of the largest ordinate as a fraction of the mechanism's longer side
-
 
 @dataclass(frozen=True)
 class Quantity:

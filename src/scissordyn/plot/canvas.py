@@ -13,11 +13,12 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import CHANNEL_HALF_LENGTH, Channel, Scene, scale_in_words, scene_of
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE_LENGTH, QUANTITIES, Diagram
-from scissordyn.plot.label import FILM_INSTANTS
+from scissordyn.plot.animation_scene import Channel, Scene, scale_in_words, scene_of
+from scissordyn.plot.bar_diagram import COLOURS, QUANTITIES, Diagram
+from scissordyn.plot.label import PLACING
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
+from scissordyn.plot.style import SIZES
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
 
@@ -29,20 +30,18 @@ SCRIPT_FILES = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 CANVAS_SCRIPT = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in SCRIPT_FILES)
 """JavaScript module that draws a scene, for the explorer, notebooks and films."""
 
-MAX_FRAMES = (
-    500  # Largest number of frames in the explorer; each frame includes contacts and largest forces since the previous one
-)
+FRAMES_MAX = 500  # [frames] of the explorer; each shows contacts and largest forces since the frame before
 FILM_DURATION = 6.0  # Duration of a run at playback speed 1 [s]
 
 
-def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = MAX_FRAMES) -> Scene:
+def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES_MAX) -> Scene:
     """Return the scene of a run in which everything with a clearance is magnified."""
     chosen = spread_samples(run["time"].values, min(run.sizes["time"], frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
     return scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
 
 
-def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = MAX_FRAMES) -> str:
+def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES_MAX) -> str:
     return pack_scene(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
@@ -74,7 +73,7 @@ def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = ""
         ],
         # a click on a channel shows the curves of the corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.name_offsets(looks=1 if alone else FILM_INSTANTS, alone=alone), 1).tolist(),
+        "asides": np.round(scene.name_offsets(looks=1 if alone else PLACING.film_instants, alone=alone), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,
@@ -128,7 +127,7 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
         "label": diagram.label,
         "largest": diagram.largest,
         "factor": diagram.scale.factor,
-        "ordinate": ORDINATE_LENGTH if tone else 0.0,
+        "ordinate": SIZES.ordinate_length if tone else 0.0,
         "ramp": [to_hex(colours(part)) for part in np.linspace(0.0, 1.0, 32)] if diagram.coloured else [tone],
         "values": diagram.values,
     }
@@ -138,7 +137,7 @@ def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     return {
         **_fields_of(channel, "name", "gain", "hollow", "place", "block", "touching", "force"),
         "joint": joint,
-        "edge": CHANNEL_HALF_LENGTH,
+        "edge": SIZES.channel_half_length,
         "surfaces": list(channel.surfaces.items()),
         "count": channel.block.shape[1],
     }

@@ -14,18 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
-from scissordyn.plot.animation_scene import (
-    CHANNEL_HALF_LENGTH,
-    MAGNIFIED_CLEARANCE,
-    TRAIL_FRAMES,
-    Channel,
-    ClearanceJoint,
-    Corners,
-    Scene,
-    Shape,
-    ring_size,
-)
-from scissordyn.plot.bar_diagram import COLOURS, ORDINATE_LENGTH, QUANTITIES, Diagram, ordinate_edges
+from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, Scene, Shape, ring_size
+from scissordyn.plot.bar_diagram import COLOURS, QUANTITIES, Diagram, ordinate_edges
 from scissordyn.plot.label import Label
 from scissordyn.plot.style import (
     BLACK,
@@ -35,13 +25,13 @@ from scissordyn.plot.style import (
     LIGHT,
     ORANGE,
     PURPLE,
+    SIZES,
     SKY,
     VERMILION,
     draw_scale_bar,
     dress,
 )
 
-RING_DIAMETER = 8.0  # Largest diameter of the ring around a clearance joint [pt]
 BAR_FRACTION, PIN_FRACTION = 0.6, 0.45  # Width of bars and diameter of pins as fractions of the ring's diameter
 BAR_EDGE = 0.8  # Width of the outline of bars [pt]
 
@@ -87,7 +77,12 @@ class Drawing:
             axes.add_patch(Rectangle(pin - size * np.array([1.6, 2.3]), 3.2 * size, 0.7 * size, zorder=1.4, **HATCH_STYLE))
         pins: dict[str, Any] = {"markersize": 4.0, "color": BLACK, "markerfacecolor": "white", "markeredgewidth": 0.9}
         (self.pins,) = axes.plot([], [], "o", zorder=4.0, **pins)
-        ring: dict[str, Any] = {"markersize": RING_DIAMETER, "markerfacecolor": "none", "markeredgewidth": 1.4, "color": BLACK}
+        ring: dict[str, Any] = {
+            "markersize": SIZES.ring_diameter,
+            "markerfacecolor": "none",
+            "markeredgewidth": 1.4,
+            "color": BLACK,
+        }
         self.rings = [axes.plot([], [], "o", zorder=5.0, **ring)[0] for _ in scene.rings]
         self.touched = {joint.name: joint.touched for joint in scene.clearance_joints}
 
@@ -114,10 +109,10 @@ class Drawing:
         longer = 72.0 / figure.dpi * max(self.axes.bbox.width, self.axes.bbox.height)
         places = np.concatenate([self.scene.pins, *(place[:, None] for _, place in self.scene.rings)], axis=1)
         scale = longer / float(np.max(np.subtract(*self.region[::-1])))
-        size = ring_size(places, scale, RING_DIAMETER) if places.shape[1] else RING_DIAMETER
+        size = ring_size(places, scale, SIZES.ring_diameter) if places.shape[1] else SIZES.ring_diameter
         for ring in self.rings:
-            ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / RING_DIAMETER))
-        self.pins.set(markersize=PIN_FRACTION * size, markeredgewidth=0.9 * math.sqrt(size / RING_DIAMETER))
+            ring.set(markersize=size, markeredgewidth=1.4 * math.sqrt(size / SIZES.ring_diameter))
+        self.pins.set(markersize=PIN_FRACTION * size, markeredgewidth=0.9 * math.sqrt(size / SIZES.ring_diameter))
         if not self.scene.on_bars:
             for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
                 if shape.kind == "bar":
@@ -175,7 +170,7 @@ class _BarDiagram:
         areas, lines = [], []
         for shape, bar in zip(self.bars, places, strict=True):
             of_bar = dataclasses.replace(now, values=now.values[:, list(shape.parts)])
-            for outer in of_bar.ordinates(bar[None], ORDINATE_LENGTH * self.size):
+            for outer in of_bar.ordinates(bar[None], SIZES.ordinate_length * self.size):
                 between, along = ordinate_edges(bar, outer)
                 areas += between
                 lines += along
@@ -190,9 +185,9 @@ class MagnifiedBlock:
         self.joint = joint
         for face, height in joint.surfaces.items():
             low = min(height, height + 0.25 * face)
-            axes.add_patch(Rectangle((-CHANNEL_HALF_LENGTH, low), 2.0 * CHANNEL_HALF_LENGTH, 0.25, **HATCH_STYLE))
-            axes.plot([-CHANNEL_HALF_LENGTH, CHANNEL_HALF_LENGTH], [height, height], color=BLACK, linewidth=1.2)
-        axes.plot([-CHANNEL_HALF_LENGTH, CHANNEL_HALF_LENGTH], [0.0, 0.0], **LINE_STYLES["guide"])
+            axes.add_patch(Rectangle((-SIZES.channel_half_length, low), 2.0 * SIZES.channel_half_length, 0.25, **HATCH_STYLE))
+            axes.plot([-SIZES.channel_half_length, SIZES.channel_half_length], [height, height], color=BLACK, linewidth=1.2)
+        axes.plot([-SIZES.channel_half_length, SIZES.channel_half_length], [0.0, 0.0], **LINE_STYLES["guide"])
         _frame(axes, 1.75)
         self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
         axes.add_patch(self.block)
@@ -231,7 +226,7 @@ class MagnifiedJournal:
 
     def __init__(self, axes: Axes, joint: ClearanceJoint) -> None:
         self.joint = joint
-        axes.add_patch(Circle((0.0, 0.0), 1.0 + MAGNIFIED_CLEARANCE, facecolor="white", edgecolor=BLACK, linewidth=1.2))
+        axes.add_patch(Circle((0.0, 0.0), 1.0 + SIZES.magnified_clearance, facecolor="white", edgecolor=BLACK, linewidth=1.2))
         self.journal = Circle((0.0, 0.0), 1.0, facecolor=LIGHT, linewidth=1.6)
         axes.add_patch(self.journal)
         (self.path,) = axes.plot([], [], color=ORANGE, linewidth=0.9)
@@ -246,7 +241,7 @@ class MagnifiedJournal:
         self.journal.set_edgecolor(color)
         self.centre.set_data(*joint.journal[frame, None].T)
         self.centre.set_color(color)
-        first = max(0, joint.reached[max(0, frame - TRAIL_FRAMES)] - 1)
+        first = max(0, joint.reached[max(0, frame - SIZES.trail_frames)] - 1)
         self.path.set_data(*joint.path[first : joint.reached[frame]].T)
 
 

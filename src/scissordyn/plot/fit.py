@@ -14,8 +14,6 @@ from scissordyn.plot.style import BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, dre
 if TYPE_CHECKING:
     import xarray as xr
 
-MAX_SEGMENTS = 4  # Number of segments drawn by default; more curves are not distinguishable
-
 
 def agreement_curves(measured: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """Draw each measured quantity with the simulated one, and their difference below."""
@@ -35,7 +33,7 @@ def agreement_curves(measured: xr.Dataset, *, axes: Canvas = None) -> list[Axes]
     return drawn
 
 
-def fit_curves(fit: xr.Dataset, *, segments: int = MAX_SEGMENTS, axes: Canvas = None) -> list[Axes]:
+def fit_curves(fit: xr.Dataset, *, segments: int = 4, axes: Canvas = None) -> list[Axes]:
     """Draw measured and fitted curves of the first segments, and below each the residuals of all segments."""
     drawn = _panels(fit, 2.4, axes, share=False)
     time, owner = fit["time"].values, fit["segment"].values

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,24 +16,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Annotation
 
-REGION = 440.0  # Approximate longer side of the drawn region on pages and in the explorer [pt]
-LETTER_WIDTH = 5.0  # Width of a letter [pt]
-LINE_HEIGHT = 9.0  # Height of a line of text [pt]
+
+class Placing(NamedTuple):
+    """Sizes and penalties by which names find their places beside joints and bars."""
+
+    region: float = 440.0  # [pt] approximate longer side of the drawn region on pages and in the explorer
+    letter_width: float = 5.0  # [pt]
+    line_height: float = 9.0  # [pt]
+    leader_min: float = 13.0  # [pt] a name of a still farther from its joint gets a leader line
+    joint_margin: float = 6.5  # [pt] radius around each joint that names should leave free
+    point_spacing: float = 4.0  # [pt] distance of the points that represent lines
+    difference_min: float = 4.0  # [pt] of a name's distances to its own and to other joints, and of leaders to other joints
+    film_instants: int = 9  # [instants] considered when all names of a film are placed together
+    covered_penalty: float = 1e4  # [-] of each covered name
+    misleading_penalty: float = 25.0  # [-] of a name that seems to belong to another joint
+
+
+PLACING = Placing()
+
 NAME_SPACING = np.array([6.0, 1.5])  # Least horizontal and vertical distance between two names of a still [pt]
 
 FILM_DISTANCES = (8.0, 12.0, 18.0, 26.0, 38.0, 54.0)  # Tried distances from a joint to the edge of its name, in films [pt]
 # Tried distances from a joint to the edge of its name, in stills [pt]
 STILL_DISTANCES = (7.0, 11.0, 16.0, 23.0, 32.0, 44.0, 60.0, 82.0, 112.0, 150.0)
-
-FILM_INSTANTS = 9  # Number of instants considered when all names of a film are placed together
-LEADER_MIN = 13.0  # Names of a still further away than this get a leader line [pt]
-JOINT_MARGIN = 6.5  # Radius around each joint that names should leave free [pt]
-POINT_SPACING = 4.0  # Distance of the points that represent lines [pt]
-# Least difference of a name's distances to its own and to other joints, and least distance of leaders to other joints [pt]
-CLEARANCE_DIFFERENCE = 4.0
-
-COVERED_PENALTY = 1e4  # Penalty of each covered name
-MISLEADING_PENALTY = 25.0  # Penalty of a name that seems to belong to another joint
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,7 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
     renderer, point = canvas.get_renderer(), 72.0 / figure.dpi
     region = point * axes.get_window_extent(renderer).get_points()
     anchors = point * axes.transData.transform([label.place for label in labels])
-    ink = np.concatenate([sample_lines([point * line for line in _drawn_lines(axes)], POINT_SPACING), anchors])
+    ink = np.concatenate([sample_lines([point * line for line in _drawn_lines(axes)], PLACING.point_spacing), anchors])
     markers = point * _markers(axes)
     middles, halves, left = np.empty((0, 2)), np.empty((0, 2)), list[str]()
     for label, anchor in zip(labels, anchors, strict=True):
@@ -82,10 +87,14 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
         extent = text.get_window_extent(renderer)
         half = 0.5 * (point * np.array([extent.width, extent.height]) + NAME_SPACING)
         tries, distance = candidate_places(half, STILL_DISTANCES, 2.0 * math.pi * (np.arange(directions) + 0.5) / directions)
-        others = markers[np.linalg.norm(markers - anchor, axis=1) > JOINT_MARGIN]
+        others = markers[np.linalg.norm(markers - anchor, axis=1) > PLACING.joint_margin]
         cost, nearer, free = _place_penalties(anchor, others, tries, half, ink, region, middles, halves)
-        misleading = np.where(distance > LEADER_MIN, _passes(tries, others - anchor), nearer)
-        best = int(np.argmin(cost + still_weight * distance**1.2 + MISLEADING_PENALTY * misleading + COVERED_PENALTY * ~free))
+        misleading = np.where(distance > PLACING.leader_min, _passes(tries, others - anchor), nearer)
+        best = int(
+            np.argmin(
+                cost + still_weight * distance**1.2 + PLACING.misleading_penalty * misleading + PLACING.covered_penalty * ~free
+            )
+        )
         if not free[best] and not crowded:
             text.remove()
             left.append(label.text)
@@ -94,8 +103,8 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
         text.set_position(tuple(tries[best]))
         middles, halves = np.vstack([middles, middle]), np.vstack([halves, half])
         leader = np.stack([anchor, np.clip(anchor, middle - half, middle + half)])
-        if math.dist(*leader) > LEADER_MIN:
-            ink = np.concatenate([ink, sample_lines([leader], POINT_SPACING)])
+        if math.dist(*leader) > PLACING.leader_min:
+            ink = np.concatenate([ink, sample_lines([leader], PLACING.point_spacing)])
             axes.plot(*axes.transData.inverted().transform(leader / point).T, color=label.color, linewidth=0.4, zorder=3.0)
     return left
 
@@ -104,7 +113,7 @@ def _passes(leaders: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Return whether leader lines from a joint at the origin pass close to other joints."""
     nearest = np.clip(leaders @ others.T / np.sum(leaders**2, axis=1, keepdims=True), 0.0, 1.0)
     apart = np.linalg.norm(nearest[..., None] * leaders[:, None] - others, axis=2)
-    return np.asarray(np.any(apart < JOINT_MARGIN + CLEARANCE_DIFFERENCE, axis=1))
+    return np.asarray(np.any(apart < PLACING.joint_margin + PLACING.difference_min, axis=1))
 
 
 def _drawn_lines(axes: Axes) -> list[np.ndarray]:
@@ -129,8 +138,8 @@ def name_offsets(
     others: np.ndarray,
     region: tuple[np.ndarray, np.ndarray],
     *,
-    longer: float = REGION,
-    looks: int = FILM_INSTANTS,
+    longer: float = PLACING.region,
+    looks: int = PLACING.film_instants,
     alone: bool = False,
 ) -> np.ndarray:
     """Return the offsets of names from their joints at instants that are equally spaced over a film.
@@ -146,11 +155,11 @@ def name_offsets(
     chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[chosen]
-    ink = [sample_lines([scale * line[min(look, len(line) - 1)] for line in lines], POINT_SPACING) for look in chosen]
+    ink = [sample_lines([scale * line[min(look, len(line) - 1)] for line in lines], PLACING.point_spacing) for look in chosen]
     edges = scale * np.stack(region)
     chosen_places = np.empty((len(chosen), len(names), 2))
     halves = np.array(
-        [(0.5 * LETTER_WIDTH * len(name) + free_margin, 0.5 * LINE_HEIGHT + free_margin) for name in names]
+        [(0.5 * PLACING.letter_width * len(name) + free_margin, 0.5 * PLACING.line_height + free_margin) for name in names]
     ).reshape(-1, 2)
     for k, half in enumerate(halves):
         tries, distance = _film_candidates(*half.tolist())
@@ -160,7 +169,7 @@ def name_offsets(
             middles = here[before] + chosen_places[look, before]
             apart = np.delete(here, k, axis=0)
             hidden, nearer, _ = _place_penalties(here[k], apart, tries, half, points, edges, middles, halves[before])
-            cost[look] = moving_weight * distance + hidden + MISLEADING_PENALTY * nearer
+            cost[look] = moving_weight * distance + hidden + PLACING.misleading_penalty * nearer
         chosen_places[:, k] = tries[_steadiest_places(cost, jump * len(chosen))]
     return chosen_places
 
@@ -206,17 +215,17 @@ def _place_penalties(
     low, high = joint + tries - half, joint + tries + half
     reach = np.max(np.abs(tries), axis=0) + half
     ink = ink[np.all(np.abs(ink - joint) < reach, axis=1)]
-    others = others[np.all(np.abs(others - joint) < reach + FILM_DISTANCES[-1] + CLEARANCE_DIFFERENCE, axis=1)]
+    others = others[np.all(np.abs(others - joint) < reach + FILM_DISTANCES[-1] + PLACING.difference_min, axis=1)]
     joints = np.concatenate([joint[None], others])
     away = np.hypot(*(np.maximum(np.maximum(low[:, [d]] - joints[:, d], joints[:, d] - high[:, [d]]), 0.0) for d in (0, 1)))
-    nearer = np.any(away[:, 1:] < away[:, :1] + CLEARANCE_DIFFERENCE, axis=1)
+    nearer = np.any(away[:, 1:] < away[:, :1] + PLACING.difference_min, axis=1)
     outside = np.sum(np.maximum(region[0] - low, 0.0) + np.maximum(high - region[1], 0.0), axis=1)
     apart = (joint - middles)[:, None]
     on = np.all(np.abs(apart + tries) < half + halves[:, None], axis=2).sum(axis=0)
     leader = [np.all(np.abs(apart + part * tries) < halves[:, None], axis=2) for part in (0.25, 0.5, 0.75)]
     crossed = np.any(leader, axis=0).sum(axis=0)
-    hidden = hidden_point * _inside(ink, low, high).sum(axis=1) + touched_joint * (away < JOINT_MARGIN).sum(axis=1)
-    cost = hidden + beyond_region * outside + COVERED_PENALTY * on + crossed_name * crossed
+    hidden = hidden_point * _inside(ink, low, high).sum(axis=1) + touched_joint * (away < PLACING.joint_margin).sum(axis=1)
+    cost = hidden + beyond_region * outside + PLACING.covered_penalty * on + crossed_name * crossed
     return np.asarray(cost), np.asarray(nearer), np.asarray((outside == 0.0) & (on == 0))
 
 

@@ -17,9 +17,6 @@ from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
 from scissordyn.record.placement import Placement
 
-FILM_PERIODS = 2  # Number of oscillation periods in a film of a mode
-FILM_FRAMES = 100  # Number of frames in a film of a mode
-
 
 def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
     """Draw the natural frequencies over the coordinate of the first drive."""
@@ -70,9 +67,7 @@ def shapes(eigenmodes: xr.Dataset, mechanism: Mechanism, *, count: int = 6) -> l
     return list(grid[: len(modes)])
 
 
-def oscillation(
-    eigenmodes: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = FILM_FRAMES, periods: int = FILM_PERIODS
-) -> xr.Dataset:
+def oscillation(eigenmodes: xr.Dataset, mechanism: Mechanism, mode: int, *, frames: int = 100, periods: int = 2) -> xr.Dataset:
     """Return a mode as a run-like motion, for pictures and films."""
     amplitude = 0.06  # largest drawn displacement as a fraction of the mechanism's longer side
     if mode not in eigenmodes["mode"].values:

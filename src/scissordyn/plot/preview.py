@@ -16,11 +16,11 @@ from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.plot.animation_scene import SYMBOL_RADIUS, scene_of, upright
+from scissordyn.plot.animation_scene import scene_of, upright
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILION, Canvas, panels, small
+from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SIZES, VERMILION, Canvas, panels, small
 from scissordyn.plot.symbol import symbols
 from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FIGURE_SIZE_MIN = 6.0  # Longer side of the figure of a mechanism without names [inch]
-MAX_NAMES = 160  # Largest number of names; names of joints with clearance, drives and components come first
+DRAWN_NAMES_MAX = 160  # Largest number of names; names of joints with clearance, drives and components come first
 
 
 @checked
@@ -68,7 +68,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     shared = _shared_clearance(mechanism)
     # the name of a component at a point is written at that point, even if its symbol ends outside the picture
     acting: dict[str, Any] = {part.name: part for part in mechanism.components if hasattr(part, "point")}
-    drawn = symbols(run, mechanism, placed, [0], SYMBOL_RADIUS * float(np.max(span)))
+    drawn = symbols(run, mechanism, placed, [0], SIZES.symbol_radius * float(np.max(span)))
     places = {part.name: placed.place(acting[part.name].point) if part.name in acting else part.anchor for part in drawn}
     names = _names(mechanism, placed, places, shared)
     if axes is None:
@@ -82,7 +82,9 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     _draw_gravity(chosen, mechanism, placed)
     chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
     drawing.fit_sizes()
-    left = write_labels(chosen, names[:MAX_NAMES], size=letters, crowded=False) + [name.text for name in names[MAX_NAMES:]]
+    left = write_labels(chosen, names[:DRAWN_NAMES_MAX], size=letters, crowded=False) + [
+        name.text for name in names[DRAWN_NAMES_MAX:]
+    ]
     notes = [f"{shared} at each large circle"] if shared else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []
     chosen.set_title("; ".join(notes), loc="right", fontsize=small(), color=GREY)
@@ -93,7 +95,7 @@ def _size(span: np.ndarray, names: int) -> tuple[float, float]:
     """Return width and height of a figure for a region [inch]."""
     per_name = 0.11  # increase of the longer side for each name [inch]
     largest = 15.0  # largest longer side of the figure [inch]
-    longer = min(largest, FIGURE_SIZE_MIN + per_name * min(names, MAX_NAMES))
+    longer = min(largest, FIGURE_SIZE_MIN + per_name * min(names, DRAWN_NAMES_MAX))
     ratio = float(span[0] / span[1])
     width, height = (longer, longer / ratio) if ratio > 1.0 else (longer * ratio, longer)
     return max(width, 4.0) + 0.85, max(height, 2.6) + 0.85

@@ -29,7 +29,7 @@ __all__ = [
 
 DOT_STYLE: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
-BARS = 30  # Number of bars of a distribution
+HISTOGRAM_BARS = 30  # Number of bars of a distribution
 
 
 @picture()
@@ -247,7 +247,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     decades = high / low > decade
     if high / low < 1.0 + 1e-9:
         low, high = 0.9 * low, 1.1 * high
-    edges = np.geomspace(low, high, BARS + 1) if decades else np.linspace(low, high, BARS + 1)
+    edges = np.geomspace(low, high, HISTOGRAM_BARS + 1) if decades else np.linspace(low, high, HISTOGRAM_BARS + 1)
     # round-off at the ends of a geometric series would exclude the extreme contacts
     edges[0], edges[-1] = low, high
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)

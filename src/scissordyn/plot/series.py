@@ -14,6 +14,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE_WIDTH, VERMILION, normal, small, wrap_text
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
+from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +27,6 @@ Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or None 
 
 BEYOND_HORIZON = "beyond predictability horizon"
 
-MOST_JOINTS = 6  # Largest number of joints in one picture, unless the caller names more
 
 COMMON_PARAMETERS = {
     "run": "run : Dataset",
@@ -88,7 +88,7 @@ def names_of(joint: str | Sequence[str]) -> list[str]:
 
 
 def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
-    """Return the clearance joints to draw, in order: the named ones, or the `MOST_JOINTS` with the largest forces."""
+    """Return the clearance joints to draw, in order: the named ones, or the `LISTED_MAX` with the largest forces."""
     names = some_clearance_joints(run)
     if joint is not None:
         for name in names_of(joint):
@@ -96,7 +96,7 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
                 raise InputError(f"unknown clearance joint '{name}'{did_you_mean(name, names)}", "one of " + ", ".join(names))
         return names_of(joint)
     largest = largest_forces(run)
-    kept = set(sorted(names, key=lambda name: -largest[name])[:MOST_JOINTS])
+    kept = set(sorted(names, key=lambda name: -largest[name])[:LISTED_MAX])
     return [name for name in names if name in kept]
 
 

@@ -16,7 +16,7 @@ from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Channel, Corners, Scene, guides_for_contacts, scene_of
-from scissordyn.plot.bar_diagram import AXIAL, MOMENT, ORDINATE_LENGTH, colour_bar, diagram_of, is_known
+from scissordyn.plot.bar_diagram import AXIAL, MOMENT, colour_bar, diagram_of, is_known
 from scissordyn.plot.drawing import Drawing, MagnifiedBlock, block_walls, draw_magnified, magnified_text
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.joint import draw_orbit, write_time_bar
@@ -40,6 +40,7 @@ from scissordyn.plot.style import (
     BLUE,
     GREY,
     LIGHT,
+    SIZES,
     TIME_MAP,
     dark_map,
     draw_scale_bar,
@@ -284,7 +285,7 @@ def bending(
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
     scene = scene_of(run, mechanism, np.array([when]), clearance_pins(run), between=False)
     scene = dataclasses.replace(scene, diagrams=tuple(shown))
-    reach = 1.2 * ORDINATE_LENGTH * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
+    reach = 1.2 * SIZES.ordinate_length * float(np.max(scene.high - scene.low))  # room for the diagrams around the mechanism
     corners = scene.low - reach, scene.high + reach
     drawn, below = _diagram_panels(len(shown), corners)
     title = "envelope" if envelope else scene.instant(0)

@@ -19,7 +19,20 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodF
 from scissordyn.errors import InputError
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.scale import Scale, engineering, scale_of
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE_WIDTH, ORANGE, VERMILION, Canvas, legend, literal, panels, small
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LINE_WIDTH,
+    ORANGE,
+    SIZES,
+    VERMILION,
+    Canvas,
+    legend,
+    literal,
+    panels,
+    small,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,11 +41,10 @@ if TYPE_CHECKING:
 
 COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
-MAX_FACTORS = 5  # Largest number of response curve columns; the most important factors are chosen
+FACTORS_MAX = 5  # Largest number of response curve columns; the most important factors are chosen
 
 
-MAX_EDGED_POINTS = 200  # Up to this number of points on a map have a white edge, which is visible on every colour
-LEGEND_DOT_SIZE = 6.0  # Size of dots in a legend, which may be larger than those in the picture [pt]
+EDGED_POINTS_MAX = 200  # Up to this number of points on a map have a white edge, which is visible on every colour
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
@@ -98,7 +110,7 @@ def _legend(axes: Sequence[Axes]) -> None:
     shown = legend(axes, above=True)
     for handle in shown.legend_handles if shown is not None else ():
         if isinstance(handle, Line2D) and handle.get_marker() == DOTS["marker"]:
-            handle.set(markersize=LEGEND_DOT_SIZE, alpha=1.0)
+            handle.set(markersize=SIZES.legend_dot, alpha=1.0)
 
 
 def _is_logarithmic(values: np.ndarray) -> bool:
@@ -170,7 +182,7 @@ def _draw_disagreement(
         at = np.argwhere(_grid_means(a, b, marked.astype(float), *grid) > 0.0)
         places = (grid[0][at[:, 1]], grid[1][at[:, 0]])
     if places[0].size:
-        few = places[0].size <= MAX_EDGED_POINTS
+        few = places[0].size <= EDGED_POINTS_MAX
         size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
         edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
         panel.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
@@ -250,7 +262,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE_WIDTH, label="median")
             marked = points["disagrees"].values
             if marked.any():
-                larger = max(dot, 4.0 if np.count_nonzero(marked) <= MAX_EDGED_POINTS else 1.0)
+                larger = max(dot, 4.0 if np.count_nonzero(marked) <= EDGED_POINTS_MAX else 1.0)
                 panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
                 panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE_WIDTH, label="required")
@@ -277,7 +289,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
 
 def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) -> list[str]:
     """Return the factors with the largest rank correlation to any response, in order; all if there are few."""
-    if len(factors) <= MAX_FACTORS:
+    if len(factors) <= FACTORS_MAX:
         return factors
     from scipy.stats import spearmanr
 
@@ -290,7 +302,7 @@ def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) ->
                 x = points[factor].values[finite]
                 if np.unique(x).size > 1:
                     largest[k] = max(largest[k], abs(float(spearmanr(x, values[finite]).statistic)))
-    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:MAX_FACTORS])]
+    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:FACTORS_MAX])]
 
 
 def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:
@@ -394,9 +406,11 @@ def pareto_front(
     x, y = (tried[goal].values * factor for goal, factor in zip(goals, shown, strict=True))
     meets, front = tried["violation"].values <= 0.0, tried["front"].values
     if not meets.all():
-        panel.plot(x[~meets], y[~meets], **DOTS, color=GREY, markersize=LEGEND_DOT_SIZE, label="does not meet the requirements")
+        panel.plot(
+            x[~meets], y[~meets], **DOTS, color=GREY, markersize=SIZES.legend_dot, label="does not meet the requirements"
+        )
     tried_only = meets & ~front
-    panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=LEGEND_DOT_SIZE, label="other points")
+    panel.plot(x[tried_only], y[tried_only], **DOTS, color=BLUE, alpha=0.6, markersize=SIZES.legend_dot, label="other points")
     order = np.argsort(x[front])
     cheap = "" if confirmed is None else " of cheap runs"
     look: dict[str, Any] = {"color": VERMILION, "marker": "o", "markersize": 3.5, "linewidth": LINE_WIDTH}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,15 +24,28 @@ if TYPE_CHECKING:
 BLUE, VERMILION, GREEN, ORANGE, SKY, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#56B4E9", "#CC79A7"
 BLACK, GREY, LIGHT = "#222222", "#767676", "#E4E4E4"
 
-LINE_WIDTH = 1.0  # Width of a curve [pt]
+LINE_WIDTH = 1.0  # [pt] width of a curve
 
 TIME_MAP = "plasma"  # Colour map of instants
 CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
 DARK_PART = 0.85  # Part of both maps that is used: the rest is too light on white paper
 OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
 
-SMALL_FRACTION = 0.8  # Size of the letters of ticks and legends as a fraction of matplotlib's font size (8 pt of 10 pt)
-NORMAL_FRACTION = 0.9  # Size of the letters of labels and titles as a fraction of matplotlib's font size (9 pt of 10 pt)
+
+class Sizes(NamedTuple):
+    """Sizes of what pictures of a mechanism and of a study show."""
+
+    ring_diameter: float = 8.0  # [pt] largest diameter of the ring around a clearance joint
+    legend_dot: float = 6.0  # [pt] dots in a legend, which may be larger than those in the picture
+    symbol_radius: float = 0.03  # [-] radius of component symbols, as a fraction of the picture's longer side
+    ordinate_length: float = 0.11  # [-] largest ordinate of a diagram, as a fraction of the mechanism's longer side
+    magnified_clearance: float = 0.35  # [-] drawn clearance, as a fraction of the drawn journal radius or half block width
+    channel_half_length: float = 1.7  # [half block widths] half the length of the drawn channel
+    wheel_radius: float = 0.5  # [-] largest radius of a pulley over the wheel distance, and of one wheel over the symbol size
+    trail_frames: int = 12  # [frames] length of the journal's visible path in a GIF or MP4
+
+
+SIZES = Sizes()
 
 SCALE_BAR = "scale bar"  # Identifier of the artists of a scale bar
 
@@ -141,12 +154,12 @@ def literal(name: str) -> str:
 
 def small() -> float:
     """Return the letter size of ticks and legends [pt], from matplotlib's rcParams."""
-    return _letters("xtick.labelsize", SMALL_FRACTION)
+    return _letters("xtick.labelsize", 0.8)  # 8 pt of 10 pt
 
 
 def normal() -> float:
     """Return the letter size of labels and titles [pt], from matplotlib's rcParams."""
-    return _letters("axes.labelsize", NORMAL_FRACTION)
+    return _letters("axes.labelsize", 0.9)  # 9 pt of 10 pt
 
 
 def _letters(parameter: str, fraction: float) -> float:

@@ -17,6 +17,7 @@ from scissordyn.components.port import AXIS
 from scissordyn.components.port.stroke import Strokes, turned
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plot.style import SIZES
 from scissordyn.record.placement import Placement
 
 if TYPE_CHECKING:
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 
 CIRCLE_ANGLES = np.linspace(0.0, 2.0 * math.pi, 97)
-
-WHEEL_RADIUS_MAX = 0.5  # Largest radius of a pulley over the wheel distance, and of wheels with one pivot over the symbol size
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple
         first = (
             distance / abs(1.0 - ratio)
             if meshes
-            else WHEEL_RADIUS_MAX * distance / max(1.0, abs(ratio)) / (1.0 + WHEEL_RADIUS_MAX)
+            else SIZES.wheel_radius * distance / max(1.0, abs(ratio)) / (1.0 + SIZES.wheel_radius)
         )
         radii = first, first * abs(ratio)
         strokes = [_wheel(angle, end, radius, placement) for angle, end, radius in zip(angles, ends, radii, strict=True)]  # type: ignore[arg-type]
@@ -133,7 +132,7 @@ def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple
         return (_wheel(*wheels[0], placement),), wheels[0][1]
     if len(wheels) == 2:
         return tuple(
-            _wheel(angle, end, (1.0 + WHEEL_RADIUS_MAX * k) * size, placement) for k, (angle, end, _) in enumerate(wheels)
+            _wheel(angle, end, (1.0 + SIZES.wheel_radius * k) * size, placement) for k, (angle, end, _) in enumerate(wheels)
         ), middle
     return (np.stack(ends, axis=1),), middle
 

@@ -125,7 +125,11 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
     """Warn of films under too high a pressure, and of oil that boils or evaporates in its surroundings."""
-    warnings = [warning("film pressure", name, pressure=pressure, time=time, limit=FILM_PRESSURE_MAX)] if pressure > FILM_PRESSURE_MAX else []
+    warnings = (
+        [warning("film pressure", name, pressure=pressure, time=time, limit=FILM_PRESSURE_MAX)]
+        if pressure > FILM_PRESSURE_MAX
+        else []
+    )
     if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
         warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
     elif oil.ambient_pressure < EVAPORATION_PRESSURE_MAX and oil.vapour_pressure == 0.0:

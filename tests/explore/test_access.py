@@ -26,8 +26,8 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from scissordyn.explore.listener import MAX_STRANGERS
-from scissordyn.explore.serve import FILES, MAX_MESSAGE_SIZE, MAX_PAGES, Access, listen
+from scissordyn.explore.listener import STRANGERS_MAX
+from scissordyn.explore.serve import FILES, MESSAGE_BYTES_MAX, PAGES_MAX, Access, listen
 
 from .browser import CASE, served
 
@@ -178,10 +178,10 @@ def opened(url: str) -> Any:
 def test_pages_are_counted(url: str) -> None:
     """Limit: beyond the largest number of pages no further one is begun; the answer says so; one that is closed leaves room."""
     with ExitStack() as pages:
-        for _ in range(MAX_PAGES):
+        for _ in range(PAGES_MAX):
             pages.enter_context(opened(url)).recv(30.0)
         with opened(url) as further:
-            assert f"{MAX_PAGES} pages of this case".encode() in further.recv(30.0)
+            assert f"{PAGES_MAX} pages of this case".encode() in further.recv(30.0)
     time.sleep(0.5)
     with opened(url) as later:
         assert b'"early"' in later.recv(30.0)
@@ -190,7 +190,7 @@ def test_pages_are_counted(url: str) -> None:
 def test_message_that_is_too_long_ends_its_page(url: str) -> None:
     """Limit: a message of more than the largest size closes the connection; the server goes on."""
     with opened(url) as page:
-        page.send("x" * (MAX_MESSAGE_SIZE + 1))
+        page.send("x" * (MESSAGE_BYTES_MAX + 1))
         with pytest.raises(ConnectionClosed):
             list(iter(lambda: page.recv(30.0), None))
     assert get(url, "")[0] == 200
@@ -336,7 +336,7 @@ def test_connections_without_the_token_are_few(url: str) -> None:
         parts = urlsplit(url)
         silent = [
             strangers.enter_context(socket.create_connection((str(parts.hostname), parts.port), timeout=5.0))
-            for _ in range(2 * MAX_STRANGERS)
+            for _ in range(2 * STRANGERS_MAX)
         ]
         assert get(url, "")[0] == 200
         assert silent[0].recv(1) == b""

@@ -27,8 +27,6 @@ from scissordyn.compiler.kind import (
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
-PASSES_MAX = 8  # Largest number of passes until the types of a function's variables settle
-
 
 class Body:
     """Statements of one function, for arguments of given types."""
@@ -48,7 +46,7 @@ class Body:
 
     def translate(self) -> None:
         """Translate the statements repeatedly until the types of the variables settle."""
-        for _ in range(PASSES_MAX):
+        for _ in range(8):  # until the types of all variables settle
             self.scope.changed, self.lines, self.temporaries = False, [], 0
             result = self.result
             self._all(self.definition.body)

@@ -20,8 +20,6 @@ from scissordyn.units import Meaning, Pairs, Quantity
 PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over the angle from its body's x axis, a whole turn")
 
 
-FIRST_NODE = 4
-
 PITCH_NODES, PROFILE_POINTS = (
     720,
     5760,
@@ -38,7 +36,7 @@ def pitch_at(angle, table, count):
     low = min(int(part), count - 1)
     high = low + 1 if low + 1 < count else 0
     t = part - low
-    a, b = FIRST_NODE + 2 * low, FIRST_NODE + 2 * high
+    a, b = 4 + 2 * low, 4 + 2 * high  # the nodes follow the scalar parameters
     # cubic Hermite polynomial through the nodes of a spline, whose second derivative is continuous
     y, z, p, q = table[a], table[b], step * table[a + 1], step * table[b + 1]
     c, d = 3.0 * (z - y) - 2.0 * p - q, 2.0 * (y - z) + p + q

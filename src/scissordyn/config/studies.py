@@ -20,6 +20,7 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine
+from scissordyn.studies.answer.estimate import INTERPOLATION_RUNS_MIN
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import SAMPLED, Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Interval, Levels, Variation
@@ -33,7 +34,6 @@ FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 NamedValues = Mapping[str, Mapping[str, Any]]  # value of each name, by parameter
 
-DEFAULT_POINTS = 32  # points of a study that continues a search, by default
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
@@ -374,4 +374,4 @@ def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: i
         return Design(kind)
     if points is not None and points < 1:
         raise InputError(f"{points} points", "a whole number >= 1", "--points 32")
-    return Design(kind, points or (study.design.points if study.design.kind == kind else DEFAULT_POINTS), seed)
+    return Design(kind, points or (study.design.points if study.design.kind == kind else INTERPOLATION_RUNS_MIN), seed)

@@ -17,7 +17,7 @@ from scissordyn.mechanics.time_function import prescribe
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan
-from scissordyn.plan.redundancy import SINGULAR_VALUE_MIN
+from scissordyn.tolerance import SINGULAR_VALUE_MIN
 
 
 def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:

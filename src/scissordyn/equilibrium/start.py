@@ -45,8 +45,7 @@ from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.record.bars import with_distributed_mass
-
-MOVED_TOL = 1e-3  # A warning names bodies that the assembly moves by more [mechanism sizes] or turns by more [rad]
+from scissordyn.tolerance import REPORTED_FRACTION
 
 
 @dataclass(frozen=True)
@@ -350,21 +349,22 @@ def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
     """Describe the given positions and angles that the assembly changed, largest change first."""
     placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
-    if np.abs(position - placed).max(initial=0.0) < 0.5 * min(MOVED_TOL * size, MOVED_TOL):  # half: of both components
+    # half of the limit: of both components
+    if np.abs(position - placed).max(initial=0.0) < 0.5 * REPORTED_FRACTION * min(size, 1.0):
         return []
     prescribed = prescribed_bodies(plan)
     changes: list[tuple[float, str]] = []
     for body in plan.bodies:
         p = plan.coordinates.natural.offsets[body.name]
         far = math.dist(position[p : p + 2], placed[p : p + 2])
-        if body.position is not None and far > MOVED_TOL * size:
+        if body.position is not None and far > REPORTED_FRACTION * size:
             here, there = _format_vectors(position[p : p + 2].tolist(), body.position)
             text = f"body '{body.name}' is moved by {far * 1e3:.4g} mm: its origin starts at {here} m instead of {there} m"
             changes.append((far, text))
         if body.angle is not None and plan.coordinates.natural.rotates(body.name) and body.name not in prescribed:
             (cos, sin), (x, y) = placed[p + 2 : p + 4], position[p + 2 : p + 4]
             angle = math.atan2(cos * y - sin * x, cos * x + sin * y)
-            if abs(angle) > MOVED_TOL:
+            if abs(angle) > REPORTED_FRACTION:
                 turn = math.degrees(angle)
                 here, there = _format_pair(math.degrees(body.angle) + turn, math.degrees(body.angle))
                 text = f"body '{body.name}' is rotated by {abs(turn):.4g} deg: it starts at {here} deg instead of {there} deg"

@@ -36,15 +36,14 @@ from scissordyn.exchange.drawing import (
 from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, listed, notes_of
 from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.lookup import library
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import checked
+from scissordyn.warning import LISTED_MAX
 
 GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
 
-NEAR_FRACTION = 1e-3  # Separate pins nearer than this fraction of the drawing's size are reported
 UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
-LINES_MAX = 20  # Largest number of notes of one kind
 
 EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
 
@@ -106,7 +105,7 @@ class _Messages(logging.Handler):
         self.notes = notes
 
     def emit(self, record: logging.LogRecord) -> None:
-        if len(self.notes) < LINES_MAX and (note := f"ezdxf: {record.getMessage()}") not in self.notes:
+        if len(self.notes) < LISTED_MAX and (note := f"ezdxf: {record.getMessage()}") not in self.notes:
             self.notes.append(note)
 
 
@@ -235,11 +234,11 @@ class _Linkage:
         )
 
     def _note(self, lines: Iterable[str]) -> None:
-        """Add notes of one kind, at most `LINES_MAX` of them."""
+        """Add notes of one kind, at most `LISTED_MAX` of them."""
         lines = list(lines)
-        self.notes += lines[:LINES_MAX]
-        if len(lines) > LINES_MAX:
-            self.notes.append(f"{len(lines) - LINES_MAX} more notes of this kind")
+        self.notes += lines[:LISTED_MAX]
+        if len(lines) > LISTED_MAX:
+            self.notes.append(f"{len(lines) - LISTED_MAX} more notes of this kind")
 
     def _at(self, place: Point) -> str:
         return f"({place[0] / self.factor:g}, {place[1] / self.factor:g}) {self.unit}"
@@ -350,7 +349,9 @@ class _Linkage:
         xy = np.array([self.pins.places[name] for name in names])
         gaps, others = (found[:, 1].tolist() for found in map(np.asarray, cKDTree(xy).query(xy, k=2)))
         pairs = {
-            (min(k, other), max(k, other)): gaps[k] for k, other in enumerate(others) if gaps[k] <= NEAR_FRACTION * self.size
+            (min(k, other), max(k, other)): gaps[k]
+            for k, other in enumerate(others)
+            if gaps[k] <= REPORTED_FRACTION * self.size
         }
         self._note(
             f"'{names[a]}' and '{names[b]}' at {self._at(self.pins.places[names[a]])} are not joined: they are "

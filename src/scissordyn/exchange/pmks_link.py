@@ -29,7 +29,7 @@ EXPECTED_LINK = "a link from 'Share' in PMKS+"
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
 LINK_MAX = 50_000  # Largest number of characters of a link, which has about a thousand joints then
-DIGITS_MAX = 12  # Largest number of base-64 digits of a number, including its sign
+LINK_DIGITS_MAX = 12  # Largest number of base-64 digits of a number, including its sign
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
 CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings
@@ -219,7 +219,7 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
 
 def _unsigned(text: str, what: str) -> int:
     """Return an unsigned integer in base 64."""
-    if not 0 < len(text) <= DIGITS_MAX:
+    if not 0 < len(text) <= LINK_DIGITS_MAX:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
         raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", SAMPLE)
     value = 0

@@ -9,12 +9,12 @@ from pathlib import Path
 from xml.parsers import expat
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
+from scissordyn.casefile.text import NESTING_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
 
-DEPTH_MAX = 200  # Largest nesting depth of elements
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
@@ -57,10 +57,10 @@ def parse(content: bytes) -> Element:
     open_elements, count = [top], [0]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(open_elements) > DEPTH_MAX:
+        if len(open_elements) > NESTING_MAX:
             raise InputError(
-                f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements",
-                f"at most {DEPTH_MAX} levels",
+                f"line {parser.CurrentLineNumber} is nested in more than {NESTING_MAX} elements",
+                f"at most {NESTING_MAX} levels",
                 SAMPLE,
             )
         count[0] += 1

@@ -17,8 +17,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import outline, upright
 from scissordyn.record.placement import Placement, turned
 from scissordyn.run.simulate import simulate
-
-DIFFERENCE_STEP = 1e-5  # Step of finite differences, as a fraction of the mechanism's size, or [rad] for angles
+from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 TABLES = ("structure", "body", "ground", "guide", "rod")
 NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
@@ -87,7 +86,7 @@ class Drag:
         """Return the derivatives of the target by finite differences; zero if the changed mechanism cannot be assembled."""
         slopes = np.zeros((self.origin.size, len(self.numbers)))
         for k, number in enumerate(self.numbers):
-            step = DIFFERENCE_STEP * (1.0 if number.field.quantity.unit == "rad" else self.size)
+            step = DIFFERENCE_FRACTION * (1.0 if number.field.quantity.unit == "rad" else self.size)
             try:
                 changed = self.start.changed(self._texts({k: number.value + step}, exact=True))
                 slopes[:, k] = (self._target(*assembled(changed.mechanism)) - self.origin) / step

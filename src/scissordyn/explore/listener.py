@@ -9,7 +9,7 @@ import threading
 import time
 from typing import Any
 
-MAX_STRANGERS = 32  # Largest number of connections without the token; a browser opens 6 to one server
+STRANGERS_MAX = 32  # Largest number of connections without the token; a browser opens 6 to one server
 STRANGER_SECONDS = 5.0  # [s] time within which a connection must show the token; a browser sends it at once
 
 TRANSIENT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
@@ -23,11 +23,11 @@ def max_strangers() -> int:
     try:
         import resource
     except ImportError:  # Windows has no such limit
-        return MAX_STRANGERS
+        return STRANGERS_MAX
     descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     if descriptors == resource.RLIM_INFINITY:
-        return MAX_STRANGERS
-    return max(1, min(MAX_STRANGERS, int(fraction * descriptors / per_stranger)))
+        return STRANGERS_MAX
+    return max(1, min(STRANGERS_MAX, int(fraction * descriptors / per_stranger)))
 
 
 class Listener(socket.socket):

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 FAULT = "internal error: see the terminal of the explorer"
 
 AUTO = "auto"  # Magnification that makes deflections visible
-MAX_MAGNIFICATION = 1e6  # Largest magnification
+MAGNIFICATION_MAX = 1e6  # Largest magnification
 MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Mantissas of magnifications, multiplied by a power of ten
 
 
@@ -49,8 +49,8 @@ SAVED = {
 }
 """File ending and MIME type of each kind of saved file."""
 
-MAX_FILES_AT_ONCE = 2  # Largest number of files made at the same time by all pages; each occupies one processor
-_slots = threading.BoundedSemaphore(MAX_FILES_AT_ONCE)  # acquired while a file is made
+FILES_AT_ONCE_MAX = 2  # Largest number of files made at the same time by all pages; each occupies one processor
+_slots = threading.BoundedSemaphore(FILES_AT_ONCE_MAX)  # acquired while a file is made
 
 log = logging.getLogger(__name__)
 
@@ -288,13 +288,13 @@ class Page:
             self.session.pin(replace(self.shown, run=self.shown.curves))
 
     def _save(self, message: Message) -> None:
-        """Make a file, one at a time for this page and at most `MAX_FILES_AT_ONCE` for all pages."""
+        """Make a file, one at a time for this page and at most `FILES_AT_ONCE_MAX` for all pages."""
         what, time = read_text(message, "type"), read_number(message, "time")
         if self._making:
             raise InputError(f"cannot make '{what}' while another file is being made", "one file at a time", "wait for it")
         if not _slots.acquire(blocking=False):
             raise InputError(
-                f"cannot make '{what}' while other pages make {MAX_FILES_AT_ONCE} files", "two files at a time", "try again"
+                f"cannot make '{what}' while other pages make {FILES_AT_ONCE_MAX} files", "two files at a time", "try again"
             )
         self._making = True
         shown, joint = self.shown, self.selected
@@ -399,8 +399,8 @@ def read_magnification(given: Any) -> float | str:
     """Return the requested magnification: "auto" or a number."""
     if given == AUTO:
         return AUTO
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= MAX_MAGNIFICATION:
-        raise InputError(f"magnification of deflections = {given!r}", f"'{AUTO}', 1 to {MAX_MAGNIFICATION:g}", AUTO)
+    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= MAGNIFICATION_MAX:
+        raise InputError(f"magnification of deflections = {given!r}", f"'{AUTO}', 1 to {MAGNIFICATION_MAX:g}", AUTO)
     return float(given)
 
 
@@ -413,7 +413,7 @@ def magnification_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism)
         return wanted
     largest = float(abs(run["bar_largest_deflection"]).max()) if "bar_largest_deflection" in run else 0.0
     room = share * mechanism.size / largest if largest > 0.0 else 1.0
-    if not 1.0 < room < MAX_MAGNIFICATION:
-        return MAX_MAGNIFICATION if room >= MAX_MAGNIFICATION else 1.0
+    if not 1.0 < room < MAGNIFICATION_MAX:
+        return MAGNIFICATION_MAX if room >= MAGNIFICATION_MAX else 1.0
     power = 10.0 ** math.floor(math.log10(room))
     return float(max(step * power for step in MAGNIFICATION_STEPS if step * power <= room * (1.0 + 1e-12)))

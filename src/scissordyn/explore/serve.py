@@ -48,8 +48,8 @@ LOCAL = ("127.0.0.1", "localhost", "::1")
 
 ADDRESS_HINT = "open the address printed by 'scissordyn explore'"
 
-MAX_MESSAGE_SIZE = 2**16  # Largest message from a page [byte]
-MAX_PAGES = 20  # Largest number of open pages; each has a thread, its runs and its undo history
+MESSAGE_BYTES_MAX = 2**16  # Largest message from a page [byte]
+PAGES_MAX = 20  # Largest number of open pages; each has a thread, its runs and its undo history
 
 SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
@@ -233,7 +233,7 @@ class Pages:
             open_timeout=STRANGER_SECONDS,
             process_request=self._answer,
             compression=None,
-            max_size=MAX_MESSAGE_SIZE,
+            max_size=MESSAGE_BYTES_MAX,
             server_header=None,
             close_timeout=1.0,
             logger=quiet,
@@ -294,9 +294,9 @@ class Pages:
 
         with self._lock:
             self._count += 1
-            full = self._count > MAX_PAGES
+            full = self._count > PAGES_MAX
         try:
-            words = f"{MAX_PAGES} pages of this case are open: close one, then reload this page" if full else ""
+            words = f"{PAGES_MAX} pages of this case are open: close one, then reload this page" if full else ""
             if not full:
                 if early := self._early.result():
                     send({"type": "early", "scene": early})

@@ -7,7 +7,7 @@ import os
 
 MARK = b"\nSHA-256 of what is above, by scissordyn: "
 CHUNK_BYTES = 2**20  # [bytes] of a file in memory at once; HDF5's default chunk cache has this size
-LINE_BYTES = len(MARK) + 2 * hashlib.sha256().digest_size + 1  # Mark, hexadecimal digits, end of the line
+LINE_BYTES = len(MARK) + len(hashlib.sha256().hexdigest()) + len("\n")
 
 
 def checksum_line(content: bytes | memoryview) -> bytes:

@@ -17,9 +17,10 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
 from scissordyn.identification.start import check_autonomous, prepared, spread
-from scissordyn.identification.uncertainty import CONFIDENCE_LEVEL, Uncertainty, uncertainty
+from scissordyn.identification.uncertainty import Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.tolerance import CONFIDENCE_LEVEL
 
 SEARCH_TOL = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
 

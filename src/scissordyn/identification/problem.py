@@ -21,6 +21,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
 from scissordyn.run.trajectory import compute, record_trajectory
 from scissordyn.studies.ask.distribution import Interval, Normal, Variation
+from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 if TYPE_CHECKING:
     from scissordyn.identification.start import Chart
@@ -121,9 +122,6 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
             f"'{parameter}' starts at {value:g}, outside its range from {low:g} to {high:g}", "a range around its value"
         )
     return Free(parameter, quantity.unit, value, scale, low, high, mean, deviation, find(mechanism, parameter))
-
-
-STEP_FRACTION = 1e-5  # Step of a one-sided difference, as a fraction of a parameter's scale
 
 
 @dataclass(frozen=True)
@@ -278,7 +276,7 @@ class Problem:
         reference = self.join_residuals(base, unknowns)
         matrix = np.zeros((reference.size, self.unknowns))
         for column in range(self.unknowns):
-            width = 1e-4 if accurate else STEP_FRACTION  # central differences: their error is quadratic in the step
+            width = 1e-4 if accurate else DIFFERENCE_FRACTION  # central differences: their error is quadratic in the step
             # a state contains directions, lengths and rates: steps are absolute for small values and relative for large ones
             width *= max(1.0, abs(unknowns[column])) if column >= len(self.free) else 1.0
             ends: list[tuple[float, np.ndarray]] = []

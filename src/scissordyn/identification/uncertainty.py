@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import t as student
 
 from scissordyn.identification.problem import Problem
+from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-CONFIDENCE_LEVEL = 0.95  # Probability that an interval contains the parameter
 SHARE_MIN = 0.2  # Parameters with at least this share of the largest change in a direction are named
 
 

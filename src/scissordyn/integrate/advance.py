@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.control import (
-    MAX_ATTEMPTS,
+    ATTEMPTS_MAX,
     STEP_MIN_FRACTION,
     after_acceptance,
     after_event,
@@ -64,7 +64,7 @@ After `CHANGE_POINT` the caller makes a step across a singular position.
 
 _EXPLICIT = EXPLICIT
 
-MAX_STALLED = 1000  # Number of trials and events without progress in time after which a run is stuck
+STALLED_MAX = 1000  # Number of trials and events without progress in time after which a run is stuck
 
 
 STEP_END_FRACTION = 0.999  # Fraction of a step beyond which a crossing is the step's own end
@@ -120,7 +120,7 @@ def advance_step(problem, T, t, s, w, S, r):
     error = error_norm(T, h, s, w) if ok else math.nan
     if not (error <= 1.0 or (clock.fixed > 0.0 and error < math.inf)):
         failed = after_rejection(T, t, h, error, to_fall, s, w)
-        if clock.stalled > MAX_STALLED:
+        if clock.stalled > STALLED_MAX:
             return STUCK
         return (STEP_TOO_SMALL if error == error else NOT_FINITE) if failed else ADVANCING
     full, w.rise_count[0] = h, 0
@@ -164,7 +164,7 @@ def find_passed_guard(problem, now, s, w, S):
 def reject_for_crossing(T, t, h, to_fall, s, w):
     """Reject a step whose end is on the wrong side of a guard's root, to halve its size; return a status."""
     failed = after_rejection(T, t, h, MISSED_CROSSING_ERROR, to_fall, s, w)
-    return STUCK if s.clock[0].stalled > MAX_STALLED else STEP_TOO_SMALL if failed else ADVANCING
+    return STUCK if s.clock[0].stalled > STALLED_MAX else STEP_TOO_SMALL if failed else ADVANCING
 
 
 @kernel
@@ -174,7 +174,7 @@ def end_on_event(problem, T, t, h, s, w, S):
     The dense output of the shorter step is more accurate. If it shows an earlier crossing, the step ends there.
     """
     guard = -1
-    for _ in range(MAX_ATTEMPTS):
+    for _ in range(ATTEMPTS_MAX):
         guard = w.crossing_guard[0]
         h = step_to_event(problem, T, guard, w.crossing_place[0], t, h, s, w, S)
         if h == 0.0:
@@ -203,7 +203,7 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
     turns = recedes and sign * w.start_value[guard] > w.precision[guard]
     short = max(short, shortest)
     before, rate_before = 0.0, w.start_rate[guard]
-    for attempted in range(MAX_ATTEMPTS):
+    for attempted in range(ATTEMPTS_MAX):
         if not attempt(problem, T, t, short, s, w, S):
             break
         problem.guards(t + short, w.new, S, w.value, w.rate)
@@ -216,7 +216,7 @@ def step_to_event(problem, T, guard, theta, t, h, s, w, S):
         else:
             corrected = short - value / rate
         # the new state belongs to the last size tried
-        if not 0.0 < corrected <= h or attempted == MAX_ATTEMPTS - 1:
+        if not 0.0 < corrected <= h or attempted == ATTEMPTS_MAX - 1:
             break
         before, rate_before, short = short, rate, corrected
     return short
@@ -276,7 +276,7 @@ def accept(problem, T, t, h, full, grow, last, guard, s, w, S, r):
         take_events(problem, T, now, full, guard, s, w, S, r.log)
     if clock.longest < 0.0:
         return CHANGE_POINT
-    return STUCK if clock.stalled > MAX_STALLED else ADVANCING
+    return STUCK if clock.stalled > STALLED_MAX else ADVANCING
 
 
 @kernel

@@ -9,6 +9,7 @@ from scissordyn.integrate.integration import IGNORES, NO_EVENT, RISE
 from scissordyn.integrate.step import AFTER_START, BEFORE_END, EVEN, attempt
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
+from scissordyn.tolerance import SHORT_STEP_FRACTION
 
 _EXPLICIT = EXPLICIT
 
@@ -17,16 +18,11 @@ STEP_FACTOR_MIN = 0.2  # Least ratio of successive step sizes
 STEP_FACTOR_MAX = 8.0  # Largest ratio of successive step sizes
 FALL_STEP_FACTOR = 1.3  # One step to the end of a contact may be this many times as long as the one that worked after its start
 FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's end that a step with even time covers
-MAX_ATTEMPTS = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
+ATTEMPTS_MAX = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
 
-# Without a state no error controls the step size, only the longest step, which follows the speed at the start.
-# Small growth avoids stepping over a motion from rest or back.
-FIRST_STEP_FRACTION = 1e-3  # Size of the first step without a state, as a fraction of the whole time
 STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes without a state
 
 STEP_MIN_FRACTION = 4e-16  # Least step size as a fraction of its instant: the clock does not resolve smaller ones
-
-REMAINDER_FRACTION = 1e-3  # A last step shorter than this fraction of a step is merged with the step before
 
 
 @kernel
@@ -37,7 +33,8 @@ def first_step(problem, T, t, s, w, S):
     """
     size = s.y.size
     if size == 0:
-        return FIRST_STEP_FRACTION * (s.clock[0].end - t)
+        # no error controls the step: it follows the speed at the start, which may be rest
+        return SHORT_STEP_FRACTION * (s.clock[0].end - t)
     value = slope = bend = 0.0
     for g in range(w.group.size - 1):
         start, stop = w.group[g], w.group[g + 1]
@@ -78,7 +75,7 @@ def choose_step(problem, T, t, s, w, S):
     h = min(clock.fixed if clock.fixed > 0.0 else clock.step, clock.longest)
     if w.delays.size > 0:
         h = up_to_multiple(t, h, w.delays)
-    last = t + h >= clock.end or clock.end - t - h < REMAINDER_FRACTION * h
+    last = t + h >= clock.end or clock.end - t - h < SHORT_STEP_FRACTION * h
     if last:
         h = clock.end - t
     w.scaling[0] = EVEN
@@ -118,7 +115,7 @@ def fall_ahead(most, s, w):
 def step_to_fall(problem, T, guard, t, h, most, s, w, S):
     """Make one step with decelerating time to the fall of a guard, starting with size h; return its size, or 0 if it fails."""
     w.scaling[0] = BEFORE_END
-    for _ in range(MAX_ATTEMPTS):
+    for _ in range(ATTEMPTS_MAX):
         attempt(problem, T, t, h, s, w, S)
         problem.guards(t + h, w.new, S, w.value, w.rate)
         value, rate = w.value[guard], w.rate[guard]

@@ -16,16 +16,14 @@ import math
 from scissordyn.integrate.dense import complete, guard_at, guards_at
 from scissordyn.integrate.step import speed
 from scissordyn.kernel import kernel
+from scissordyn.tolerance import NEWTON_STEPS_MAX
 
 PROBE_INTERVALS = 6  # Number of intervals of a step, at whose ends guards are evaluated
 
-ROOT_REACH_FRACTION = (
-    0.75  # A guard that cannot reach zero within this fraction of the step at its larger end rate is not searched
-)
+# [-] a guard that cannot reach zero within this fraction of the step, at its larger end rate, is not searched
+ROOT_REACH_FRACTION = 0.75
 
-MAX_BISECTIONS = 100  # Largest number of bisections between two probes
 CUBIC_ERROR_FACTOR = 4.0  # Safety factor on the cubic's error at the middle
-MAX_ITERATIONS = 60  # Bracketed Newton steps; two to five are usual, and bisection alone would need fifty
 
 
 @kernel
@@ -48,7 +46,7 @@ def cubic_root(a, slope_a, b, slope_b):
     """Return a root in (0, 1) of the cubic with values a <= 0 < b and given slopes at 0 and 1."""
     low, high = 0.0, 1.0
     place = a / (a - b) if a < 0.0 else 0.5
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(NEWTON_STEPS_MAX):
         value, slope = cubic(place, a, slope_a, b, slope_b)
         if value > 0.0:
             high = place
@@ -89,7 +87,7 @@ def locate_root(problem, T, k, low, high, a, slope_a, b, slope_b, t, h, s, w, S,
     step = (high - low) * h
     scaling = w.scaling[0]
     theta = low + (high - low) * cubic_root(a, step * speed(scaling, low) * slope_a, b, step * speed(scaling, high) * slope_b)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(NEWTON_STEPS_MAX):
         guard_at(problem, T, k, theta, t, h, s, w, S)
         value, slope = sign * w.value[k], sign * w.rate[k] * h * speed(scaling, theta)
         if abs(value) <= 0.5 * w.precision[k]:
@@ -178,7 +176,7 @@ def find_hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, 
     a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
     ends, scaling, depth = w.ends, w.scaling[0], 1
     ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = right, b, slope_b, math.inf
-    for _ in range(MAX_BISECTIONS):
+    for _ in range(100):  # each halves one part between two probes
         right, b, slope_b, error = ends[depth - 1, 0], ends[depth - 1, 1], ends[depth - 1, 2], ends[depth - 1, 3]
         step = (right - left) * h
         begins, stops = step * speed(scaling, left) * slope_a, step * speed(scaling, right) * slope_b

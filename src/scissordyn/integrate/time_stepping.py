@@ -28,7 +28,6 @@ from scissordyn.integrate.advance import (
     take_event,
     write_state,
 )
-from scissordyn.integrate.control import REMAINDER_FRACTION
 from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import CHEBYSHEV_NODES, keep_values, up_to_multiple
 from scissordyn.integrate.integration import (
@@ -49,15 +48,16 @@ from scissordyn.integrate.integration import (
     open_integration,
 )
 from scissordyn.kernel import F1, F2, I1, kernel, opener
-from scissordyn.tolerance import CONVERGENCE_TOL, EVENT_TOL
+from scissordyn.tolerance import CONVERGENCE_TOL, EVENT_TOL, SHORT_STEP_FRACTION
 
 ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED, SUDDEN, STRUCK_NOW = range(10)
 """Columns of `Touching.result` that are used here, see `mechanics.hard_contact`."""
 
+# [-] penetration over that of the whole step, above which an impact elsewhere has made the located gap jump
+JUMP_FRACTION = 1e-3
 FORCED_STEP_FRACTION = 1.0 / 64.0  # A step that is too long is made anyway below this fraction of the chosen size
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # Step requests and step status, see `mechanics.hard_rows`
 
-JUMP_FRACTION = 1e-3  # Fraction of the whole step's penetration above which an impact elsewhere has made the located gap jump
 
 DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 """Columns of `State.total` to which impacts add, see `mechanics.monitored.POWERS`."""
@@ -119,7 +119,7 @@ def choose_size(t, s, w, K):
     if K.ahead[1] < h:  # the step must not contain two impacts of a rebounding contact
         h = 1.2 * K.ahead[1]
     K.ahead[1] = math.inf
-    if clock.end - t <= h * (1.0 + REMAINDER_FRACTION):
+    if clock.end - t <= h * (1.0 + SHORT_STEP_FRACTION):
         return clock.end - t, True
     return h, False
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from scissordyn.kinematics.closure import Closure
-from scissordyn.kinematics.unfolding import DIFFERENCE_FRACTION, Point, Unfolding
+from scissordyn.kinematics.unfolding import INPUT_STEP_FRACTION, Point, Unfolding
 from scissordyn.tolerance import DATA_TOL
 
 TURN_MAX = 0.15  # Largest rotation of a body in one step [rad]
@@ -209,7 +209,7 @@ def _predict(
 
 def _tangent(closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> np.ndarray | None:
     """Return the derivative of the natural coordinates by the path parameter; None at a singular position."""
-    h = DIFFERENCE_FRACTION * width
+    h = INPUT_STEP_FRACTION * width
     rows = [inputs(place + k * h) for k in (-2, -1, 1, 2)]
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
     moved, value = (weights @ np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))

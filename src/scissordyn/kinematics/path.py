@@ -23,15 +23,9 @@ from scissordyn.kinematics.singular import (
 )
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
 INPUT_SAMPLES = 4001  # [samples] number at which the range of the inputs is searched
-
-NEAR_MISS_MAX = 1e-3
-"""Branches that miss each other by less than this fraction of the mechanism's size are reported as near change points.
-
-Clearances and tolerances let the real structure pass from one branch to the other.
-"""
 
 
 @dataclass(frozen=True)
@@ -131,7 +125,8 @@ def follow(
     passed = []
     for point in met:
         # a near miss beyond a limit of the input is not on the path
-        if not point.miss or (point.miss <= NEAR_MISS_MAX and place[0] <= point.place <= place[-1]):
+        # clearances and tolerances let the real structure pass from a branch to one that it misses by little
+        if not point.miss or (point.miss <= REPORTED_FRACTION and place[0] <= point.place <= place[-1]):
             kind = NEAR if point.miss else CHANGE
             at = float(np.clip(point.place, place[0], place[-1]))
             passed.append(SingularPosition(kind, at, *concerned(closure, point.z, typical), point.miss))

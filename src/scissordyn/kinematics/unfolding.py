@@ -17,7 +17,7 @@ from scissordyn.kinematics.closure import Closure
 from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
 
 SEARCH_DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
-DIFFERENCE_FRACTION = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
+INPUT_STEP_FRACTION = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
 
 AtPlace = Callable[[float], np.ndarray]
 
@@ -84,7 +84,7 @@ class Unfolding:
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
         """Return a point with the first and second derivatives of g; None if the bordered matrix is singular."""
         closure, n = self.closure, self._y0.size
-        h = DIFFERENCE_FRACTION * self.width
+        h = INPUT_STEP_FRACTION * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
         driven, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
         first, second = (

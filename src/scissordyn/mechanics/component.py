@@ -17,17 +17,15 @@ from scissordyn.mechanics.port import add_port_curvature, port_forces, port_wren
 from scissordyn.mechanics.rail import NX, NY, SCALARS, add_rail_force, linearise_rail, sense_rail
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
+from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS = range(8)
 """Places of `declaration.CONTEXT`."""
 
-DIFFERENCE_STEP = 1e-7
+ARGUMENT_STEP = 1e-7
 """Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
 
-DIFFERENCE_STEP_MIN = 1e-2 * DIFFERENCE_STEP  # [m, rad, m/s, rad/s] smallest step of coordinates and rates
-
-STATE_STEP_FRACTION = 1e-5
-"""Smallest step of a state, relative to its scale; coarse enough if only its difference to a large coordinate matters."""
+ARGUMENT_STEP_MIN = 1e-2 * ARGUMENT_STEP  # [m, rad, m/s, rad/s] smallest step of coordinates and rates
 
 
 @kernel
@@ -147,7 +145,7 @@ def port_slopes(t, i, S, z):
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
     W.context[DIFFERENCES] = 1.0
     for k in range(2 * coordinates + z.size + 1):
-        h = DIFFERENCE_STEP * (1.0 + abs(t))
+        h = ARGUMENT_STEP * (1.0 + abs(t))
         apart = 2.0 * h
         if k == 2 * coordinates + z.size:
             if M.component_timed[i] == 0:
@@ -161,13 +159,13 @@ def port_slopes(t, i, S, z):
         else:
             argument, place, least = z, k - 2 * coordinates, 0.0
             if k < coordinates:
-                argument, place, least = W.coordinates[i], k, DIFFERENCE_STEP_MIN
+                argument, place, least = W.coordinates[i], k, ARGUMENT_STEP_MIN
             elif k < 2 * coordinates:
-                argument, place, least = W.coordinate_rates[i], k - coordinates, DIFFERENCE_STEP_MIN
+                argument, place, least = W.coordinate_rates[i], k - coordinates, ARGUMENT_STEP_MIN
             else:
-                least = STATE_STEP_FRACTION * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
+                least = DIFFERENCE_FRACTION * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
             here = argument[place]
-            h = max(DIFFERENCE_STEP * abs(here), least)
+            h = max(ARGUMENT_STEP * abs(here), least)
             # a state acts by its small difference to a coordinate, so the round-off of here + h must not enter
             apart = (here + h) - (here - h) if z.size > 0 else 2.0 * h
             argument[place] = here + h

@@ -11,12 +11,10 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.constraint_part import part_slope, part_value
 from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
-from scissordyn.tolerance import CONSTRAINT_TOL
+from scissordyn.tolerance import CONSTRAINT_TOL, DIFFERENCE_FRACTION
 
 MONITORED_RATIO_MAX = 0.1
 """Gradients are monitored if the root of the smallest pivot of Phi Phi^T is below this fraction of the largest root so far."""
-
-ROTATION_STEP = 1e-6  # Rotation of the fastest body over which the rate of that root is differenced [rad]
 
 
 @kernel
@@ -288,7 +286,7 @@ def singular_ahead(fastest, S):
     if measure > MONITORED_RATIO_MAX * W.near[0]:
         return math.inf
     # near the singular position the root is linear: extrapolate it along the motion
-    step = ROTATION_STEP / fastest
+    step = DIFFERENCE_FRACTION / fastest
     for i in range(M.n + M.nb):
         W.A[i] = W.X[i] + step * W.V[i]
     map_directions(S, W.A, W.direction)

@@ -17,10 +17,10 @@ import math
 
 from scissordyn.kernel import kernel, vanishes
 from scissordyn.mechanics.bending_loads import note_shape_forces
-from scissordyn.mechanics.lanes import LANES, VECTOR_LANES, combine, join, padded, part, pull, stretch, transform
+from scissordyn.mechanics.lanes import LANES, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
-_PAIRS = VECTOR_LANES
+_PAIRS = LANES // 2
 
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Columns of a bar's parameters
 

@@ -11,19 +11,14 @@ from scissordyn.mechanics import hard_impact as impacts
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.rotation import count_turns
 from scissordyn.mechanics.system import open_system
-from scissordyn.tolerance import ROUND_OFF_TOL
+from scissordyn.tolerance import ROUND_OFF_TOL, SHORT_STEP_FRACTION, SINGULAR_VALUE_MIN
 
 STEP_ROTATION_MAX = 1.0  # [rad] largest rotation of a body in a step; turns could not be counted for larger ones
 
 DRIVEN_ROTATION_MAX = 0.02
 """Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
 
-# [-] smallest pivot root, relative to the largest so far, below which a step may cross a singular position
-CROSSED_RATIO_MAX = 1e-3
 CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest distance of the singular position for such a step
-
-BREAK_STEP_FRACTION = 1e-3
-"""First step after a break without degrees of freedom, as a fraction of the way to the next: motion may start from rest."""
 
 
 @entry
@@ -72,7 +67,7 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
         ahead = constraint_solver.singular_ahead(fastest, S)
         if ahead < math.inf:
             longest = min(longest, 0.5 * ahead)
-            if S.work.near[1] < CROSSED_RATIO_MAX and ahead <= CROSSED_DISTANCE_MAX * (t - S.work.near[2]):
+            if S.work.near[1] < SINGULAR_VALUE_MIN and ahead <= CROSSED_DISTANCE_MAX * (t - S.work.near[2]):
                 across = ahead
         S.work.near[2] = t
     breaks, reached, following = S.parameters.breaks, -math.inf, math.inf
@@ -83,7 +78,7 @@ def accept(t: float, y: F1, address: int, answer: F1) -> None:
             following = breaks[k]
             longest = min(longest, breaks[k] - t)
             if y.size == 0 and k > 0 and abs(breaks[k - 1] - t) <= ROUND_OFF_TOL * breaks[k - 1]:
-                longest = min(longest, BREAK_STEP_FRACTION * (breaks[k] - t))
+                longest = min(longest, SHORT_STEP_FRACTION * (breaks[k] - t))  # the motion may start from rest
             break
     if S.work.segment[0] != reached:
         answer[0] = 1.0  # the slope at the end of the step is not that at the start of the next one

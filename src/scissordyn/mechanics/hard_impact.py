@@ -21,9 +21,7 @@ from scissordyn.mechanics.hard_result import (
 )
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
-from scissordyn.tolerance import EVENT_TOL
-
-REBOUND_FRACTION_MIN = 1e-3  # Fraction of a step; if surfaces would meet again sooner after an impact, they stay closed
+from scissordyn.tolerance import EVENT_TOL, SHORT_STEP_FRACTION
 
 CLOSED_GAP_MAX = 1e-3
 """Gap, relative to the clearance, up to which a closed contact remains in the equations, which may open it."""
@@ -103,7 +101,7 @@ def take_impacts(h, y, S, H):
         out[FRICTION_LOSS] = -0.5 * H.work.impulse[b] * (H.work.velocity[b] + H.work.before[b])
         together = -along(m + 2 * i, S.work.A, S, H)  # acceleration of the surfaces towards each other
         back = 2.0 * max(after, 0.0) / together if together > 0.0 else math.inf
-        out[CLOSED] = 1.0 if back < REBOUND_FRACTION_MIN * h else 0.0
+        out[CLOSED] = 1.0 if back < SHORT_STEP_FRACTION * h else 0.0
         if out[CLOSED] == 0.0:
             stored = S.model.elastic_state[H.model.which[i]]
             out[RESTITUTION_LOSS] += y[stored]

@@ -16,7 +16,7 @@ from scissordyn.mechanics.compliant_contact import begin_laws, laws_fit
 from scissordyn.mechanics.hard_elastic import law_fits, prepare_law
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, mark_changed, row_product, write_equations
 from scissordyn.mechanics.pivoting import pivot
-from scissordyn.tolerance import DATA_TOL, EVENT_TOL
+from scissordyn.tolerance import DATA_TOL, EVENT_TOL, SINGULAR_VALUE_MIN
 
 MODE_STEPS_MAX = 40  # [steps] of Newton's method for consistent modes, before Lemke's pivoting
 
@@ -32,7 +32,6 @@ COMPLIANT_LINEARISATIONS_MAX = 12  # The same number with compliant contacts, wh
 RECENT_STEPS = 15
 """Last Newton steps; contacts that changed their modes in them are pivoted first, while the others keep their modes."""
 
-GROWTHS_MAX = 6  # Number of times that further contacts join the pivoted ones
 
 FOUND, MISFIT, FAILED = range(3)
 
@@ -40,9 +39,6 @@ FOUND, MISFIT, FAILED = range(3)
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
 """Columns of `HardState.counts`: factorizations, most of them in a step, pivots, steps with pivots, steps that are not
 solved, steps with closed contacts, steps with rows that depend on each other."""
-
-
-DEPENDENT_RATIO_MAX = 1e-6  # Ratio of pivot to diagonal below which a row depends on others
 
 
 @kernel
@@ -124,7 +120,7 @@ def pivot_restless(m, H):
 
     Return whether no contact requests another mode at the end.
     """
-    for _ in range(GROWTHS_MAX):
+    for _ in range(6):  # each time further contacts join the pivoted ones
         pivots = pivot(MODE_STEPS_MAX - RECENT_STEPS, m, H)
         H.state.counts[PIVOTS] += max(pivots, 0)
         if pivots < 0:
@@ -192,7 +188,7 @@ def depends(H):
     for a in range(H.model.place.size):
         if H.work.gram[a, reach] > 0.0:
             least = min(least, abs(H.work.band[a, reach]) / H.work.gram[a, reach])
-    return least < DEPENDENT_RATIO_MAX
+    return least < SINGULAR_VALUE_MIN**2  # the pivot of a Gram matrix is the square of a distance
 
 
 @kernel

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 LANES = 8  # Rows of tables are padded to multiples of this number of values, which processors handle at once
-VECTOR_LANES = LANES // 2  # Number of plane vectors that fill the lanes
 BAND_LANES = 4  # Number of values of a band's row that are handled at once
 
 
@@ -51,14 +50,14 @@ def pull(factor, force, inverse, rx, ry, fx, fy, width):
 
 
 def part(source, first, factor, x, y, place, count):
-    """Write consecutive plane vectors, times a factor, as separate components; for whole `VECTOR_LANES`."""
+    """Write consecutive plane vectors, times a factor, as separate components; for whole `LANES // 2`."""
     for k in range(count):
         x[place + k] = factor * source[first + 2 * k]
         y[place + k] = factor * source[first + 2 * k + 1]
 
 
 def join(target, first, factor, x, y, place, count):
-    """Add separate components, times a factor, to consecutive plane vectors; for whole `VECTOR_LANES`."""
+    """Add separate components, times a factor, to consecutive plane vectors; for whole `LANES // 2`."""
     for k in range(count):
         target[first + 2 * k] += factor * x[place + k]
         target[first + 2 * k + 1] += factor * y[place + k]

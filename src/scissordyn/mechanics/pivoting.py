@@ -19,7 +19,6 @@ from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 PIVOTS_MAX = 20  # Largest number of pivots per variable
-PIVOT_RATIO_MIN = 1e-11  # Entry of a column, relative to its largest, below which it cannot be a pivot
 
 
 def table_shape(contacts: int) -> tuple[int, int]:
@@ -140,7 +139,7 @@ def leaving_row(column, size, H):
         largest = max(largest, -H.work.table[k, column])
     for k in range(size):
         entry = -H.work.table[k, column]
-        if entry <= PIVOT_RATIO_MIN * largest:
+        if entry <= ROUND_OFF_TOL * largest:
             continue
         ratio = max(H.work.table[k, size + 1], 0.0) / entry
         tied = row >= 0 and abs(ratio - best) <= ROUND_OFF_TOL * best

@@ -14,8 +14,9 @@ import math
 
 from scissordyn.kernel import kernel
 from scissordyn.mechanics import band, step_matrix
-from scissordyn.mechanics.component import DIFFERENCE_STEP, STATE_STEP_FRACTION
+from scissordyn.mechanics.component import ARGUMENT_STEP
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 STATE_STEP_MIN = 1e-11  # Smallest step of a state without scale [m]
 
@@ -27,10 +28,10 @@ def write_slopes(t, y, S):
     f, states = R.by_state.shape[0], R.rates.size
     for i in range(states + 1):
         here = t if i == states else y[i]
-        least = DIFFERENCE_STEP
+        least = ARGUMENT_STEP
         if 2 * n <= i < states:  # the scale of contact bristles is that of their law
-            least = max(STATE_STEP_FRACTION * S.parameters.state_scale[i - 2 * n], STATE_STEP_MIN)
-        h = max(DIFFERENCE_STEP * abs(here), least)
+            least = max(DIFFERENCE_FRACTION * S.parameters.state_scale[i - 2 * n], STATE_STEP_MIN)
+        h = max(ARGUMENT_STEP * abs(here), least)
         for side in range(2):
             moved = here + h if side == 0 else here - h
             if i < states:

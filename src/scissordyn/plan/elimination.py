@@ -9,13 +9,10 @@ import numpy as np
 
 from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
-from scissordyn.tolerance import ASSEMBLY_TOL
+from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 
 DRIVE = "the drive of"  # First words of the names of the drives' constraints
 Expression = dict[int, float]  # Linear combination: coefficient by column
-
-CONTRADICTION_MIN = 1e-7
-"""A constraint with a relative error below this is redundant; with a larger one it cannot be met."""
 
 
 PIVOT_FRACTION_MIN = 1e-3
@@ -216,7 +213,8 @@ class Elimination:
 
         A larger `nothing_left` also drops constraints that follow from others only up to the rounding of given numbers.
         """
-        self.nothing_left, refused = nothing_left, max(CONTRADICTION_MIN, nothing_left)
+        # smaller errors of a redundant constraint are those of rounded numbers; with larger ones it cannot be met
+        self.nothing_left, refused = nothing_left, max(DATA_TOL, nothing_left)
         unknowns, total = self.preferred.size, self.preferred.size + self.prescribed
         start = np.cumsum([0, *(len(constraint) for constraint, _ in self.imposed)], dtype=np.int64)
         columns = np.array([column for constraint, _ in self.imposed for column in constraint], np.int64)

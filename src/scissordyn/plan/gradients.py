@@ -10,9 +10,9 @@ import numpy as np
 
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 DENSE_ENTRIES_MAX = 250_000  # Number of entries above which matrices are sparse
-RANK_TOL = 1e-10  # Singular values below this fraction of the largest are treated as zero
 
 
 class Gradients:
@@ -120,7 +120,7 @@ def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -
     return sp.csr_array((values, (rows, columns)), shape=(2 * len(maps), width))
 
 
-def least_change(jacobian: Any, residual: np.ndarray, smallest: float = RANK_TOL) -> np.ndarray:
+def least_change(jacobian: Any, residual: np.ndarray, smallest: float = ASSEMBLY_TOL) -> np.ndarray:
     """Return the smallest correction that removes one or several residuals to first order, also for redundant equations.
 
     Full matrices ignore singular values below the fraction `smallest` of the largest.

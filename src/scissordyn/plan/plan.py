@@ -36,11 +36,10 @@ from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import frictionless, still_at
+from scissordyn.tolerance import ASSEMBLY_TOL
 
 ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
 """Fields of a mechanism that enter the tables completely."""
-
-LENGTH_MISS_MIN = 1e-8  # [-] contradiction of lengths above which a warning is given
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +179,7 @@ class Plan:
     def rounded_lengths(self) -> list[str]:
         """Warning about parts whose rounded lengths contradict the others and are therefore ignored."""
         miss = self.coordinates.miss
-        if miss <= LENGTH_MISS_MIN:
+        if miss <= ASSEMBLY_TOL:
             return []
         subjects = in_words(list(self.coordinates.redundant))
         return [

@@ -11,9 +11,9 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.time_function import function_start
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap, combined
-from scissordyn.plan.elimination import CONTRADICTION_MIN, Elimination, Expression, contradiction, in_words
+from scissordyn.plan.elimination import Elimination, Expression, contradiction, in_words
 from scissordyn.plan.ordering import members, reverse_cuthill_mckee
-from scissordyn.tolerance import ASSEMBLY_TOL
+from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 
 
 def _is_free(coordinates: Coordinates, point_map: PointMap) -> bool:
@@ -54,13 +54,13 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
         if not family.free:
             for name, direction in zip(family.bodies, family.maps, strict=True):
                 length = _known_length(coordinates, direction)
-                if not abs(length - 1.0) <= CONTRADICTION_MIN:  # also true for NaN
+                if not abs(length - 1.0) <= DATA_TOL:  # also true for NaN
                     raise _wrong_length(coordinates, elimination, name, length)
             continue
         size = float(np.max(np.sum(first.rows * first.rows, axis=0)))
         for name, direction in zip(family.bodies[1:], family.maps[1:], strict=True):
             length = math.sqrt(float(np.max(np.sum(direction.rows * direction.rows, axis=0))) / size)
-            if abs(length - 1.0) > CONTRADICTION_MIN:
+            if abs(length - 1.0) > DATA_TOL:
                 raise _wrong_length(coordinates, elimination, name, length, family.bodies[0])
         constraints.append(Constraint(((1.0, first),), 0.5, subject=_name_family(family.bodies), bodies=family.bodies))
     return constraints
@@ -89,7 +89,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
         part = 0.5 * (full[first, first] + full[first + 1, first + 1])
         expected[first, first] = expected[first + 1, first + 1] = part
         total += part
-    varies = np.max(np.abs(full - expected)) > CONTRADICTION_MIN
+    varies = np.max(np.abs(full - expected)) > DATA_TOL
     return math.nan if varies else math.sqrt(max(float(total), 0.0))
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Constraint, Coordinates
 from scissordyn.plan.elimination import JUMPED, in_words
-from scissordyn.plan.gradients import RANK_TOL, Gradients, guesses, least_change
+from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
-
-RESIDUAL_MAX = 1e-11  # Largest residual of constraints that hold
+from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL, SINGULAR_VALUE_MIN
 
 EXACT = 1e-7, 1e-8
 """Tolerances for exact numbers: remainder of a dependent gradient, residual of a redundant constraint after a move.
@@ -25,7 +24,6 @@ ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
 """The same tolerances for lengths and positions given with few digits, which contradict each other."""
 
 MOVE_SIZE = 0.1  # Size of the random move, in maps of the order of one
-SINGULAR_VALUE_MIN = 1e-3  # [-] smallest singular value of independent unit gradients; below, a position is near a singular one
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:
@@ -85,7 +83,8 @@ def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) 
         return
     random, aside = np.random.default_rng(1), full.copy()
     step = random.standard_normal(gradients.free)
-    aside[: gradients.free] += MOVE_SIZE * step / np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=RANK_TOL)
+    largest = np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=ASSEMBLY_TOL)
+    aside[: gradients.free] += MOVE_SIZE * step / largest
     unit = gradients.unit(aside)
     _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT[0])
     for k in left:
@@ -111,7 +110,7 @@ def _redundant(
     With `near`, return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
-    met = RESIDUAL_MAX if dependent == EXACT[0] else follows
+    met = ROUND_OFF_TOL if dependent == EXACT[0] else follows
     x_start = _close(gradients, everything, x, b, met)
     if x_start is None:
         return {}  # the assembly reports the reason
@@ -125,7 +124,7 @@ def _redundant(
     kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, dependent)
     if not left:
         return {}
-    again = _move(gradients, np.array(kept), moved[0], angles, random, RESIDUAL_MAX)
+    again = _move(gradients, np.array(kept), moved[0], angles, random, ROUND_OFF_TOL)
     if again is None:
         return {}
     errors = np.abs(gradients.residual(np.append(*again))[left])
@@ -150,7 +149,7 @@ def basis_of(angles: np.ndarray) -> np.ndarray:
 
 def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
     """Return whether the constraints hold and are clearly independent at the placed position."""
-    if np.max(np.abs(gradients.residual(full))) > RESIDUAL_MAX or not np.min(gradients.scale(full)) > 0.0:
+    if np.max(np.abs(gradients.residual(full))) > ROUND_OFF_TOL or not np.min(gradients.scale(full)) > 0.0:
         return False
     unit = gradients.unit(full)
     if isinstance(unit, np.ndarray) and gradients.count <= 60:  # larger ones are factorized as sparse matrices
@@ -168,7 +167,7 @@ def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
 
 
 def _close(
-    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = RESIDUAL_MAX
+    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = ROUND_OFF_TOL
 ) -> np.ndarray | None:
     """Return free coordinates near x at which the chosen constraints hold within `near`; None if there are none."""
     for _ in range(50):
@@ -177,7 +176,7 @@ def _close(
         if np.max(np.abs(residual)) < near:
             return x
         # contradictions of rounded numbers must not cause large changes
-        cut = RANK_TOL if near == RESIDUAL_MAX else ROUNDED[0][0]
+        cut = ASSEMBLY_TOL if near == ROUND_OFF_TOL else ROUNDED[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 

@@ -25,7 +25,7 @@ from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import Drawing, draw_magnified, magnified_text
 from scissordyn.plot.label import Label, write_name
 from scissordyn.plot.series import chosen_joints, clearance_pins, largest_forces, write_more
-from scissordyn.plot.style import BLACK, literal, small
+from scissordyn.plot.style import BLACK, SIZES, literal, small
 from scissordyn.record.joint_force import clearance_joints
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
 FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Default frames per second of each format. A GIF has fewer because all its frames are held in memory before writing."""
-
-FILM_DPI = 100  # [dots per inch] resolution of a film's frames
 
 
 CAPTION_LETTERS = 22  # Letters in a line below the panel of a joint
@@ -224,7 +222,7 @@ def _write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
     else:
         writer = PillowWriter(fps=rate)
     try:
-        with writer.saving(film.figure, str(path), FILM_DPI):
+        with writer.saving(film.figure, str(path), SIZES.film_dpi):
             for frame in range(len(scene.time)):
                 film.show(frame)
                 writer.grab_frame()

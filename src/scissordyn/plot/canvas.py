@@ -30,22 +30,19 @@ SCRIPT_FILES = ("scene.js", "ruler.js", "diagram.js", "canvas.js")
 CANVAS_SCRIPT = "".join((Path(__file__).parent / "assets" / part).read_text(encoding="utf-8") for part in SCRIPT_FILES)
 """JavaScript module that draws a scene, for the explorer, notebooks and films."""
 
-FRAMES_MAX = 500  # [frames] of the explorer; each shows contacts and largest forces since the frame before
-FILM_DURATION = 6.0  # Duration of a run at playback speed 1 [s]
 
-
-def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = FRAMES_MAX) -> Scene:
+def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = SIZES.frames_max) -> Scene:
     """Return the scene of a run in which everything with a clearance is magnified."""
     chosen = spread_samples(run["time"].values, min(run.sizes["time"], frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
     return scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
 
 
-def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = FRAMES_MAX) -> str:
+def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = SIZES.frames_max) -> str:
     return pack_scene(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
-def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = FILM_DURATION) -> str:
+def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SIZES.film_duration) -> str:
     most_names = 6  # with more joints only the chosen one shows its name, as in canvas.js
     largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > most_names
     data = {
@@ -235,4 +232,4 @@ def view(run: xr.Dataset, *, ghost: xr.Dataset | None = None) -> View:
     if any(shown.sizes.get("time", 0) < 2 for shown in (run, ghost) if shown is not None):
         raise InputError("the run has fewer than two samples", "a run with two samples or more", "samples=200")
     other = "" if ghost is None else pack_run(ghost, mechanism_of(ghost))
-    return View(page(run_scene(run, mechanism_of(run)), run, FILM_DURATION, ghost=other))
+    return View(page(run_scene(run, mechanism_of(run)), run, SIZES.film_duration, ghost=other))

@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
+from scissordyn.plot.style import SIZES
 
 FORMATS = ("png", "svg", "pdf")
-
-PNG_DPI = 150  # [dots per inch] resolution of a PNG
 
 
 def check_format(format: str) -> None:
@@ -54,5 +53,5 @@ def _content(figure: Figure, format: str) -> bytes:
     # removes the date and random identifiers from vector files
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
         dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-        figure.savefig(drawn, format=format, dpi=PNG_DPI, metadata=dated.get(format))
+        figure.savefig(drawn, format=format, dpi=SIZES.png_dpi, metadata=dated.get(format))
     return drawn.getvalue()

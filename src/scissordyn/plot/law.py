@@ -42,19 +42,21 @@ OSCILLATION = 2e-6, 5.0
 """Amplitude [m] and frequency [Hz] of an oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
 
 SLIP_SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the steady sliding curve [m/s]
-SOFT_RESTITUTION = 0.5  # Restitution coefficient in the comparison of damping laws; all laws agree near 1
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
 """Line styles distinguish the laws when the colours repeat."""
 
 
-IMPACT_MASS = 5.0  # Mass of the free body [kg]
-IMPACT_SPEED = 0.5  # Approach speed of the free body [m/s]
-
-
-def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) -> list[Axes]:
-    """Draw the curves of one law.
+def draw_law(
+    law: Elastic | Damping | Friction,
+    *,
+    axes: Canvas = None,
+    joint: JointContact = DEFAULT_JOINT,
+    mass: float = 5.0,
+    speed: float = 0.5,
+) -> list[Axes]:
+    """Draw the curves of one law, in the impact of a free body with a mass [kg] at an approach speed [m/s].
 
     An elastic law is shown in the loop of an impact with Flores's damping, a damping law in an impact with Liu's elastic law.
     The elastic part alone is drawn next to each loop. A friction law is shown in steady sliding and in an oscillation of a few
@@ -64,7 +66,7 @@ def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: J
         return _draw_friction(law, axes, joint)
     stiffness, damping = (law, Flores()) if isinstance(law, Elastic) else (Liu(), law)
     (panel,) = panels(axes, 1, size=(5.6, 3.6))
-    history = impact(stiffness, damping, joint, mass=IMPACT_MASS, speed=IMPACT_SPEED)
+    history = impact(stiffness, damping, joint, mass=mass, speed=speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row, pointer = row_of(stiffness, joint), pointers(stiffness)["force"]
     elastic = np.array([elastic_force(pointer, delta, row) for delta in depth])
@@ -76,8 +78,8 @@ def draw_law(law: Elastic | Damping | Friction, *, axes: Canvas = None, joint: J
         k = int(part * history.time.size)
         arrow = {"arrowstyle": "-|>", "color": BLUE, "lw": 0.0}
         panel.annotate("", xy=(x[k], y[k]), xytext=(x[k - 8], y[k - 8]), arrowprops=arrow)
-    back = history.restitution * IMPACT_SPEED
-    title = f"{law.name}: {IMPACT_MASS:g} kg at {IMPACT_SPEED:g} m/s, rebounds at {back:.3g} m/s"
+    back = history.restitution * speed
+    title = f"{law.name}: {mass:g} kg at {speed:g} m/s, rebounds at {back:.3g} m/s"
     panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
@@ -108,21 +110,24 @@ def _line_style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index // len(COLOURS) % len(DASHES)]}
 
 
-def _soft_law(law: type[Any]) -> Any:
-    return law(restitution=SOFT_RESTITUTION) if any(field.name == "restitution" for field in fields(law)) else law()
+def _soft_law(law: type[Any], restitution: float) -> Any:
+    return law(restitution=restitution) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
-def draw_gallery(*, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) -> list[Axes]:
-    """Draw all laws in one impact and in steady sliding, with default parameters except a restitution coefficient of 0.5."""
+def draw_gallery(
+    *, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT, mass: float = 5.0, speed: float = 0.5, restitution: float = 0.5
+) -> list[Axes]:
+    """Draw all laws in one impact and in steady sliding, with default parameters except the restitution coefficient.
+
+    Damping laws are alike for restitution coefficients near 1. The free body has a mass [kg] and an approach speed [m/s].
+    """
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
-        (damping, [(name, Liu(), _soft_law(law)) for name, law in DAMPING.items()]),
+        (damping, [(name, Liu(), _soft_law(law, restitution)) for name, law in DAMPING.items()]),
     ):
         # a much softer elastic law would squeeze the other curves against the axis
-        histories = [
-            (name, impact(spring, damper, joint, mass=IMPACT_MASS, speed=IMPACT_SPEED)) for name, spring, damper in pairs
-        ]
+        histories = [(name, impact(spring, damper, joint, mass=mass, speed=speed)) for name, spring, damper in pairs]
         deepest = np.array([history.indentation.max() for _, history in histories])
         shown = deepest <= 3.0 * np.median(deepest)
         length = engineering("m", deepest[shown])
@@ -133,8 +138,8 @@ def draw_gallery(*, axes: Canvas = None, joint: JointContact = DEFAULT_JOINT) ->
             panel.plot(x, y, linewidth=LINE_WIDTH, label=label, **_line_style(index))
         _label(panel, force, length)
         panel.set_xlim(0.0, 1.05 * length.factor * float(deepest[shown].max()))
-    elastic.set_title(f"stiffness, with flores: {IMPACT_MASS:g} kg at {IMPACT_SPEED:g} m/s", loc="left", fontsize=normal())
-    damping.set_title(f"damping, on liu, restitution {SOFT_RESTITUTION:g} where the law has one", loc="left", fontsize=normal())
+    elastic.set_title(f"stiffness, with flores: {mass:g} kg at {speed:g} m/s", loc="left", fontsize=normal())
+    damping.set_title(f"damping, on liu, restitution {restitution:g} where the law has one", loc="left", fontsize=normal())
     for index, (name, law) in enumerate(FRICTION.items()):
         friction.semilogx(
             SLIP_SPEEDS, steady_coefficient(law(), joint, SLIP_SPEEDS), linewidth=LINE_WIDTH, label=name, **_line_style(index)

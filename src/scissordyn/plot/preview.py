@@ -29,9 +29,6 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-FIGURE_SIZE_MIN = 6.0  # Longer side of the figure of a mechanism without names [inch]
-DRAWN_NAMES_MAX = 160  # Largest number of names; names of joints with clearance, drives and components come first
-
 
 @checked
 def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | None = None) -> Axes:
@@ -75,15 +72,15 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
         size = _size(high - low, len(names))
         figure = Figure(figsize=size)
         axes = figure.add_axes((0.7 / size[0], 0.55 / size[1], 1.0 - 0.85 / size[0], 1.0 - 0.85 / size[1]))
-    (chosen,) = panels(axes, 1, size=(FIGURE_SIZE_MIN, FIGURE_SIZE_MIN))
+    (chosen,) = panels(axes, 1, size=(SIZES.figure_min, SIZES.figure_min))
     drawing = Drawing(chosen, scene, region)
     drawing.show(0)
     _draw_drives(chosen, mechanism, placed, 0.05 * float(np.max(high - low)))
     _draw_gravity(chosen, mechanism, placed)
     chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
     drawing.fit_sizes()
-    left = write_labels(chosen, names[:DRAWN_NAMES_MAX], size=letters, crowded=False) + [
-        name.text for name in names[DRAWN_NAMES_MAX:]
+    left = write_labels(chosen, names[: SIZES.names_max], size=letters, crowded=False) + [
+        name.text for name in names[SIZES.names_max :]
     ]
     notes = [f"{shared} at each large circle"] if shared else []
     notes += [f"{len(left)} names are left out for lack of room"] if left else []
@@ -95,7 +92,7 @@ def _size(span: np.ndarray, names: int) -> tuple[float, float]:
     """Return width and height of a figure for a region [inch]."""
     per_name = 0.11  # increase of the longer side for each name [inch]
     largest = 15.0  # largest longer side of the figure [inch]
-    longer = min(largest, FIGURE_SIZE_MIN + per_name * min(names, DRAWN_NAMES_MAX))
+    longer = min(largest, SIZES.figure_min + per_name * min(names, SIZES.names_max))
     ratio = float(span[0] / span[1])
     width, height = (longer, longer / ratio) if ratio > 1.0 else (longer * ratio, longer)
     return max(width, 4.0) + 0.85, max(height, 2.6) + 0.85

@@ -12,7 +12,20 @@ from matplotlib.ticker import MaxNLocator
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.series import BEYOND_HORIZON, chosen_joints, picture
-from scissordyn.plot.style import BLACK, BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, legend, literal, normal, panels, small
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LINE_WIDTH,
+    SIZES,
+    VERMILION,
+    Canvas,
+    legend,
+    literal,
+    normal,
+    panels,
+    small,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,8 +41,6 @@ __all__ = [
 ]
 
 DOT_STYLE: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
-
-HISTOGRAM_BARS = 30  # Number of bars of a distribution
 
 
 @picture()
@@ -247,7 +258,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     decades = high / low > decade
     if high / low < 1.0 + 1e-9:
         low, high = 0.9 * low, 1.1 * high
-    edges = np.geomspace(low, high, HISTOGRAM_BARS + 1) if decades else np.linspace(low, high, HISTOGRAM_BARS + 1)
+    edges = np.geomspace(low, high, SIZES.bars + 1) if decades else np.linspace(low, high, SIZES.bars + 1)
     # round-off at the ends of a geometric series would exclude the extreme contacts
     edges[0], edges[-1] = low, high
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)

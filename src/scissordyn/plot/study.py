@@ -41,17 +41,11 @@ if TYPE_CHECKING:
 
 COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
 
-FACTORS_MAX = 5  # Largest number of response curve columns; the most important factors are chosen
-
-
-EDGED_POINTS_MAX = 200  # Up to this number of points on a map have a white edge, which is visible on every colour
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
 
 MET_COLOURS = LinearSegmentedColormap.from_list("met", colormaps["RdYlBu"](np.linspace(0.12, 0.88, 256)))
 """Colours from "no requirement met" to "all met", without the darkest ends, on which marks would be invisible."""
-
-LOG_SCALE_RATIO = 30.0  # Ratio of largest to smallest value above which colours and axes are logarithmic
 
 
 @dataclass(frozen=True)
@@ -143,7 +137,9 @@ def feasibility_map(
     sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
     c = c * sc.factor
     finite = c[np.isfinite(c)]
-    norm: Normalize = Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > LOG_SCALE_RATIO else Normalize()
+    norm: Normalize = (
+        Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > SIZES.logarithm_ratio else Normalize()
+    )
     look: dict[str, Any] = {"cmap": MET_COLOURS if colour == "met" else "viridis", "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
@@ -182,7 +178,7 @@ def _draw_disagreement(
         at = np.argwhere(_grid_means(a, b, marked.astype(float), *grid) > 0.0)
         places = (grid[0][at[:, 1]], grid[1][at[:, 0]])
     if places[0].size:
-        few = places[0].size <= EDGED_POINTS_MAX
+        few = places[0].size <= SIZES.edged_points_max
         size = 8.0 if few else float(np.clip(70.0 / np.sqrt(places[0].size), 0.4, 4.0))
         edge = {"markeredgecolor": "white", "markeredgewidth": 0.8} if few else {}
         panel.plot(*places, **(DOTS | edge), markersize=size, color=BLACK, zorder=3.0, label="members disagree")
@@ -262,13 +258,13 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
                 panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE_WIDTH, label="median")
             marked = points["disagrees"].values
             if marked.any():
-                larger = max(dot, 4.0 if np.count_nonzero(marked) <= EDGED_POINTS_MAX else 1.0)
+                larger = max(dot, 4.0 if np.count_nonzero(marked) <= SIZES.edged_points_max else 1.0)
                 panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
             if limits and name in limits:
                 panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE_WIDTH, label="required")
             _scale_axis(panel.xaxis, sx, points[factor].values)
             finite = values[np.isfinite(values)]
-            if (ratio := _ratio(finite)) > LOG_SCALE_RATIO:
+            if (ratio := _ratio(finite)) > SIZES.logarithm_ratio:
                 panel.set_yscale("log")
                 if ratio < short:  # numbers at 1, 2 and 5 of each decade
                     panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -289,7 +285,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
 
 def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) -> list[str]:
     """Return the factors with the largest rank correlation to any response, in order; all if there are few."""
-    if len(factors) <= FACTORS_MAX:
+    if len(factors) <= SIZES.factors_max:
         return factors
     from scipy.stats import spearmanr
 
@@ -302,7 +298,7 @@ def _most_important(points: xr.Dataset, factors: list[str], names: list[str]) ->
                 x = points[factor].values[finite]
                 if np.unique(x).size > 1:
                     largest[k] = max(largest[k], abs(float(spearmanr(x, values[finite]).statistic)))
-    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[:FACTORS_MAX])]
+    return [factors[k] for k in sorted(np.argsort(-largest, kind="stable")[: SIZES.factors_max])]
 
 
 def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:

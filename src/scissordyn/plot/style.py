@@ -33,7 +33,7 @@ OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
 
 
 class Sizes(NamedTuple):
-    """Sizes of what pictures of a mechanism and of a study show."""
+    """Sizes and numbers of what pictures and films show."""
 
     ring_diameter: float = 8.0  # [pt] largest diameter of the ring around a clearance joint
     legend_dot: float = 6.0  # [pt] dots in a legend, which may be larger than those in the picture
@@ -42,6 +42,16 @@ class Sizes(NamedTuple):
     magnified_clearance: float = 0.35  # [-] drawn clearance, as a fraction of the drawn journal radius or half block width
     channel_half_length: float = 1.7  # [half block widths] half the length of the drawn channel
     wheel_radius: float = 0.5  # [-] largest radius of a pulley over the wheel distance, and of one wheel over the symbol size
+    figure_min: float = 6.0  # [inch] longer side of the figure of a mechanism without names
+    names_max: int = 160  # [names] of a mechanism; those of joints with clearance, drives and components come first
+    factors_max: int = 5  # [columns] of response curves; the most important factors are chosen
+    edged_points_max: int = 200  # [points] of a map that have a white edge, which is visible on every colour
+    bars: int = 30  # [bars] of a distribution
+    logarithm_ratio: float = 30.0  # [-] ratio of largest to smallest value above which colours and axes are logarithmic
+    png_dpi: int = 150  # [dots per inch] resolution of a PNG
+    film_dpi: int = 100  # [dots per inch] resolution of a film's frames
+    film_duration: float = 6.0  # [s] duration of a run at playback speed 1
+    frames_max: int = 500  # [frames] of the explorer; each shows contacts and largest forces since the frame before
     trail_frames: int = 12  # [frames] length of the journal's visible path in a GIF or MP4
 
 

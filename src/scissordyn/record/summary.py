@@ -28,10 +28,8 @@ from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
 from scissordyn.record.track import PARTS
 from scissordyn.record.warn import LIMIT_RATIO_MIN, energy_turned_over
-from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL
+from scissordyn.tolerance import ASSEMBLY_TOL, REPORTED_FRACTION, ROUND_OFF_TOL
 from scissordyn.units import counted, short
-
-SPAN_CHANGE_MIN = 1e-3  # [-] smallest relative change of a span that is reported
 
 WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
 """Accounts of work in a run, and whose work they are."""
@@ -134,7 +132,7 @@ class SpanAnswer(Answer):
         """Change of each side of the span, in words."""
         senses: dict[str, list[str]] = {}
         for axis, first, last in zip("xy", self.start, self.end, strict=True):
-            same = abs(last - first) <= SPAN_CHANGE_MIN * max(*self.start, *self.end)
+            same = abs(last - first) <= REPORTED_FRACTION * max(*self.start, *self.end)
             senses.setdefault("keeps its size" if same else "grows" if last > first else "shrinks", []).append(axis)
         return " and ".join(f"{sense} along {' and '.join(axes)}" for sense, axes in senses.items())
 

@@ -26,7 +26,7 @@ PEAK = "largest force that the joint transmits, at ideal ones at the samples and
 WELD_PEAK = "largest force that the weld transmits, at the samples and ends of steps"
 AFTER = "after the start, in which concentric journals fall through their clearances"
 
-CHUNK_INSTANTS = 4096  # [instants] evaluated together, which limits the memory
+CHUNK_ROWS = 4096  # [rows] evaluated together, which limits the memory
 
 COARSE_SAMPLES = 201  # [samples] evaluated in addition to the ends of steps, if those of a run were not requested
 
@@ -113,8 +113,8 @@ def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
     rows = np.flatnonzero(wanted)
-    for first in range(0, rows.size, CHUNK_INSTANTS):
-        yield Samples(*(part[rows[first : first + CHUNK_INSTANTS]] for part in source))
+    for first in range(0, rows.size, CHUNK_ROWS):
+        yield Samples(*(part[rows[first : first + CHUNK_ROWS]] for part in source))
 
 
 def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:

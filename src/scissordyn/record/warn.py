@@ -28,7 +28,7 @@ from scissordyn.record.coupling import coupling_warnings, flank_warnings
 from scissordyn.record.film import MIXED_RATIO_MAX, film_peak_warnings, film_warnings
 from scissordyn.record.results import Run, along
 from scissordyn.record.sampling import time_mean
-from scissordyn.tolerance import ASSEMBLY_TOL, EVENT_TOL
+from scissordyn.tolerance import ASSEMBLY_TOL, EVENT_TOL, REPORTED_FRACTION
 from scissordyn.warning import LISTED_MAX, RunWarning, group, line, plain, warning
 
 if TYPE_CHECKING:
@@ -46,9 +46,6 @@ TURNED_OVER = (
 )
 """Energies whose change during a run is what its energy balance is compared with."""
 
-ENERGY_ERROR_MAX = 1e-3
-"""Residual of the energy balance over the energy turned over above which a run has a warning. At the default tolerances it is
-below 1e-6."""
 
 CARRIED_ERROR_MAX = 1e-6
 """Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
@@ -193,7 +190,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
-    if not residual > max(ENERGY_ERROR_MAX * turned_over, CARRIED_ERROR_MAX * largest):
+    if not residual > max(REPORTED_FRACTION * turned_over, CARRIED_ERROR_MAX * largest):
         return []
     share = f", {residual / turned_over:.2g} of the energy turned over" if turned_over > 0.0 else ""
     finer = "a shorter step" if stepped else "a smaller rtol and atol"
@@ -206,7 +203,7 @@ def _gained(run: Run) -> list[RunWarning]:
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
         gain = np.maximum.accumulate(loss) - loss
-        if float(np.max(gain, initial=0.0)) > ENERGY_ERROR_MAX * turned_over:
+        if float(np.max(gain, initial=0.0)) > REPORTED_FRACTION * turned_over:
             worst = int(np.argmax(gain))
             warnings.append(warning("gain", source=source, variable=name, gain=gain[worst], time=time[worst]))
     warnings += [

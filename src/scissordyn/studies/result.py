@@ -22,7 +22,7 @@ from scissordyn.studies.answer.estimate import Kriging
 from scissordyn.studies.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
 from scissordyn.studies.answer.grouped import grouped, grouped_lines
 from scissordyn.studies.answer.page import design_size, page
-from scissordyn.studies.answer.report import REPORT_ROWS_MAX, StudyPictures, as_html, export, table, write_figures, write_report
+from scissordyn.studies.answer.report import LAYOUT, StudyPictures, as_html, export, table, write_figures, write_report
 from scissordyn.studies.answer.trend import Trend, between_points, sensitivity, trends
 from scissordyn.studies.answer.verdict import (
     FeasibleFraction,
@@ -432,7 +432,7 @@ class StudyResult:
 
     def _repr_html_(self) -> str:
         head = Markup("<b>Study {}</b>").format(Path(self.store.path).name)
-        return head + as_html(page(self, self.store.path, REPORT_ROWS_MAX))
+        return head + as_html(page(self, self.store.path, LAYOUT.rows))
 
 
 def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **options: Any) -> dict[str, Any]:

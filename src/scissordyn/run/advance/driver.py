@@ -38,8 +38,6 @@ from scissordyn.run.advance.system import Stepping
 from scissordyn.run.advance.tolerance import Tolerances
 
 FIRST_STEPS = 200  # first steps of a driver, before `loop.next_slice` sets their number
-# [events] first length of the event log
-LOG_ROWS = 256
 # [steps] first length of the step record
 RECORD_ROWS = 1024
 
@@ -148,7 +146,7 @@ class Driver:
             companion=companions(model),
             delays=tolerances.delays,
         )
-        log = np.zeros((LOG_ROWS + 4 * model.guard_component.size, LOG_COLUMNS))
+        log = np.zeros((256 + 4 * model.guard_component.size, LOG_COLUMNS))
         samples, record = make_samples(np.zeros(0), state), make_record(0, state)
         self.integration = Handle(Integration(coefficients, state, work, samples, record, log))
 

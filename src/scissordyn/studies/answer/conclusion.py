@@ -15,7 +15,7 @@ from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
 from scissordyn.studies.answer.estimate import Kriging
 from scissordyn.studies.answer.fact import Fact, Section
-from scissordyn.studies.answer.trend import SHARE_TOL, Trend, with_indicators
+from scissordyn.studies.answer.trend import SHARE_MIN, Trend, with_indicators
 from scissordyn.studies.answer.verdict import Recommendation, answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor, quantiles
@@ -28,7 +28,6 @@ from scissordyn.warning import LISTED_MAX
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
-EFFECT_MIN = 0.05  # [-] smallest relative change of a response over a parameter's range that is reported
 NAMED = (1.0, 2.0, -1.0, 0.5)  # Exponents that have words of their own
 OTHER_FORM = {"power": "a straight line", "linear": "a power law"}  # Name of the other form of trend
 Step = tuple[Fact, str]  # Why, and a command
@@ -174,7 +173,7 @@ def _trend(results: xr.Dataset, trend: Trend, study: Study) -> Fact:
     if trend.form == "linear":  # of the response in the middle of the ranges
         middle = dict(zip(trend.numbers, trend.ranges.mean(axis=1).tolist(), strict=True))
         effects = effects / max(abs(trend.value(middle)), 1e-300)
-    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > EFFECT_MIN]
+    order = [int(k) for k in np.argsort(-effects) if trend.significant[k] and effects[k] > SHARE_MIN]
     if not order:
         return Fact("constant", trend.response, about)
     little = _few([name for k, name in enumerate(trend.numbers) if k not in order])
@@ -243,7 +242,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
         if math.isnan(value):
             ends = np.array([trend.value({**numbers, name: end}) for end in (first, last)])
             kind = "met everywhere" if requirement.met(ends).all() else "not enough"
-        other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_TOL), None)
+        other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_MIN), None)
         if other is not None:
             form, second = OTHER_FORM[trend.form], other.reached(name, requirement.bound, numbers)
             about |= {"lacking": form} if math.isnan(second) else {"form": form, "other": second}

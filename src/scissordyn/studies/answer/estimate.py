@@ -37,12 +37,12 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from scissordyn.record.transmitted import CHUNK_ROWS
 from scissordyn.studies.ask.description import Study
-from scissordyn.studies.ask.design import Design
+from scissordyn.studies.ask.design import POINTS_MIN, Design
 from scissordyn.studies.ask.requirement import Response, response_values
 from scissordyn.studies.compute.table import column
-
-CONFIDENCE = 0.95
+from scissordyn.tolerance import CONFIDENCE_LEVEL
 
 POSTERIOR_DRAWS = 4000  # [draws] of the three fractions; the ends of the interval of the sum are known to 0.02 of its width
 # [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
@@ -50,7 +50,6 @@ JEFFREYS_PRIOR = 0.5
 REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression
 MARGIN_PAIRS_MIN = 16  # [pairs of runs] smallest number for which margins are used
 MARGIN_CORRELATION_MIN = 0.8  # [-] correlation above which margins estimate better than success and failure
-LINE_PAIRS_MIN = 8  # [pairs of runs] smallest number for a straight line
 JACKKNIFE_GROUPS = 32  # [groups] left out in turn by the jackknife
 JACKKNIFE_QUANTILES = 1000  # [quantiles] that represent the cheap margins in the jackknife
 
@@ -58,7 +57,6 @@ SUCCESS_DEVIATION_MAX = 2.0
 """Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""
 
 STARTS = (0.3, 1.0)  # Correlation lengths of the unit cube from which the likelihood is climbed
-CHUNK_POINTS = 4096  # [points] predicted at once
 LENGTHS, NOISE, VARIANCES = (0.05, 20.0), (1e-8, 1.0), (1e-2, 1e4)  # Within which the likelihood is climbed
 LOGARITHM_RATIO_MIN = 5.0  # [-] ratio of largest to smallest value above which the logarithm is interpolated
 INTERPOLATION_RUNS_MIN = 32  # [runs] smallest number for an interpolation
@@ -153,7 +151,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     squares, slope, value, residual = _regressed(accurate, paired, centre)
     variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
     variance += unseen_outliers(m) * float(np.var(accurate, ddof=1))
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, m - 2)) * math.sqrt(variance)
+    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, m - 2)) * math.sqrt(variance)
     correlated, interpolated = correlation(accurate, paired), predicted is not None
     return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlated, n, m, interpolated)
 
@@ -186,7 +184,7 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
     hits_if_yes, hits_if_no = (
         numbers.beta(hits + JEFFREYS_PRIOR, of - hits + JEFFREYS_PRIOR, POSTERIOR_DRAWS) for hits, of in pairs
     )
-    tail = 0.5 * (1.0 - CONFIDENCE)
+    tail = 0.5 * (1.0 - CONFIDENCE_LEVEL)
     low, high = (float(values) for values in np.quantile(share * hits_if_yes + (1.0 - share) * hits_if_no, [tail, 1.0 - tail]))
     low = 0.0 if accurate.sum() == 0.0 else min(low, value)
     high = 1.0 if accurate.sum() == m else max(high, value)
@@ -253,7 +251,8 @@ def _student(values: np.ndarray) -> tuple[float, float, float]:
     value = _mean(values)
     if values.size < 2:
         return value, -math.inf, math.inf
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, values.size - 1)) * float(np.std(values, ddof=1)) / math.sqrt(values.size)
+    error = float(np.std(values, ddof=1)) / math.sqrt(values.size)
+    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, values.size - 1)) * error
     return value, value - half, value + half
 
 
@@ -262,7 +261,7 @@ def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tupl
 
     That of Clopper and Pearson is conservative where successes are fractions, and for stratified samples.
     """
-    tail, failures = 0.5 * (1.0 - CONFIDENCE), trials - successes
+    tail, failures = 0.5 * (1.0 - CONFIDENCE_LEVEL), trials - successes
     low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes + prior, failures + 1.0 - prior))
     high = 1.0 if failures <= 0.0 else float(stats.beta.ppf(1.0 - tail, successes + 1.0 - prior, failures + prior))
     return low, high
@@ -294,14 +293,14 @@ def fraction_by_margins(
     value = min(1.0, max(0.0, value))
     variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
     variance += unseen_outliers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, min(m, JACKKNIFE_GROUPS) - 1)) * math.sqrt(variance)
+    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, min(m, JACKKNIFE_GROUPS) - 1)) * math.sqrt(variance)
     low, high = max(0.0, value - half), min(1.0, value + half)
     return replace(by_strata, value=value, low=low, high=high, correlation=correlated, interpolated=predicted is not None)
 
 
 def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:
     """Return the fraction of residuals near each cheap margin that make the accurate margin positive."""
-    near = min(accurate.size, max(LINE_PAIRS_MIN, round(2.0 * math.sqrt(accurate.size))))
+    near = min(accurate.size, max(POINTS_MIN, round(2.0 * math.sqrt(accurate.size))))
     there, here = (np.lib.stride_tricks.sliding_window_view(pairs, near) for pairs in (accurate, paired))
     middle, centre = there.mean(axis=1), here.mean(axis=1)
     apart = here - centre[:, None]
@@ -355,7 +354,7 @@ class Kriging:
 
         Shapes: `x` (m, numbers).
         """
-        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // CHUNK_POINTS))]
+        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // CHUNK_ROWS))]
         y = self._shift + self._scale * np.concatenate(parts)
         return np.exp(y) if self.of_logarithm else y
 

@@ -35,8 +35,8 @@ from scissordyn.studies.answer.estimate import (
 )
 from scissordyn.studies.answer.fact import Fact, Section
 from scissordyn.studies.answer.verdict import answered
-from scissordyn.studies.ask.description import PILOT_POINTS, Study
-from scissordyn.studies.ask.design import Design
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import POINTS_MIN, Design
 from scissordyn.studies.ask.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.studies.compute.execute import How, execute, extend, simulated
 from scissordyn.studies.compute.optimise import candidates, judged, optimise
@@ -100,7 +100,7 @@ def screened(study: Study, path: str | os.PathLike[str], budget: float | None = 
 
 def _check(study: Study, budget: float | None) -> None:
     """Raise `InputError` for what cannot be verified by the first of its cases."""
-    verified_study(study, PILOT_POINTS)  # whether the accurate mechanism has the parameters and parts
+    verified_study(study, POINTS_MIN)  # whether the accurate mechanism has the parameters and parts
     if study.optimisation is not None:
         if budget is not None:
             raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
@@ -116,7 +116,7 @@ def _check(study: Study, budget: float | None) -> None:
 def _as_in(study: Study, store: Store) -> Study:
     """Return the study with the numbers of points that its store was created with."""
     accurate, there = study.accurate, store.study(reading=True).accurate
-    points = PILOT_POINTS if there is None else there.points
+    points = POINTS_MIN if there is None else there.points
     return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
 
 
@@ -134,19 +134,19 @@ def _verify(study: Study, there: Store, how: How) -> None:
 
 def _split(study: Study, budget: float) -> Study:
     """Return the study with the numbers of cheap and accurate points within a budget of work [s], from pilot runs."""
-    few, accurate = replace(study, design=replace(study.design, points=PILOT_POINTS)), verified_study(study, PILOT_POINTS)
+    few, accurate = replace(study, design=replace(study.design, points=POINTS_MIN)), verified_study(study, POINTS_MIN)
     cheap_runs, cheap = _piloted(few)
     accurate_runs, accurate_seconds = _piloted(accurate)
     correlated = _least_correlation(few, cheap_runs, accurate_runs)
-    left, unpredicted = budget - PILOT_POINTS * (cheap + accurate_seconds), 1.0
+    left, unpredicted = budget - POINTS_MIN * (cheap + accurate_seconds), 1.0
     if INTERPOLATION_RUNS_MIN * cheap < PILOT_BUDGET_FRACTION * budget:
         more = replace(study, design=replace(study.design, points=INTERPOLATION_RUNS_MIN))
         unpredicted = _unpredicted(more, _piloted(more)[0])
         left -= INTERPOLATION_RUNS_MIN * cheap
     verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap, unpredicted)
-    points = max(PILOT_POINTS if unpredicted == 1.0 else INTERPOLATION_RUNS_MIN, screened_points)
+    points = max(POINTS_MIN if unpredicted == 1.0 else INTERPOLATION_RUNS_MIN, screened_points)
     assert study.accurate is not None
-    wanted = replace(study.accurate, points=min(max(PILOT_POINTS, verified), points))
+    wanted = replace(study.accurate, points=min(max(POINTS_MIN, verified), points))
     return replace(study, design=replace(study.design, points=points), accurate=wanted)
 
 

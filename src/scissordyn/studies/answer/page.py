@@ -16,12 +16,13 @@ from scissordyn.studies.answer.conclusion import conclude, margin_text, numbers_
 from scissordyn.studies.answer.fact import WORDS, Fact, Section
 from scissordyn.studies.answer.fidelity import fidelity
 from scissordyn.studies.answer.trend import rankings, sensitivities
-from scissordyn.studies.answer.verdict import AGREEMENT_TOL, answered, case_values
+from scissordyn.studies.answer.verdict import answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Levels, Names
 from scissordyn.studies.ask.requirement import meaning, response_unit
 from scissordyn.studies.compute.table import number_scale
+from scissordyn.tolerance import REPORTED_FRACTION
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
@@ -127,9 +128,10 @@ def agreement(study: Study, points: xr.Dataset) -> Fact | None:
         return None
     count, differ = points.sizes["point"], int(points["disagrees"].sum())
     if not differ:
-        return Fact("agree", numbers={"least": AGREEMENT_TOL})
+        return Fact("agree", numbers={"least": REPORTED_FRACTION})
     undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
-    about = {"least": AGREEMENT_TOL, "differ": differ, "tried": counted(count, "point"), "fraction": _percent(differ / count)}
+    tried = counted(count, "point")
+    about = {"least": REPORTED_FRACTION, "differ": differ, "tried": tried, "fraction": _percent(differ / count)}
     return Fact("disagree", numbers={**about, "undecided": undecided})
 
 

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import print_pdf
-from scissordyn.plot.file import PNG_DPI, figure_of, write
+from scissordyn.plot.file import figure_of, write
 from scissordyn.plot.study import (
     Bound,
     Field,
@@ -29,7 +29,7 @@ from scissordyn.plot.study import (
     response_curves,
     sensitivity_bars,
 )
-from scissordyn.plot.style import Canvas
+from scissordyn.plot.style import SIZES, Canvas
 from scissordyn.record.store import save
 from scissordyn.run.engine import STATES
 from scissordyn.studies.answer.fact import Section
@@ -43,8 +43,18 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-FIELD_CELLS = 48  # [cells] of a field along each parameter
-FIELD_SAMPLES = 16  # [points] whose other parameters a field is averaged over
+class Layout(NamedTuple):
+    """Sizes of pictures and tables of a report."""
+
+    cells: int = 48  # [cells] of a field along each parameter
+    averaged: int = 16  # [points] whose other parameters a field is averaged over
+    responses: int = 8  # [responses] largest number for which maps and curves are drawn
+    rows: int = 40  # [rows] of a front, of causes or of warnings
+    letters: int = 48  # [letters] longest text of a table cell in one line
+    scale: float = 0.5  # [-] smallest legible scale of a picture; narrower pages scroll it
+
+
+LAYOUT = Layout()
 
 
 class StudyPictures:
@@ -129,19 +139,21 @@ def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
     def steps(place: int) -> np.ndarray:
         space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
         low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
-        return np.asarray(space(low, high, FIELD_CELLS))
+        return np.asarray(space(low, high, LAYOUT.cells))
 
     across, up = map(steps, places)
-    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, FIELD_SAMPLES).astype(int))]
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, LAYOUT.averaged).astype(int))]
     rows = rows if len(names) > 2 else rows[:1]
-    total, squared = np.zeros(FIELD_CELLS**2), np.zeros(FIELD_CELLS**2)
+    total, squared = np.zeros(LAYOUT.cells**2), np.zeros(LAYOUT.cells**2)
     for row in rows:
-        at = np.tile(row, (FIELD_CELLS**2, 1))
-        at[:, places[0]], at[:, places[1]] = np.tile(across, FIELD_CELLS), np.repeat(up, FIELD_CELLS)
+        at = np.tile(row, (LAYOUT.cells**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, LAYOUT.cells), np.repeat(up, LAYOUT.cells)
         mean, deviation = model.predict(at)
         total += mean
         squared += deviation**2
-    mean, deviation = (values.reshape(FIELD_CELLS, FIELD_CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+    mean, deviation = (
+        values.reshape(LAYOUT.cells, LAYOUT.cells) for values in (total / len(rows), np.sqrt(squared / len(rows)))
+    )
     return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
 
 
@@ -243,14 +255,8 @@ REPORT = """
 <img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
 """
 
-UNBROKEN_LETTERS_MAX = 48  # [letters] longest text of a table cell in one line
-
-PICTURE_SCALE_MIN = 0.5  # [-] smallest legible scale of a picture; narrower pages scroll it
-RESPONSES_MAX = 8  # [responses] largest number for which maps and curves are drawn
 
 NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
-
-REPORT_ROWS_MAX = 40  # [rows] of a front, of causes or of warnings
 
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
@@ -260,7 +266,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
     if len(study.requirements) > 2:
         drawn.append(("How often each requirement is met", plot.requirements))
-    if study.factors and 0 < len(responses) <= RESPONSES_MAX:
+    if study.factors and 0 < len(responses) <= LAYOUT.responses:
         for name in (*(("met",) if study.requirements else ()), *responses) if len(study.factors) > 1 else ():
             title = "Where the requirements are met" if name == "met" else f"Map of {name}"
             drawn.append((title, partial(plot.map, name)))
@@ -286,10 +292,10 @@ def write_report(result: StudyResult, path: Path) -> Path:
     store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
     for title, figure in figures(result):
         picture = io.BytesIO()
-        figure.savefig(picture, format="png", dpi=PNG_DPI)
-        width = round(PICTURE_SCALE_MIN * PNG_DPI * figure.get_figwidth())
+        figure.savefig(picture, format="png", dpi=SIZES.png_dpi)
+        width = round(LAYOUT.scale * SIZES.png_dpi * figure.get_figwidth())
         pictures.append((title, width, base64.b64encode(picture.getvalue()).decode()))
-    answers = as_html(page(result, store, REPORT_ROWS_MAX))
+    answers = as_html(page(result, store, LAYOUT.rows))
     content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
@@ -300,7 +306,7 @@ def write_report(result: StudyResult, path: Path) -> Path:
 
 
 def as_html(sections: Iterable[Section]) -> Markup:
-    return rendered(SECTIONS, sections=sections, long=UNBROKEN_LETTERS_MAX, may_break=Markup(".<wbr>"))
+    return rendered(SECTIONS, sections=sections, long=LAYOUT.letters, may_break=Markup(".<wbr>"))
 
 
 def rendered(template: str, **names: Any) -> Markup:

@@ -14,24 +14,23 @@ from scipy import stats
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.studies.answer.estimate import CONFIDENCE, Kriging
+from scissordyn.studies.answer.estimate import Kriging
 from scissordyn.studies.answer.fact import Section
 from scissordyn.studies.answer.verdict import answered, by_point, case_values
 from scissordyn.studies.ask.description import Study
-from scissordyn.studies.ask.design import INDEX_POINTS_MIN, MORRIS_LEVELS, MORRIS_SCALE, morris_numbers
+from scissordyn.studies.ask.design import MORRIS_LEVELS, MORRIS_SCALE, POINTS_MIN, morris_numbers
 from scissordyn.studies.ask.requirement import response_unit
 from scissordyn.studies.compute.table import column
+from scissordyn.tolerance import CONFIDENCE_LEVEL
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
 # [-] share of the variance, predicted with each point left out in turn, from which a trend is reported
 PREDICTED_SHARE_MIN = 0.5
 SPARE_POINTS_MIN = 2  # [points] more than coefficients, from which a trend is fitted
-SHARE_TOL = 0.05  # [-] difference of the predicted shares of two forms that fit equally well
-POINTS_MIN = 8  # [points] from which a response is interpolated
+SHARE_MIN = 0.05  # [-] smallest share of the variance, or relative effect of a parameter, that is distinguished
 POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
 BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
-RANKED_VALUES_MIN = 6  # [values] of a response from which parameters are ranked
 
 EXTRAPOLATION_RATIO_MAX = 10.0
 """A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
@@ -184,7 +183,7 @@ def fitted(
         both.append(
             Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
         )
-    return tuple(sorted(both, key=lambda trend: -trend.predicted - SHARE_TOL * (trend.form == "power")))
+    return tuple(sorted(both, key=lambda trend: -trend.predicted - SHARE_MIN * (trend.form == "power")))
 
 
 def _jackknife(
@@ -201,7 +200,7 @@ def _jackknife(
     inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
     without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
     variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(count - design.shape[1], 1)) * np.sqrt(variance)
+    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(count - design.shape[1], 1)) * np.sqrt(variance)
     slopes = whole[1:] / width
     outer = np.einsum("ij,ij->i", design, without[groups])
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
@@ -246,8 +245,8 @@ def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -
     """Return a row for each base point or trajectory, a mask of complete rows, and the problem description for SALib."""
     rows = values.reshape(-1, len(names) + further)
     whole = np.all(np.isfinite(rows), axis=1)
-    if whole.sum() < INDEX_POINTS_MIN:
-        raise InputError(f"{whole.sum()} complete {what}", f"at least {INDEX_POINTS_MIN}")
+    if whole.sum() < POINTS_MIN:
+        raise InputError(f"{whole.sum()} complete {what}", f"at least {POINTS_MIN}")
     return rows, whole, {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
 
 
@@ -307,7 +306,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
         clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
-        if clear or rows.sum() < RANKED_VALUES_MIN or np.unique(values[rows]).size < 3:
+        if clear or rows.sum() < POINTS_MIN or np.unique(values[rows]).size < 3:
             continue
         tables.append(_table(response.name, names, numbers[rows], values[rows]))
     return tables
@@ -317,7 +316,7 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
     correlations, order, first, chance = ranked(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
     # half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)
-    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE)
+    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL)
     half = normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1))
     rows = []
     for k in order[:LISTED_MAX]:
@@ -344,7 +343,7 @@ def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndar
     winners = [int(np.argmax(np.abs(_correlations(numbers[rows], values[rows])))) for rows in draw]
     first = np.bincount(winners, minlength=numbers.shape[1]) / BOOTSTRAP_RESAMPLES
     count = np.array([max(np.unique(column).size, 4) for column in numbers.T])
-    level = CONFIDENCE ** (1.0 / numbers.shape[1])
+    level = CONFIDENCE_LEVEL ** (1.0 / numbers.shape[1])
     t = stats.t.ppf(0.5 + 0.5 * level, count - 2)
     return correlations, order, first, t / np.sqrt(count - 2 + t**2)
 

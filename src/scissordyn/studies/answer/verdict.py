@@ -15,10 +15,7 @@ from scissordyn.studies.ask.requirement import Response, response_unit, response
 from scissordyn.studies.compute.optimise import candidates
 from scissordyn.studies.compute.store import COMPLETE, PENDING
 from scissordyn.studies.compute.table import chosen_numbers, column
-
-AGREEMENT_TOL = 1e-3
-"""Members agree whose responses differ by no more than this fraction of the largest; round-off alone is far below it, chaos
-far above."""
+from scissordyn.tolerance import REPORTED_FRACTION
 
 
 @dataclass(frozen=True)
@@ -92,9 +89,9 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         variables[f"worst {name}"] = ("point", extreme.reduce(together, axis=1), {**about, "role": "worst"})
         spread = _spread(cells)
         variables[f"spread {name}"] = ("point", spread, {"units": "1", "role": "spread"})
-        differs |= spread > AGREEMENT_TOL
+        differs |= spread > REPORTED_FRACTION  # round-off is far below, chaos far above
     for response in (response for name in study.measure_names for response in whole_responses(results, name)):
-        differs |= _spread(np.where(complete, study.cells(response_values(results, response)), np.nan)) > AGREEMENT_TOL
+        differs |= _spread(np.where(complete, study.cells(response_values(results, response)), np.nan)) > REPORTED_FRACTION
     met = study.cells(meets_all(study, results))
     with np.errstate(invalid="ignore"):
         fraction = np.where(complete.any(axis=(1, 2)), met.sum(axis=(1, 2)) / np.maximum(complete.sum(axis=(1, 2)), 1), np.nan)

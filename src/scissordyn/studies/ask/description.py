@@ -24,13 +24,12 @@ from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
-from scissordyn.studies.ask.design import Design, Factor, Sampling, design_size, design_values
+from scissordyn.studies.ask.design import POINTS_MIN, Design, Factor, Sampling, design_size, design_values
 from scissordyn.studies.ask.distribution import Variation
 from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
 
 NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
-PILOT_POINTS = 8  # [points] of both kinds of runs by which a budget is split, and smallest number of verified points
 UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, which are independent of those of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
@@ -47,7 +46,7 @@ class Accurate:
     variants: tuple[Mechanism, ...] = ()  # Mechanism of the accurate runs for each combination of names, as those of the study
 
     def __post_init__(self) -> None:
-        whole_number("verify", self.points, PILOT_POINTS)
+        whole_number("verify", self.points, POINTS_MIN)
 
 
 @dataclass(frozen=True)

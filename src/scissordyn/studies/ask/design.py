@@ -20,7 +20,7 @@ INTEGER_MAX = 2**62  # largest seed and count: generators and SQLite take 64 bit
 SEED_SAMPLE = "--seed 1, or seed = 1"
 MORRIS_SCALE = 0.99  # [-] trajectories are scaled by this towards the cube's middle: no quantile at its sides is infinite
 MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
-INDEX_POINTS_MIN = 8  # [points or trajectories] smallest number for which the intervals of indices are useful
+POINTS_MIN = 8  # [points] smallest number from which an index, a response or a correlation is estimated
 
 
 @dataclass(frozen=True)
@@ -117,10 +117,10 @@ class Design:
         if isinstance(points, bool) or not isinstance(points, int) or points < least:
             sample = "--points 32, or points = 32"
             raise InputError(f"points = {points!r} of a {self.kind} design", f"a whole number >= {least}", sample)
-        if self.kind in ("saltelli", "morris") and self.points < INDEX_POINTS_MIN:
+        if self.kind in ("saltelli", "morris") and self.points < POINTS_MIN:
             what = "trajectories" if self.kind == "morris" else "base points"
             raise InputError(
-                f"{self.points} {what} of a {self.kind} design", f"at least {INDEX_POINTS_MIN}", f"--points {INDEX_POINTS_MIN}"
+                f"{self.points} {what} of a {self.kind} design", f"at least {POINTS_MIN}", f"--points {POINTS_MIN}"
             )
         whole_number("seed", self.seed, 0, INTEGER_MAX, sample=SEED_SAMPLE)
 

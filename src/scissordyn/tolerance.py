@@ -35,3 +35,5 @@ SINGULAR_VALUE_MIN = 1e-3
 REPORTED_FRACTION = 1e-3
 
 CONFIDENCE_LEVEL = 0.95  # [-] probability that an interval contains the value
+
+STANDARD_ERRORS_MAX = 2.0  # [standard errors] largest difference of two estimates that count as equal

@@ -18,7 +18,6 @@ from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the quantiles of forces and impulses
-CENTRAL_PART = 0.95  # Fraction of the contact time inside the smaller of the two contact arcs
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
@@ -165,7 +164,7 @@ def _measures_of_samples(
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
     in_contact = force[touching]
     return {
-        "contact_arc_95": smallest_arc(direction[touching], fraction=CENTRAL_PART, weights=standing[touching]),
+        "contact_arc_95": smallest_arc(direction[touching], fraction=0.95, weights=standing[touching]),
         "contact_arc": smallest_arc(direction[touching]),
         "mean_force": mean,
         "contact_force": float(np.average(in_contact, weights=standing[touching])) if in_contact.size else math.nan,

@@ -19,8 +19,7 @@ from scissordyn.record.results import Run
 from scissordyn.record.summary import summary_of
 from scissordyn.record.warn import MEANS, energy_turned_over, warning_lines, warnings_of
 from scissordyn.units import counted, short
-
-DETAILED_JOINTS_MAX = 3  # [joints] with more, the contacts are a table
+from scissordyn.warning import NAMES_MAX
 
 HEADINGS = (
     ("start", "contact_start", "s", 1.0),
@@ -131,7 +130,7 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
         f"{statistics['method']}, {statistics['rejected']} rejected."
     ]
     joints = joint_summaries(run)
-    if len(joints) > DETAILED_JOINTS_MAX:
+    if len(joints) > NAMES_MAX:
         _show_joints(joints, to)
     else:
         parts += [

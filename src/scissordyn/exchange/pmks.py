@@ -32,13 +32,13 @@ from scissordyn.exchange.pmks_link import (
     Sketch,
     read_link,
 )
+from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import checked, rpm
 
 PIN_TOL = 0.5e-3  # A force nearer to a pin than this acts there: half the last digit of a place [length unit]
 RAMP_FRACTION = 0.05  # Fraction of a stroke in which an oscillating input decelerates
-STROKES_MAX = 10_000  # Largest number of strokes of a motion
 
 
 @checked
@@ -213,10 +213,10 @@ def _with_oscillation(mechanism: Mechanism, notes: list[str]) -> Mechanism:
     mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
     amplitude = math.copysign(max(swing * 0.5 * (high - low), abs(first - mean)), speed)
     duration = 2.0 * amplitude / speed / (1.0 - RAMP_FRACTION)
-    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP_FRACTION, STROKES_MAX)
+    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP_FRACTION, POINTS_MAX)
     notes.append(
         f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
         f"it stops a hundredth of the range before each and reverses within {2.0 * RAMP_FRACTION * duration:.3g} s, "
-        f"for {STROKES_MAX} strokes"
+        f"for {POINTS_MAX} strokes"
     )
     return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))

@@ -10,7 +10,7 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 
-POINTS_MAX = 10_000  # [points] of a table or corners of a drawing; such a structure takes minutes to simulate
+POINTS_MAX = 10_000  # [points, strokes] of a table, a drawing or a motion; such a structure takes minutes to simulate
 SIZE_MAX = 16 * 2**20  # [bytes] a DXF of this size takes about 20 s and 350 MB to read
 
 BOMS = (

@@ -10,7 +10,6 @@ import time
 from typing import Any
 
 STRANGERS_MAX = 32  # Largest number of connections without the token; a browser opens 6 to one server
-STRANGER_SECONDS = 5.0  # [s] time within which a connection must show the token; a browser sends it at once
 
 TRANSIENT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
 """Errors of `accept` that do not concern the listening socket: lack of resources, or a connection that is already closed."""

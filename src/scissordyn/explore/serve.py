@@ -34,7 +34,7 @@ from websockets.sync.server import ServerConnection
 from websockets.sync.server import serve as listen_for_pages
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.explore.listener import STRANGER_SECONDS, Listener
+from scissordyn.explore.listener import Listener
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
@@ -230,7 +230,7 @@ class Pages:
         server = listen_for_pages(
             self._connected,
             sock=self._listener,
-            open_timeout=STRANGER_SECONDS,
+            open_timeout=5.0,  # a browser shows its token at once
             process_request=self._answer,
             compression=None,
             max_size=MESSAGE_BYTES_MAX,

@@ -24,6 +24,7 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
+from scissordyn.studies.ask.design import POINTS_MIN
 
 
 def check_autonomous(mechanism: Mechanism) -> None:
@@ -119,8 +120,6 @@ def chart_of(mechanism: Mechanism) -> Chart:
 WINDOWS = (0.05, 0.25, 1.0)
 """Fractions of a segment over which its start is estimated in turn; a short one has no second minimum."""
 
-INSTANTS_MIN = 8  # Smallest number of instants of a window
-
 
 def prepared(
     mechanism: Mechanism,
@@ -182,7 +181,7 @@ def estimated_start(
     try:
         for window in windows:
             chart = chart_of(placed)
-            part = record.rows(0, max(min(INSTANTS_MIN, record.time.size), round(window * record.time.size)))
+            part = record.rows(0, max(min(POINTS_MIN, record.time.size), round(window * record.time.size)))
             first = motion(chart.mechanism, options, part.time - part.time[0])
             segment = Segment(part, chart, _whole_turns(part, curves(first, columns)))
             problem = Problem(mechanism, options, (), [segment], columns, spread(record))
@@ -208,7 +207,7 @@ def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
     """Return the bodies at their first measured angles, rotating as measured or as the first angles change."""
     placed = []
-    some = slice(0, max(3, min(INSTANTS_MIN, record.time.size)))
+    some = slice(0, max(3, min(POINTS_MIN, record.time.size)))
     time = record.time[some] - record.time[0]
     for body in guess:
         heading, rate = f"angle of {body.name}", f"angular_velocity of {body.name}"

@@ -7,14 +7,14 @@ events take their instants and data from the dense output. Otherwise the step en
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.integrate.dense import dense_value
 from scissordyn.integrate.event import find_crossings
 from scissordyn.integrate.integration import DATA, ENDED, FALL, GUARD, MODE, RISE, TIME
 from scissordyn.integrate.monitor import begin_peak, end_peak
 from scissordyn.integrate.step import NOTHING, attempt, error_norm, fraction, prepare
 from scissordyn.kernel import kernel
-
-CROSSING_ERROR_MAX = 1.0  # Largest error of a step across rises; with a larger one the step ends on the first of them
 
 
 @kernel
@@ -49,8 +49,8 @@ def step_across(problem, T, t, h, error, s, w, S):
         restore_state(s, w)
         return -1.0
     prepare(problem, T, t, s, w, S)
-    again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else 2.0 * CROSSING_ERROR_MAX
-    fits = again <= CROSSING_ERROR_MAX and find_crossings(problem, T, t, h, s, w, S, True)
+    again = error_norm(T, h, s, w) if attempt(problem, T, t, h, s, w, S) else math.inf
+    fits = again <= 1.0 and find_crossings(problem, T, t, h, s, w, S, True)
     if fits:
         for c in range(w.crossing_count[0]):  # the prepared contacts must not cause another rise
             if s.mode[w.crossing_guard[c]] == 0:

@@ -29,8 +29,7 @@ from scissordyn.mechanics.constraint_solver import expand
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.guard import guards
-from scissordyn.mechanics.hard_elastic import law_depth, stored_energy
-from scissordyn.mechanics.hard_impact import CLOSED_GAP_MAX
+from scissordyn.mechanics.hard_elastic import TOUCHING_DEPTH_MAX, law_depth, stored_energy
 from scissordyn.mechanics.hard_result import CLOSED, REBOUND, RESTITUTION_LOSS, share_of_force, take_results
 from scissordyn.mechanics.hard_rows import (
     IN_ANY_CASE,
@@ -205,7 +204,7 @@ def close_gaps(h, S, H):
                 closes = True
             continue
         # beyond its surface, or so close that the forces of this step alone may close it
-        least = -(CLOSED_GAP_MAX if H.parameters.locate[0] == 1 else FORCED_GAP_MAX) * S.parameters.contact[j].clearance
+        least = -(TOUCHING_DEPTH_MAX if H.parameters.locate[0] == 1 else FORCED_GAP_MAX) * S.parameters.contact[j].clearance
         if depth >= least if H.work.was[i] == 1 or H.parameters.locate[0] == 0 else False:
             kinematics(j, S)
             contact_rows(i, S, H)

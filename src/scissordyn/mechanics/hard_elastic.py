@@ -21,7 +21,8 @@ from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics.hard_result import CLOSED
 from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 
-LINEAR_DEPTH_MAX = 1e-3  # [clearances] indentation below which the law is linear
+# [clearances] the law is linear at smaller indentations, and a closed contact stays in the equations up to this gap
+TOUCHING_DEPTH_MAX = 1e-3
 MISFIT_TOL = 1e-2  # Relative error of the linearised law
 NEGLIGIBLE_FRACTION = 1e-4  # Error of the linearised law relative to the largest force of the step
 

@@ -7,6 +7,7 @@ import math
 from scissordyn.kernel import kernel
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
+from scissordyn.mechanics.hard_elastic import TOUCHING_DEPTH_MAX
 from scissordyn.mechanics.hard_result import (
     ANGLE,
     APPROACH,
@@ -22,9 +23,6 @@ from scissordyn.mechanics.hard_result import (
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
 from scissordyn.tolerance import EVENT_TOL, SHORT_STEP_FRACTION
-
-CLOSED_GAP_MAX = 1e-3
-"""Gap, relative to the clearance, up to which a closed contact remains in the equations, which may open it."""
 
 
 @kernel
@@ -47,7 +45,7 @@ def hard_impact(t, h, y, S, H):
         if H.model.compliant[i] == 1:  # its force is finite
             H.work.closed[i] = H.work.yields[i] = 0
             continue
-        reach = CLOSED_GAP_MAX if H.work.was[i] == 1 else EVENT_TOL
+        reach = TOUCHING_DEPTH_MAX if H.work.was[i] == 1 else EVENT_TOL
         H.work.closed[i] = 1 if depth >= -reach * S.parameters.contact[j].clearance else 0
         if H.work.closed[i] == 1:
             kinematics(j, S)

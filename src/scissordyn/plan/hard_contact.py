@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.mechanics.band import width
-from scissordyn.mechanics.hard_elastic import LINEAR_DEPTH_MAX
+from scissordyn.mechanics.hard_elastic import TOUCHING_DEPTH_MAX
 from scissordyn.mechanics.hard_result import STRUCK
 from scissordyn.mechanics.hard_rows import HardContacts, HardModel, HardParameters, HardState, HardWork
 from scissordyn.mechanics.impulse_solver import DEPENDENT
@@ -128,7 +128,7 @@ def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
             what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}' has states, but a contact is hard"
             raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
         parameters.law[i], parameters.energy[i], parameters.elastic[i] = elastic_law(clearance)
-        parameters.floor[i] = LINEAR_DEPTH_MAX * clearance.clearance
+        parameters.floor[i] = TOUCHING_DEPTH_MAX * clearance.clearance
     reset_hard_state(made.state)
 
 

@@ -27,13 +27,13 @@ from cloudpickle import dumps
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
+from scissordyn.run.advance.loop import CALL_SECONDS
 
 Task = TypeVar("Task")
 Value = TypeVar("Value")
 
 TASKS_PER_WORKER = 2  # tasks submitted per worker: one in work and one waiting, so that no worker waits for this process
 STOP_SECONDS = 0.5  # [s] time in which a worker, thread or process, may end by itself after Ctrl-C
-CHECK_SECONDS = 0.2  # [s] interval at which a waiting thread checks whether it must stop
 RECOUNT_SECONDS = 1.0  # [s] interval at which the workers of an executor are counted
 STATES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
 
@@ -158,7 +158,7 @@ def _compute_on(
                 handed[_submit(executor, here, stop, function, task)] = task
             if not handed:
                 break
-            while not (done := wait(handed, CHECK_SECONDS, FIRST_COMPLETED).done):
+            while not (done := wait(handed, CALL_SECONDS, FIRST_COMPLETED).done):
                 check_interrupt()
                 if watch is not None:
                     watch(finished)

@@ -38,8 +38,6 @@ from scissordyn.run.advance.system import Stepping
 from scissordyn.run.advance.tolerance import Tolerances
 
 FIRST_STEPS = 200  # first steps of a driver, before `loop.next_slice` sets their number
-# [steps] first length of the step record
-RECORD_ROWS = 1024
 
 
 @dataclass(frozen=True)
@@ -261,7 +259,7 @@ class Driver:
 
     def record_steps(self, *, inside: bool = False, most: float = np.inf) -> None:
         """Record the ends of steps from now on, thinned out at `most` rows; `inside` adds events and largest values."""
-        self._exchange(steps=make_record(RECORD_ROWS, self.state, inside=inside))
+        self._exchange(steps=make_record(1024, self.state, inside=inside))
         self.state.counts["recorded"], self._most = 0, most
 
     def monitor(self, on: bool) -> None:

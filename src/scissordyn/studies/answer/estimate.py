@@ -42,7 +42,7 @@ from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN, Design
 from scissordyn.studies.ask.requirement import Response, response_values
 from scissordyn.studies.compute.table import column
-from scissordyn.tolerance import CONFIDENCE_LEVEL
+from scissordyn.tolerance import CONFIDENCE_LEVEL, STANDARD_ERRORS_MAX
 
 POSTERIOR_DRAWS = 4000  # [draws] of the three fractions; the ends of the interval of the sum are known to 0.02 of its width
 # [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
@@ -53,8 +53,6 @@ MARGIN_CORRELATION_MIN = 0.8  # [-] correlation above which margins estimate bet
 JACKKNIFE_GROUPS = 32  # [groups] left out in turn by the jackknife
 JACKKNIFE_QUANTILES = 1000  # [quantiles] that represent the cheap margins in the jackknife
 
-SUCCESS_DEVIATION_MAX = 2.0
-"""Standard deviations between the pairs that meet the bound and as many as margins predict, from which margins are not used."""
 
 STARTS = (0.3, 1.0)  # Correlation lengths of the unit cube from which the likelihood is climbed
 LENGTHS, NOISE, VARIANCES = (0.05, 20.0), (1e-8, 1.0), (1e-2, 1e4)  # Within which the likelihood is climbed
@@ -285,7 +283,7 @@ def fraction_by_margins(
     accurate, paired = accurate[order], paired[order]
     chances = _chances(accurate, paired, paired)
     spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS_PRIOR**2)
-    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > SUCCESS_DEVIATION_MAX * spread:
+    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > STANDARD_ERRORS_MAX * spread:
         return by_strata
     if predicted is not None:
         predicted = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))

@@ -375,7 +375,6 @@ DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
 """Distance of the upper limit of a shaft below the nominal diameter [um]."""
 
 TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")
-FIELD_SIGMAS = 3.0  # [standard deviations] half width of a normal tolerance field
 
 SAMPLE = "'H7/g6 at 10 mm'"
 
@@ -435,7 +434,7 @@ class Fit:
         widths = sorted((0.5 * (self.hole[1] - self.hole[0]), 0.5 * (self.pin[1] - self.pin[0])))
         if not normal:
             return Trapezoid(least, least + widths[0], most - widths[0], most)
-        deviation = float((widths[0] ** 2 + widths[1] ** 2) ** 0.5 / (2.0 * FIELD_SIGMAS))
+        deviation = float((widths[0] ** 2 + widths[1] ** 2) ** 0.5 / 6.0)  # limits are three standard deviations away
         return Normal(0.5 * (least + most), deviation, least, most)
 
 

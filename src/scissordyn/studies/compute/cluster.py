@@ -17,15 +17,13 @@ from scissordyn.errors import InputError
 from scissordyn.file.output_file import lock_file
 from scissordyn.lookup import library
 from scissordyn.run.engine import STOP_SECONDS, EngineError, block_signals
-from scissordyn.studies.compute.jobs import Jobs, remove_left_behind
+from scissordyn.studies.compute.jobs import ANSWER_SECONDS_MAX, Jobs, remove_left_behind
 
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")
 """Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
 
 LOGGERS = ("distributed", "tornado.application", "asyncio")
 """Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
-
-ANSWER_SECONDS_MAX = 10.0  # [s] longest time to the answer of a scheduler
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.measure import MEASURES
 from scissordyn.run.trajectory import make_driver
 from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
-from scissordyn.tolerance import CONVERGENCE_TOL
+from scissordyn.tolerance import CONVERGENCE_TOL, STANDARD_ERRORS_MAX
 from scissordyn.units import checked
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # Tolerances from coarse to fine; each is compared with the next two
@@ -30,7 +30,6 @@ STEPS = tuple(2.0**k for k in range(4, -4, -1))
 
 MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
 AGREEING_LEVELS = 2  # [levels] finer ones that a level must agree with: two wrong values may agree by chance
-STANDARD_ERRORS_MAX = 2.0  # [standard errors] of a difference of means over members that count as equal
 
 WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 

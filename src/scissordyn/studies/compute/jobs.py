@@ -17,7 +17,7 @@ from scissordyn.file.output_file import lock_file
 from scissordyn.run.engine import EngineError
 
 POLL_SECONDS = 5.0  # Time between two queries of the queue [s]: it serves many users
-QUERY_SECONDS_MAX = 20.0  # Longest time of a command of the queue [s]
+ANSWER_SECONDS_MAX = 20.0  # [s] longest time to the answer of a scheduler or of a queue
 
 STUCK_SECONDS = 60.0
 """Time for which all jobs wait for a lasting reason before the command gives up [s]; Slurm's scheduler runs once a minute."""
@@ -152,7 +152,7 @@ class Jobs:
             return None
         try:
             command = [*QUERIES[self._kind], getpass.getuser()]
-            answer = subprocess.run(command, capture_output=True, text=True, timeout=QUERY_SECONDS_MAX, check=True)
+            answer = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_SECONDS_MAX, check=True)
         except (OSError, subprocess.SubprocessError):
             return None
         rows = (line.strip().split("|", 2) for line in answer.stdout.splitlines())
@@ -165,7 +165,7 @@ class Jobs:
         self._alive = []
         for numbers in filter(None, calls):
             with suppress(OSError, subprocess.SubprocessError):
-                subprocess.run([*command, *numbers], capture_output=True, timeout=QUERY_SECONDS_MAX, check=False)
+                subprocess.run([*command, *numbers], capture_output=True, timeout=ANSWER_SECONDS_MAX, check=False)
 
 
 def _reason(error: Exception) -> str:

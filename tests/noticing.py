@@ -27,7 +27,6 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("components/force.py", "parameters", "float(self.follows)"): "a switch",
     ("components/beam.py", "force", "damping"): "its sign",
     ("components/beam.py", "force", "strength"): "its sign",
-    ("components/latch.py", "", "1e-06"): "how near counts as at the angle",
     **dict.fromkeys(
         (("components/tape_spring.py", "_work", end, *which) for end in ("start", "end") for which in ((), (1,), (3,))),
         "which angles of the table lie between, of which one at an end has no area; and which end is larger",
@@ -124,17 +123,17 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ): "the row of damping that does not act has no right side, and none acts in an impact",
     (
         *("run/batch.py", "size", "bound"),
-        "min(GROUP_CASES_MAX, int(GROUP_SECONDS / self.seconds), cases // (8 * threads))",
+        "min(GROUP_CASES_MAX, int(CALL_SECONDS / self.seconds), cases // (8 * threads))",
     ): GROUPED,
     (
         *("run/batch.py", "_together", "bound"),
-        "min(int(sum((driver.tried for driver in drivers)) * GROUP_SECONDS / max(seconds, 1e-09)), SLICE)",
+        "min(int(sum((driver.tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)), SLICE_STEPS_MAX)",
     ): GROUPED,
     (
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
-    ("run/batch.py", "size", "factor", "GROUP_SECONDS / self.seconds"): GROUPED,
+    ("run/batch.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
     (
         "run/engine.py",
         "processors",

@@ -106,7 +106,7 @@ def test_every_command_is_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
 
 def test_options_that_are_shown_are_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
     """Contract: so does what stands behind an option in the last argument of an error, but for whole numbers and our names."""
-    allowed = {"2 * study.design.points", "','.join(makers)", "example(quantity)", "ending", "INDEX_POINTS_MIN", "words[0]"}
+    allowed = {"2 * study.design.points", "','.join(makers)", "example(quantity)", "ending", "POINTS_MIN", "words[0]"}
     for path, node in nodes:
         if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputError"):
             continue

@@ -147,7 +147,7 @@ def test_figure_without_results_is_refused(tmp_path):
     ("processors", "options", "expected"),
     [
         (4, (None, None, None), Where(workers=4)),
-        (200, (None, None, None), Where(workers=command.MOST_WORKERS)),
+        (200, (None, None, None), Where(workers=command.WORKERS_MAX)),
         (1, (None, None, None), Where()),
         (4, (3, None, None), Where(threads=3)),
         (4, (None, 3, None), Where(workers=3)),

@@ -1,4 +1,4 @@
-"""Base tolerances that several rooms share; all are relative. A limit of one room alone is in that room."""
+"""Base tolerances and limits that several rooms share; tolerances are relative. A limit of one room alone is in that room."""
 
 # [-] Rounding of a few operations: the last correction of a converged iteration, the error of a direct formula.
 CONVERGENCE_TOL = 1e-14
@@ -18,9 +18,8 @@ EVENT_TOL = 1e-9
 # [-] Error of numbers that a user or another program has rounded to six or more digits.
 DATA_TOL = 1e-6
 
-NEWTON_STEPS_MAX = (
-    60  # [steps] an iteration that has not converged by then has failed; a few are usual, and bisection needs fifty
-)
+# [steps] An iteration that has not converged by then has failed; a few are usual, and bisection alone needs fifty.
+NEWTON_STEPS_MAX = 60
 
 # [-] Step of a numerical derivative, as a fraction of the size of what is varied.
 DIFFERENCE_FRACTION = 1e-5

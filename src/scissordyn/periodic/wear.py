@@ -19,13 +19,12 @@ from scissordyn.model.options import EndTime, Options, StartKind
 from scissordyn.model.wear import CycleKind, Wear
 from scissordyn.periodic.life import add_lives
 from scissordyn.periodic.stroboscope import drive_period
-from scissordyn.periodic.wear_loads import CycleRunner, Loads, worn_joints
+from scissordyn.periodic.wear_loads import CONFIDENCE_FACTOR, CycleRunner, Loads, worn_joints
 from scissordyn.periodic.wear_step import Bearing, Worn
 from scissordyn.units import Meaning, checked, quantities
 
 TITLE = "scissordyn wear"
 
-CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % interval
 
 TRIALS_MAX = 12  # largest number of reductions of a step of cycles whose change of the contour is too large
 

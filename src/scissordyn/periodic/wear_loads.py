@@ -27,8 +27,7 @@ from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
-
-PERTURBATION = 1e-14  # relative perturbation of the starts of members, as in batches
+from scissordyn.tolerance import CONVERGENCE_TOL
 
 CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % interval
 
@@ -164,7 +163,7 @@ class CycleRunner:
 
     def _cycles(self, mechanism: Mechanism, member: int) -> Iterator[Loads]:
         """Simulate from the start; yield the loads of each counted cycle."""
-        perturbed = Perturbed(member, PERTURBATION)
+        perturbed = Perturbed(member, CONVERGENCE_TOL)
         driver, prepared, _ = make_driver(plan(mechanism), self.options, perturb=partial(perturbed.start, member), loads=True)
         if self.ideal is not None:
             driver.compare_with(self.ideal.table, self.ideal.step)

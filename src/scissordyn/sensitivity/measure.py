@@ -16,11 +16,11 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.measure import MEASURES, Ended, parts_of
 from scissordyn.sensitivity.forward import Forward
 from scissordyn.studies.ask.requirement import Response
+from scissordyn.tolerance import DATA_TOL
 
 STEP = 1e-4
 """Step along the derivatives, as a fraction of a parameter's scale; a difference of fourth order has no error but round-off."""
 
-KINK_TOL = 1e-6  # Difference of one-sided differences above which another part has the largest value, relative to the slope
 
 WITH_INTEGRALS = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
 
@@ -94,4 +94,4 @@ def derivative_of(
     slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * STEP)
     sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * STEP) for side in (-1, 1)]
     scale = max(abs(slope), abs(values[0]))
-    return slope, bool(abs(sides[1] - sides[0]) <= KINK_TOL * scale)
+    return slope, bool(abs(sides[1] - sides[0]) <= DATA_TOL * scale)

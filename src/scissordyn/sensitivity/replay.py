@@ -29,8 +29,9 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored, step_integral
 from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, explicit_step, fraction, place, speed
 from scissordyn.kernel import F1, F2, I1, derivative, kernel, opener, value_of
-from scissordyn.mechanics.functions import FUNCTIONS, ROUND_OFF
+from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
+from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 
 class Replayed(NamedTuple):
@@ -61,7 +62,6 @@ WEIGHT_FACTOR = 10.0
 
 ROOT_PRECISIONS = 10.0  # Value of a guard, in multiples of the precision of located events, above which it is not at its root
 
-MULTIPLE_TOL = 1e-9  # A step ends on a multiple of a delay within this fraction of the delay, as in `history.up_to_multiple`
 SLOPE_PROBE = 1e-4  # Distance of the two places at which the slope of a monitored value is taken, as a fraction of the step
 PEAK_MOVED_MAX = 1e-3  # A largest value whose slope has no root within this fraction of the step is not a smooth maximum
 SLOPE_TOL = 1e-3  # Slope at the root of a smooth maximum, relative to the largest slope of the search; a kink keeps its slopes
@@ -122,7 +122,7 @@ def break_at(now, system):
     """Return the break of a time function at an instant, or NaN."""
     breaks = open_system(system).parameters.breaks
     for k in range(breaks.size):
-        if abs(breaks[k] - now) <= ROUND_OFF * breaks[k]:
+        if abs(breaks[k] - now) <= ROUND_OFF_TOL * breaks[k]:
             return breaks[k]
     return math.nan
 
@@ -241,7 +241,7 @@ def fixed_instant(problem, now, run, w, system, t):
         return instant
     for k in range(w.delays.size):
         multiple = math.floor(now / value_of(w.delays[k]) + 0.5)
-        if multiple > 0 and abs(multiple * w.delays[k] - now) < MULTIPLE_TOL * w.delays[k]:
+        if multiple > 0 and abs(multiple * w.delays[k] - now) < EVENT_TOL * w.delays[k]:
             return multiple * w.delays[k]
     return t
 

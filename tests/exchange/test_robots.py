@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.casefile.text import NESTING_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.robot_xml import BODIES_MAX
+from scissordyn.exchange.xml_element import DEPTH_MAX
 
 from .peer import by_mujoco, mujoco
 
@@ -377,7 +377,7 @@ def test_bodies_that_are_not_made_are_named():
             f"more than {BODIES_MAX} bodies",
         ),
         ("<mujoco><worldbody>" + "<body/>" * (BODIES_MAX + 1) + "</worldbody></mujoco>", f"more than {BODIES_MAX} bodies"),
-        ("<mujoco>" + "<a>" * 100_000, f"nested in more than {NESTING_MAX} elements"),
+        ("<mujoco>" + "<a>" * 100_000, f"nested in more than {DEPTH_MAX} elements"),
         ('<!DOCTYPE m [<!ENTITY a "b">]><mujoco>&a;</mujoco>', "line 1 of the model declares a document type"),
         (
             "<mujoco><asset><mesh name='m' builtin='sphere'/></asset><worldbody><geom mesh='m'/></worldbody></mujoco>",

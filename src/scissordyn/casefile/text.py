@@ -13,7 +13,7 @@ from typing import Any
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import HDF_MAGIC
 
-NESTING_MAX = 200  # [levels] of nested tables, blocks of a drawing or elements of a model; a case has six
+NESTING_MAX = 32  # [levels] of nested tables, lists or blocks of a drawing; a case has six
 FILE_BYTES_MAX = 64 * 2**20  # [bytes] largest text file that is read; a table of a million instants takes about 30 MB
 
 

@@ -9,11 +9,12 @@ from pathlib import Path
 from xml.parsers import expat
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
-from scissordyn.casefile.text import NESTING_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
 SAMPLE = "scissordyn import model.xml -o case.toml"
+
+DEPTH_MAX = 200  # [levels] of nested elements; each link of a chain is one level deeper
 
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
@@ -57,10 +58,10 @@ def parse(content: bytes) -> Element:
     open_elements, count = [top], [0]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(open_elements) > NESTING_MAX:
+        if len(open_elements) > DEPTH_MAX:
             raise InputError(
-                f"line {parser.CurrentLineNumber} is nested in more than {NESTING_MAX} elements",
-                f"at most {NESTING_MAX} levels",
+                f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements",
+                f"at most {DEPTH_MAX} levels",
                 SAMPLE,
             )
         count[0] += 1

@@ -15,13 +15,13 @@ from scissordyn.kinematics.singular import LOCKING
 from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.run.instants import SAMPLES_MAX
 from scissordyn.run.simulate import simulate
 from scissordyn.units import checked
 
 if TYPE_CHECKING:
     import xarray as xr
 
+IDEAL_SAMPLES_MAX = 50_001  # [instants] largest number that is chosen automatically, for about a hundred turns
 IDEAL_SAMPLES = 501  # [instants] default number of a motion with ideal joints
 ROTATION_MAX = math.radians(5.0)  # [rad] largest rotation of a body between two instants that are chosen automatically
 
@@ -59,7 +59,7 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
     run = simulate(mechanism.ideal(), until=until, samples=samples or IDEAL_SAMPLES)
     needed = 1 + math.ceil(_largest_rotation(run) / ROTATION_MAX * (IDEAL_SAMPLES - 1))
     if samples is None and needed > IDEAL_SAMPLES:
-        run = simulate(mechanism.ideal(), until=until, samples=min(needed, SAMPLES_MAX))
+        run = simulate(mechanism.ideal(), until=until, samples=min(needed, IDEAL_SAMPLES_MAX))
     ideal = plan(mechanism.ideal())
     chosen = dyads(ideal)
     position, angle = run["position"].transpose("time", "body", "axis").values, run["angle"].transpose("time", "body").values
@@ -79,7 +79,7 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
     low, high, unit = motion_range(ideal) if path is not None and path.parameter != "time" else (math.nan, math.nan, "")
     run.attrs.update(title="scissordyn ideal kinematics", range_low=low, range_high=high, range_unit=unit)
     warnings = [] if path is None else path_warnings(path, until)
-    if samples is None and needed > SAMPLES_MAX:
+    if samples is None and needed > IDEAL_SAMPLES_MAX:
         most = f"bodies rotate by up to {math.degrees(_largest_rotation(run)):.3g} deg between two instants"
         warnings.append(f"{most}, so that extremes are missed; a shorter run has them")
     run.attrs["singular_warnings"] = json.dumps(warnings)

@@ -14,7 +14,7 @@ from tests.build import EXAMPLES, in_bearing
 import scissordyn as sd
 from reference.balance import Balance, rotated
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.record.joint_force import FALLS, force_after_start, joint_summaries
+from scissordyn.record.joint_force import START_DURATION, force_after_start, joint_summaries
 from scissordyn.record.summary import summary_of
 
 OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))
@@ -253,7 +253,7 @@ def test_journal_that_falls_through_its_clearance(contact: str) -> None:
     hung = in_bearing(gap, mass=2.0)
     run = sd.simulate(hung, until=0.5, samples=2001)
     answer = summary_of(run).force
-    assert answer.start == pytest.approx(FALLS * np.sqrt(2.0 * CLEARANCE / GRAVITY), rel=1e-6)
+    assert answer.start == pytest.approx(START_DURATION * np.sqrt(2.0 * CLEARANCE / GRAVITY), rel=1e-6)
     assert answer.when < 2.0 * np.sqrt(2.0 * CLEARANCE / GRAVITY)
     assert answer.after == pytest.approx(2.0 * GRAVITY, rel=1e-2)
     assert "belongs to the start" in str(answer)
@@ -269,7 +269,7 @@ def test_load_that_fades_after_the_start() -> None:
     pull = sd.Force("pull", ("ball", "centre"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
     pulled = dataclasses.replace(hung, gravity=0.0, components=(pull,))
     answer = summary_of(sd.simulate(pulled, until=0.5, samples=2001)).force
-    assert answer.when < FALLS * np.sqrt(2.0 * CLEARANCE * 2.0 / 20.0)
+    assert answer.when < START_DURATION * np.sqrt(2.0 * CLEARANCE * 2.0 / 20.0)
     assert answer.start is None
 
 

@@ -71,6 +71,9 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "at limit in a case": ": the controller reaches its limit of {limit:g} N m",
         "state scale": ": an error of {error:.2g} {unit}, which the tolerance allows in its state '{state}', is {share:.2g} "
         "of its largest {force}; the scale of {scale:.2g} {unit} is too large, about {fitting:.1g} {unit} would fit",
+        "recoil": ": bristles recoil at {recoil:.3g} m/s (t = {time:.6g} s), faster than the Stribeck speed of {speed:.3g} "
+        "m/s: loads between the kinetic and the static coefficient ({kinetic:g} and {static:g}) start a slip if they begin "
+        "suddenly; bristle_stiffness = {stiffer:.2g} or a larger stribeck_speed holds them",
         "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s; the model extends the bar straight",
         "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is constant",
         "impulse": " locks at t = {time:.6g} s; the drives do {work:.3g} J of work in this impulse, which the largest driving "

@@ -33,6 +33,7 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
+from scissordyn.run.bristle_recoil import recoil_warnings
 from scissordyn.run.demand import check_samples
 from scissordyn.run.ideal import IDEAL_SAMPLES
 from scissordyn.run.simulate import compute_results
@@ -58,7 +59,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     planned = plan(mechanism)
     check_tables(planned, until)
     check_samples(planned, read.run.count)
-    _, start, choice = make_driver(planned, read.run)
+    driver, start, choice = make_driver(planned, read.run)
 
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
     components: tuple[Component, ...] = (*planned.acting, *rods)
@@ -78,6 +79,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
         *start.warnings,
         *loose_bodies(mechanism),
         *map(str, coupling_warnings(mechanism)),
+        *map(str, recoil_warnings(planned, driver.system, [(0.0, start.y)])),
         *drive_warnings(planned, until),
         *[f"without clearance: {impossible}"] * bool(impossible),
     ]

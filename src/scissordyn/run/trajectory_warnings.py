@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.tolerance import state_tolerance
+from scissordyn.run.bristle_recoil import recoil_warnings
 from scissordyn.units import State
 from scissordyn.warning import RunWarning, warning
 
@@ -25,6 +26,7 @@ from scissordyn.warning import RunWarning, warning
 def trajectory_warnings(path: Trajectory, record: Record, options: Options) -> list[RunWarning]:
     """Return the warnings about states, friction and steps of a run."""
     warnings = _painleve(path, record) + _coarse_scales(options, path)
+    warnings += recoil_warnings(path.plan, path.system, _instants(path))
     if "step" not in path.statistics:
         return warnings + ignored_roots(path.plan, options)
     return warnings + stepping_warnings(path.plan, path.system, path.statistics) + _not_converged(path) + _jammed(path)
@@ -136,24 +138,17 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
     A change above 1000 times the tolerance, relative to the largest force of the component, means that three digits are lost.
     """
     places = _places(path)
-    instants = path.samples.time.size
-    if not places or not instants:
-        return []
-    content, warnings, samples, state = path.system.content, list[RunWarning](), path.samples, path.system.content.state
+    content, warnings = path.system.content, list[RunWarning]()
     allowed = state_tolerance(options.rtol, options.atol)
     change, size = np.zeros(len(places)), np.zeros(len(places))
-    for at in np.unique(np.linspace(0, instants - 1, min(instants, 500)).astype(int)).tolist():
-        state.mode[:], state.memory[:], state.mass[:] = samples.mode[at], samples.memory[at], samples.mass[at]
-        state.reference[:] = samples.reference[at]
-        functions.activate(path.system.address)
-        y = samples.state[at].copy()
+    for time, y in _instants(path) if places else ():
         for k, (i, component, entry, _) in enumerate(places):
             forces, here = len(component.declaration.port.forces), y[entry]
             error = allowed * content.parameters.state_scale[entry - 2 * path.plan.coordinates.free]
             answers = []
             for moved in (here, here + error, here - error):
                 y[entry] = moved
-                rates(path.system, samples.time[at], y)
+                rates(path.system, time, y)
                 answers.append(np.array(content.work.result[i, :forces]))
             y[entry] = here
             size[k] = max(size[k], np.abs(answers[0]).max())
@@ -167,6 +162,17 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
         numbers |= {"scale": scale, "fitting": scale * allowed / share}
         warnings.append(warning("state scale", component.name, component.declaration.label, **numbers))
     return warnings
+
+
+def _instants(path: Trajectory) -> Iterator[tuple[float, np.ndarray]]:
+    """Yield times and states of up to 500 samples, while the system is at each of them."""
+    samples, state = path.samples, path.system.content.state
+    instants = samples.time.size
+    for at in np.unique(np.linspace(0, instants - 1, min(instants, 500)).astype(int)).tolist() if instants else ():
+        state.mode[:], state.memory[:], state.mass[:] = samples.mode[at], samples.memory[at], samples.mass[at]
+        state.reference[:] = samples.reference[at]
+        functions.activate(path.system.address)
+        yield float(samples.time[at]), samples.state[at].copy()
 
 
 def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:

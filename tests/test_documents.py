@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
+from tests.page_numbers import differing, marked, printed_blocks, sections, without_evidence
 
 import scissordyn as sd
 from reference.free_bodies import Scissor, cycloidal
@@ -81,15 +82,19 @@ def pages_with_python() -> list[object]:
 
 
 @pytest.mark.parametrize("page", pages_with_python())
-def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Contract: all Python of a page, one block after the other, in an empty folder."""
+def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Contract: all Python of a page, one block after the other, in an empty folder; what it prints is what the page shows."""
     monkeypatch.chdir(tmp_path)
     module = types.ModuleType("example")
     monkeypatch.setitem(sys.modules, "example", module)  # where the annotations of classes are looked up
     known = vars(module)
     exec(GIVEN.get(page.name, ""), known)
-    for code in blocks(page.read_text(encoding="utf-8"), "python"):
+    text = page.read_text(encoding="utf-8")
+    shown = {code: printed for language, code, printed in printed_blocks(text) if language == "python"}
+    for code in blocks(text, "python"):
+        capsys.readouterr()
         exec(compile(code, str(page), "exec"), known)
+        assert not differing(shown.get(code, ""), capsys.readouterr().out)
     plt.close("all")
 
 
@@ -154,18 +159,60 @@ def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         pytest.param("docs/index.md", 2, id="index"),
         pytest.param("docs/howto/cluster.md", 6, id="cluster", marks=pytest.mark.slow),
         pytest.param("README.md", 4, id="readme", marks=pytest.mark.slow),
+        pytest.param("docs/bending.md", 12, id="bending", marks=pytest.mark.slow),
+        pytest.param("docs/choose_contact_and_friction_law.md", 3, id="choose", marks=pytest.mark.slow),
+        pytest.param("docs/studies.md", 0, id="studies", marks=pytest.mark.slow),  # the commands of its markers alone
     ],
 )
 def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:
-    """Cross-check: the commands of a page, but for other machines, a browser or minutes, in a folder with the examples."""
+    """Cross-check: the commands of a page and of its markers, but for other machines, a browser or minutes; its numbers."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     write_tables(ROOT / page, tmp_path)
-    ours = [words for words in commands((ROOT / page).read_text(encoding="utf-8")) if words[0] == "scissordyn"]
-    ours = [words for words in ours if words[1] not in ("explore", "paper", "bifurcation")]
-    ours = [words for words in ours if not any(word.startswith("/shared/") for word in words)]
-    for words in ours:
-        say(words)
-    assert len(ours) >= least
+    text = (ROOT / page).read_text(encoding="utf-8")
+    shown = {code: printed for language, code, printed in printed_blocks(text) if language == "sh"}
+    answers, count = list[str](), 0
+    for block in blocks(text, "sh") if least else ():
+        ours = [words for words in commands(f"```sh\n{block}```") if words[0] == "scissordyn" and _runs_here(words)]
+        said = "\n".join(say(words) for words in ours)
+        assert not differing(shown.get(block, ""), said)
+        answers, count = [*answers, said], count + len(ours)
+    assert count >= least
+    answers += [say(shlex.split(one)) for section in sections(text) for one in marked(section) if one.startswith("scissordyn ")]
+    assert not without_evidence(text, answers)
+
+
+def _runs_here(words: list[str]) -> bool:
+    return words[1] not in ("explore", "paper", "bifurcation") and not any(word.startswith("/shared/") for word in words)
+
+
+RUN_PAGES = (
+    "README.md",
+    "files.md",
+    "before_a_run.md",
+    "gallery.md",
+    "bending.md",
+    "choose_contact_and_friction_law.md",
+    "studies.md",
+)
+"""Pages whose results the slow runs of their commands print, and which need no other source for them."""
+
+THEORY = sorted((DOCS / "theory").glob("*.md"))
+
+
+@pytest.mark.parametrize("page", [page for page in (*TEXTS, *THEORY) if page != ASKED], ids=name)
+def test_results_have_a_source(page: Path) -> None:
+    """Contract: each result is in code of its page, cites a source, or is what a marker's test, page or command gives."""
+    text = page.read_text(encoding="utf-8")
+    group = typer.main.get_command(app)
+    for one in (one for section in sections(text) for one in marked(section)):
+        words = shlex.split(one)
+        if words[0] == "scissordyn":
+            group.get_command(None, words[1]).make_context(words[1], words[2:])  # type: ignore[attr-defined]
+            assert page.name in RUN_PAGES, "the commands of a marker run with those of its page"
+        else:
+            assert (ROOT / one).exists(), one
+    if page.name not in RUN_PAGES and page.name not in ("validation.md", "claims.md", "release.md"):
+        assert not without_evidence(text)
 
 
 def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:
@@ -293,13 +340,26 @@ def test_rigid_array_is_that_of_free_bodies(tmp_path: Path, say: Say) -> None:
     assert sum(body.mass for body in bent.bodies) == pytest.approx(8.5 + 12 * tube, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_bars_rigid_and_bending_are_answered_as_the_page_says(tmp_path: Path, say: Say) -> None:
-    """Cross-check: all commands of the page, some minutes; the figures of its tables."""
-    answers = run_bars(tmp_path, say, "new", "run", "study")
-    figures = [(1.73, 1.47), (2.06, 2.02), (36.0, 0.96), (161.0, 138.0)]
-    for answer, figure in zip(answers[:2] + answers[3:], figures, strict=True):
-        largest, end, prefix = re.search(r"off by up to ([0-9.]+) mm.*?([0-9.]+) ([mµ])m at the end", answer).groups()
-        assert [float(largest), float(end) * (1.0 if prefix == "m" else 1e-3)] == pytest.approx(figure, rel=0.02)
-    assert "after 107 ms the largest is 2.521 kN" in answers[1]
-    assert "by 8 samples" in answers[2]
+@pytest.mark.parametrize(
+    ("prose", "missing"),
+    [
+        ("The tip is off by 18.2 mm.", []),
+        ("The tip is off by 18.3 mm.", ["18.3 mm"]),
+        ("The tip is off by 0.0182 m.", []),
+        ("The joint carries 18.2 N.", ["18.2 N"]),
+        ("| tip [mm] | 18.16 | 19.16 |", ["19.16"]),
+        ("A clearance of 0.1 mm.", []),
+        ("The tip is off by 19 mm ([measured](decisions/measured/control.md)).", []),
+        ("The tip is off by 19 mm.\n\n<!-- numbers: tests/test_run.py -->", []),
+        ("The tip is off by 19 mm.\n\n<!-- numbers: scissordyn laws -->", ["19 mm"]),
+    ],
+)
+def test_numbers_of_prose_need_evidence(prose: str, missing: list[str]) -> None:
+    """Contract: what a program prints is evidence to the digits of the prose and in its unit; a citation is a source."""
+    assert without_evidence(f"# Page\n\n## Section\n\n{prose}\n", ["off by up to 18.16 mm at 3 s"]) == missing
+
+
+@pytest.mark.parametrize(("shown", "same"), [("off by 1.73 mm", True), ("off by 1.75 mm", False), ("off by 1.73 N", False)])
+def test_printed_blocks_are_compared_to_their_digits(shown: str, same: bool) -> None:
+    """Contract: words are equal, numbers to one unit of the last digit; dots stand for lines that are left out."""
+    assert (not differing(f"Tracked point:\n...\n{shown}\n...\n", "Tracked point:\nmore\noff by 1.728 mm\n")) == same

@@ -179,11 +179,16 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             if clock.monitors == 1:
                 problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
         last = size >= left
+        # only the part at the onset or at the end of a contact has the square root of time
+        scaling = run.scaling[0]
+        if (scaling == BEFORE_END and not last) or (scaling != BEFORE_END and left < whole):
+            scaling = EVEN
+        w.scaling[0] = scaling
         t = clock.time
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
         w.has_dense[0] = 0
         explicit_step(problem, T, t, h, s, w, system)
-        if w.scaling[0] == EVEN and size > PART_MIN_FRACTION * whole and not accurate(T, h, run, s, w):
+        if size > PART_MIN_FRACTION * whole and not accurate(T, h, run, s, w):
             size = 0.5 * min(size, left)
             run.parts[0] += 1
             continue
@@ -215,7 +220,7 @@ def accurate(T, h, run, s, w):
         for i in range(s.y.size):
             w.estimate[which, i] = 0.0
         add_rows(1.0, T.error[which], T.stages + 1, w.stages, w.estimate[which])
-    for g in range(2):
+    for g in range(min(2, w.group.size - 1)):
         start, stop = w.group[g], w.group[g + 1]
         for k in range(run.parameters[0]):
             error = other = size = weight = 0.0
@@ -344,9 +349,16 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
 def value_at(problem, T, row, theta, t, h, s, w, system):
     """Return a monitored value on the dense output."""
     inside_at(T, theta, row, s, w)
+    return probed(problem, t + fraction(w.scaling[0], theta) * h, w.inside, row, w, system)
+
+
+@kernel
+def probed(problem, t, y, row, w, system):
+    """Return a monitored value at a state."""
+    spare = w.monitored[w.monitored.shape[0] - 1, row]
     problem.forget(system)
-    problem.probe(t + fraction(w.scaling[0], theta) * h, w.inside, row, system, w.estimate[0], w.estimate[1])
-    return w.estimate[1, 0]
+    problem.probe(t, y, row, system, w.estimate[0], spare)
+    return spare[0]
 
 
 @kernel
@@ -379,13 +391,10 @@ def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
         if abs(theta - start) <= PEAK_MOVED_MAX:
             found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
     if not smooth or not abs(theta - start) <= PEAK_MOVED_MAX or abs(slope) > SLOPE_TOL * steepest:
-        problem.forget(system)
         if when == now:
-            problem.probe(t + h, w.new, row, system, w.estimate[0], w.estimate[1])
-            found = w.estimate[1, 0]
+            found = probed(problem, t + h, w.new, row, w, system)
         elif when == value_of(t):
-            problem.probe(t, s.y, row, system, w.estimate[0], w.estimate[1])
-            found = w.estimate[1, 0]
+            found = probed(problem, t, s.y, row, w, system)
         else:
             found = found + math.nan * seed[0]
     s.peak[row, LARGEST] = found

@@ -1,0 +1,72 @@
+"""Derivatives through contacts of many laws at once, whose impacts overlap, against differences of runs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.model.parameter_path import changed
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
+from scissordyn.sensitivity.forward import forward
+from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+
+LAWS = (
+    ("hertz", "flores", "ambrosio"),
+    ("johnson", "hunt-crossley", "threlfall"),
+    ("persson", "standard-linear-solid", "coulomb"),
+    ("liu", "gonthier", "lugre"),
+    ("linear", "kelvin-voigt", "dahl"),
+    ("esdu-78035", "lankarani-nikravesh", "elasto-plastic"),
+    ("radzimovsky", "flores", "brown-mcphee"),
+    ("pereira", "hu-guo", "gonthier-bristle"),
+)
+"""Elastic, damping and friction law of each joint."""
+
+NEEDED = {"restitution": 0.7, "kinetic": 0.1, "static": 0.15, "stiffness": 1e9, "damping": 1e3, "exponent": 1.5}
+NEEDED |= {"bristle_stiffness": 1e5, "relaxation_stiffness": 1e8, "relaxation_time": 1e-5}
+"""Values of parameters without default."""
+
+STEP = 3e-3
+
+
+def chosen(slot: str, name: str) -> object:
+    law = sd.law(slot, name)
+    missing = dataclasses.MISSING
+    needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory is missing]
+    return law(**{key: NEEDED.get(key, 1.0) for key in needed})
+
+
+def journals() -> sd.Mechanism:
+    """Return turning journals that strike their bearings obliquely, one after another."""
+    bodies, joints = [], []
+    for k, (elastic, damping, friction) in enumerate(LAWS):
+        laws = {"stiffness": chosen("stiffness", elastic), "damping": chosen("damping", damping)}
+        reference = "onset" if k % 2 else "loaded"
+        gap = sd.Clearance(1e-3, journal_radius=0.01, friction=chosen("friction", friction), reference=reference, **laws)
+        points, start = {"c": (0.0, 0.0)}, {"position": (0.0, 0.0), "velocity": (0.4 + 0.04 * k, 0.1), "angular_velocity": 20.0}
+        bodies.append(sd.Body(f"b{k}", 1.0, 1e-4, points=points, **start))
+        joints.append(sd.Revolute(f"b{k}", (f"b{k}", "c"), ("ground", "o"), clearance=gap))
+    return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), ground=(("o", (0.0, 0.0)),), gravity=9.81)
+
+
+def test_contacts_of_many_laws() -> None:
+    """Cross-check: coordinates and rates after all impacts, by each clearance."""
+    mechanism, options = journals(), sd.Options(0.0036, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
+    begin, paths = Start(mechanism, "as-placed"), [f"b{k}.clearance" for k in range(len(LAWS))]
+    run = forward(plan(mechanism), options, [derivatives(begin, parameter_of(mechanism, path, 1.0)) for path in paths])
+    assert len(run.log) == 2 * len(LAWS)
+    n = plan(mechanism).coordinates.free
+    for k, path in enumerate(paths):
+        slope = np.zeros(2 * n)
+        for place, weight in ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0)):
+            for sign in (1.0, -1.0):
+                driver, _, _ = make_driver(plan(changed(mechanism, path, 1e-3 * (1.0 + sign * place * STEP))), options)
+                advance(driver, options.until)
+                slope += sign * weight / STEP * driver.state.y[: 2 * n]
+        for part in (slice(n), slice(n, 2 * n)):
+            assert run.state[part, k] == pytest.approx(slope[part], abs=2e-7 * np.max(np.abs(slope[part])))

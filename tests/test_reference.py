@@ -35,7 +35,8 @@ def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> sd.Clearan
     """A clearance joint with one of the law pairs, with or without friction."""
     stiffness, damping = PAIRS[pair]
     friction = sd.NoFriction() if kinetic is None else sd.LuGre(kinetic=kinetic)
-    return sd.Clearance(C, stiffness=stiffness, damping=damping, friction=friction)
+    # the reference has damping by the approach speed alone
+    return sd.Clearance(C, stiffness=stiffness, damping=damping, friction=friction, reference="onset")
 
 
 def assert_agree(mechanism: sd.Mechanism, model: Model, joints: Sequence[str], *, contacts: int, tolerance: float) -> None:

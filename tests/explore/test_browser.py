@@ -340,7 +340,7 @@ def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) 
     tab = Tab(browser, url, size=(width, 900), dark=dark)
     page = tab.page
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert (page.locator(".sd-bar").bounding_box()["height"] < 45.0) == (width >= 1180)
+    assert (page.locator(".sd-bar").bounding_box()["height"] < 45.0) == (width >= 800)
     back = "() => [...document.querySelector('[data-figure=force] canvas').getContext('2d').getImageData(1, 1, 1, 1).data]"
     tab.until(lambda: page.evaluate(back) == ([0x1D, 0x21, 0x26, 255] if dark else [255] * 4))
     assert page.evaluate("""() => [...document.querySelectorAll("figure")].every(box => box.scrollWidth <= box.clientWidth)""")

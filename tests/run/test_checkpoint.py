@@ -85,7 +85,7 @@ def test_driver_continues_bit_for_bit(name: str, changes: tuple[str, ...], monke
     """Identity: another driver that continues from any step ends with the arrays of an undisturbed run."""
     mechanism, options = case(name, *changes)
     monkeypatch.setattr(driver_module, "FIRST_STEPS", 3)
-    monkeypatch.setattr(loop_module, "SLICE", 3)  # so that every few steps are a moment to be killed at
+    monkeypatch.setattr(loop_module, "SLICE_STEPS_MAX", 3)  # so that every few steps are a moment to be killed at
     moments: list[dict[str, np.ndarray]] = []
     whole = fresh(mechanism, options)
     draw = random.Random(f"{name} {changes}")
@@ -97,7 +97,7 @@ def test_driver_continues_bit_for_bit(name: str, changes: tuple[str, ...], monke
     assert advance(whole, options.until, progress=look) == 1
     assert len(moments) > 3
     expected = {key: part.tobytes() for key, part in whole.arrays().items()}
-    monkeypatch.setattr(loop_module, "SLICE", 20_000)
+    monkeypatch.setattr(loop_module, "SLICE_STEPS_MAX", 20_000)
     for moment in draw.sample(moments, 3):
         other = fresh(mechanism, options)
         other.load_arrays(moment)
@@ -150,7 +150,7 @@ def test_interrupted_run_continues(
 ) -> None:
     """Identity: a run interrupted several times, also while it is repeated, is the same bit for bit; the file is removed."""
     monkeypatch.setattr(driver_module, "FIRST_STEPS", slices)
-    monkeypatch.setattr(loop_module, "SLICE", slices)
+    monkeypatch.setattr(loop_module, "SLICE_STEPS_MAX", slices)
     expected = simulate(made(), **options)
     checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     part, times = None, 0

@@ -155,7 +155,7 @@ def test_interrupted_paper_command(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(runs, "simulate", stopped)
     assert status_of(["paper", "-o", str(tmp_path / "out"), "--threads", "1"]) == 130
     assert len(began) == 1
-    assert "what is done is in" in capsys.readouterr().err
+    assert "completed runs are in" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -47,13 +47,17 @@ class NetcdfFile(File):
     _closed = True
     """True until the parent class has something to close; a signal may come earlier."""
 
+    _hdf5: _Hdf5File | None = None
+    """None until the file is open; a signal may come earlier."""
+
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._hdf5 = _Hdf5File(path, "r")
         super().__init__(self._hdf5, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
         super().close()  # type: ignore[no-untyped-call]
-        self._hdf5.close()
+        if self._hdf5 is not None:
+            self._hdf5.close()
 
 
 def netcdf(

@@ -88,8 +88,8 @@ def test_steps_of_cycles_converge():
     The load of an unbalanced shaft swings by 37 degrees on either side, so that the wear changes the loads on each angle.
     """
     profiles, lengths = [], []
-    for change in (1e-6, 0.02, 0.08):
-        run = worn(rotor(5e-10, 16, unbalance=0.6), 16, members=1, change=change)
+    for change in (1e-6, 0.005, 0.02):
+        run = worn(rotor(5e-10, 48, unbalance=0.6), 48, members=1, change=change)
         profiles.append(run["depth"].values[-1, 0])
         lengths.append(int(np.max(run["step"].values)))
     assert lengths[0] == 1

@@ -300,19 +300,27 @@ def law_slopes(j, S, z, up, down, by_state):
 
 
 @kernel
-def lateral_slopes(j, S, z, rates):
-    """Return the slope of F_n of a worn contact by a displacement along t, and those of the angle of n along n and t."""
+def lateral_slopes(j, S, z, up, down, by_state):
+    """Return the slope of F_n of a worn contact by a displacement along t, and those of the angle of n along n and t.
+
+    The slopes of the rates of the damping states by a displacement along t are written to `by_state`, in the row of the slip.
+    """
     contact, first, h = S.work.contact[j], S.parameters.law[j].bristles, 1e-5 * S.work.contact[j].depth
+    states = z.size
+    for s in range(first, states):
+        by_state[states + 1, s] = 0.0
     if not (contact.depth > 0.0 and contact.elastic > 0.0):
         return 0.0, 0.0, 0.0
-    maps, pressed, scratch = map_values(j, S), z[first : z.size], rates[first : z.size]
+    maps, pressed, rising, falling = map_values(j, S), z[first:states], up[first:states], down[first:states]
     _, _, _, out = displaced(j, S, maps, h, 0.0)
     _, _, _, back = displaced(j, S, maps, -h, 0.0)
     left, left_depth, _, left_turn = displaced(j, S, maps, 0.0, h)
     right, right_depth, _, right_turn = displaced(j, S, maps, 0.0, -h)
-    left = damped_force(j, S, left, left_depth, contact.rate, pressed, scratch)
-    right = damped_force(j, S, right, right_depth, contact.rate, pressed, scratch)
+    left = damped_force(j, S, left, left_depth, contact.rate, pressed, rising)
+    right = damped_force(j, S, right, right_depth, contact.rate, pressed, falling)
     scale = 1.0 / (2.0 * h)
+    for s in range(first, states):
+        by_state[states + 1, s] = (up[s] - down[s]) * scale
     return (left - right) * scale, (out - back) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
 
 
@@ -379,7 +387,7 @@ def linearise_contact(j, S, z, by_state, up, down):
     if S.parameters.contact[j].plane == 1:
         plane_slopes(j, S, n_d, n_r)
     elif S.parameters.contact[j].cells > 0:
-        n_a, turn_d, turn_a = lateral_slopes(j, S, z, up)
+        n_a, turn_d, turn_a = lateral_slopes(j, S, z, up, down, by_state)
         worn_slopes(j, S, n_d, n_a, n_r, turn_d, turn_a)
     else:
         pin_slopes(j, S, n_d, n_r)
@@ -407,6 +415,8 @@ def linearise_contact(j, S, z, by_state, up, down):
                 by_depth, by_rate = by_state[states + 4, s], by_state[states + 5, s]
                 W.force_by_state[i] = both * by_state[states + 3, s]
                 W.rate_by_x[i] = by_depth * local[DEPTH_BY_X, a] + by_rate * local[RATE_BY_X, a]
+                if S.parameters.contact[j].cells > 0:
+                    W.rate_by_x[i] += by_state[states + 1, s] * local[OWN, a]
                 W.rate_by_v[i] = -by_rate * local[ARM_N, a]
     for s in range(states):
         for k in range(states):  # friction depends on the normal force and therefore on the damping states

@@ -27,6 +27,7 @@ from scissordyn.warning import LISTED_MAX
 
 # [-] share of the variance, predicted with each point left out in turn, from which a trend is reported
 PREDICTED_SHARE_MIN = 0.5
+RANKED_VALUES_MIN = 6  # [values] of a response, below which parameters are not ranked
 SPARE_POINTS_MIN = 2  # [points] more than coefficients, from which a trend is fitted
 SHARE_MIN = 0.05  # [-] smallest share of the variance, or relative effect of a parameter, that is distinguished
 POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
@@ -306,7 +307,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
         clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
-        if clear or rows.sum() < POINTS_MIN or np.unique(values[rows]).size < 3:
+        if clear or rows.sum() < RANKED_VALUES_MIN or np.unique(values[rows]).size < 3:
             continue
         tables.append(_table(response.name, names, numbers[rows], values[rows]))
     return tables

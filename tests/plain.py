@@ -1,4 +1,4 @@
-"""Check the first words of docstrings, and the subjects of the last commits: python tests/plain.py."""
+"""Check the first words of docstrings, names of test files and subjects of the last commits: python tests/plain.py."""
 
 from __future__ import annotations
 
@@ -35,6 +35,20 @@ def unclear_docstrings(folder: Path) -> list[str]:
     ]
 
 
+def repeated_names(folder: Path) -> list[str]:
+    """Return the files of tests that pytest would import under one name; a name begins above the folders with `__init__`."""
+    places: dict[tuple[str, ...], list[str]] = {}
+    for path in sorted(folder.rglob("*.py")):
+        if path.name not in ("conftest.py", "__init__.py"):
+            first = next(above for above in path.parents if not (above / "__init__.py").exists())
+            places.setdefault(path.relative_to(first).parts, []).append(str(path.relative_to(folder.parent)))
+    return [
+        f"{', '.join(paths)}: pytest imports them under one name; rename all but one"
+        for paths in places.values()
+        if len(paths) > 1
+    ]
+
+
 def long_subjects() -> list[str]:
     """Return the subjects of the last commits that are too long; none outside a repository."""
     listed = subprocess.run(
@@ -49,6 +63,6 @@ def long_subjects() -> list[str]:
 
 
 if __name__ == "__main__":
-    faults = [*unclear_docstrings(ROOT / "src"), *long_subjects()]
-    print("\n".join(faults) or "docstrings and commit subjects are as CONTRIBUTING.md asks")
+    faults = [*unclear_docstrings(ROOT / "src"), *repeated_names(ROOT / "tests"), *long_subjects()]
+    print("\n".join(faults) or "docstrings, names of tests and commit subjects are as CONTRIBUTING.md asks")
     sys.exit(bool(faults))

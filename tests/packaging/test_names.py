@@ -79,3 +79,27 @@ def test_module_binds_each_constant_once() -> None:
     assert len(modules) > 400
     twice = {str(path): name for path in modules for name, times in bound(path).items() if times > 1 and name.isupper()}
     assert not twice
+
+
+def test_files_of_tests_with_one_name_are_found(tmp_path: Path) -> None:
+    """Contract: `make check` names two files of tests that pytest would take for one; packages keep names apart."""
+    spec = importlib.util.spec_from_file_location("plain", ROOT / "tests" / "plain.py")
+    assert spec
+    assert spec.loader
+    plain = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(plain)
+    folder = tmp_path / "tests"
+    for name in (
+        "run/test_wear.py",
+        "laws/test_wear.py",
+        "plot/__init__.py",
+        "plot/test_wear.py",
+        "run/conftest.py",
+        "laws/conftest.py",
+    ):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+    (found,) = plain.repeated_names(folder)
+    assert found.startswith("tests/laws/test_wear.py, tests/run/test_wear.py: ")
+    (folder / "laws" / "__init__.py").touch()
+    assert plain.repeated_names(folder) == []

@@ -201,7 +201,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "analysis.recurrence": ("recurrence",),
         "analysis.scatter": ("velocity_acceleration",),
         "analysis.verdict": ("classify_samples",),
-        "analysis.lyapunov": ("largest_exponent_map", "largest_exponent", "exponent_from_growth"),
+        "analysis.lyapunov": ("exponent_from_growth",),
     },
     "Kernels": {
         "kernel": ("kernel",),

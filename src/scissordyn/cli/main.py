@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import codecs
 import contextlib
-import ctypes
 import functools
 import gc
 import io
@@ -14,7 +12,6 @@ import signal
 import sys
 import threading
 import traceback
-import unicodedata
 import warnings
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -171,11 +168,6 @@ USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 _received: list[int] = []  # Signals that came
-
-WRITTEN = "scissordyn"  # Name of the error handler of encodings
-
-IN_ASCII = {"\u00b5": "u", "\u03bc": "u", "\u00b0": "deg", "\u00b7": "*", "\u00d7": "x", "\u2026": "...", "\u2019": "'"}
-"""Letters of units and signs as they are typed; of others the letter without its accent, or else the code."""
 
 PLAIN: dict[str, Any] = {
     "pretty_exceptions_enable": False,
@@ -348,7 +340,6 @@ def take_signals() -> None:
 def _interrupt(number: int, _: FrameType | None) -> None:
     """End a command in good order, after the present slice of steps; the operating system acts on a second signal by itself."""
     _received.append(number)
-    sys.unraisablehook = _raise_again
     for other in SIGNALS:
         signal.signal(other, signal.SIG_DFL)
     if os.isatty(2):  # a progress bar hides the cursor of the terminal
@@ -356,37 +347,14 @@ def _interrupt(number: int, _: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _raise_again(unraisable: sys.UnraisableHookArgs) -> None:
-    """Raise an interrupt again that Python has dropped, as in the callback of a weak reference."""
-    main = threading.main_thread()
-    if issubclass(unraisable.exc_type, KeyboardInterrupt) and threading.current_thread() is main:
-        # not at once: what is raised while this function runs would be dropped as well
-        target = ctypes.c_ulong(main.ident or 0), ctypes.py_object(KeyboardInterrupt)
-        threading.Timer(0.02, ctypes.pythonapi.PyThreadState_SetAsyncExc, target).start()
-
-
 def prepare_streams() -> None:
-    """Make everything that a command prints fit its standard output: what is closed is nowhere, no letter is an error."""
-    codecs.register_error(WRITTEN, _written)
+    """Print to nowhere where an output is closed, and the codes of letters that its encoding lacks."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors=WRITTEN)
-
-
-def _written(error: UnicodeError) -> tuple[bytes, int]:
-    """Replace letters that an encoding lacks by letters of every encoding; bytes of file names stay."""
-    assert isinstance(error, UnicodeEncodeError)
-    written = b""
-    for letter in error.object[error.start : error.end]:
-        plain = IN_ASCII.get(letter) or unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode()
-        if "\udc80" <= letter <= "\udcff":
-            written += bytes([ord(letter) - 0xDC00])
-        else:
-            written += (plain or letter).encode("ascii", "backslashreplace")
-    return written, error.end
+            stream.reconfigure(errors="backslashreplace")
 
 
 def give_up(name: str) -> None:

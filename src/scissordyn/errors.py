@@ -136,9 +136,8 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     return f" (did you mean '{near[0]}'?)" if near else ""
 
 
-def whole_number(name: str, value: object, least: int = 1, most: int | None = None, *, sample: str = "") -> int:
+def whole_number(name: str, value: object, least: int = 1, most: int = 10_000_000, *, sample: str = "") -> int:
     """Return a count given by the user; raise `InputError` unless it is an int within the bounds."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < least or (most is not None and value > most):
-        allowed = f"a whole number >= {least}" + (f" and <= {most}" if most is not None else "")
-        raise InputError(f"{name} = {value!r}", allowed, sample)
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(f"{name} = {value!r}", f"a whole number >= {least} and <= {most}", sample)
     return value

@@ -34,7 +34,6 @@ from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
 from scissordyn.run.bristle_recoil import recoil_warnings
-from scissordyn.run.demand import check_samples
 from scissordyn.run.ideal import IDEAL_SAMPLES
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import make_driver
@@ -58,7 +57,6 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
     check_tables(planned, until)
-    check_samples(planned, read.run.count)
     driver, start, choice = make_driver(planned, read.run)
 
     rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components

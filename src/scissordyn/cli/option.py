@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, overload
 
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from scissordyn.run.engine import Engine
 
 THREADS_MAX = 4096  # More than any machine has processors
-WORKER_BYTES = 100_000_000  # Memory of a process with the libraries alone
 
 CaseFile = Annotated[Path, Argument(help="A case file.")]
 SavedRun = Annotated[Path, Argument(help="A saved run.")]
@@ -47,7 +45,7 @@ BarQuantity = Annotated[
 ThreadCount = Annotated[
     int | None, Option(help="Threads of this process; one per processor if not given.", min=1, max=THREADS_MAX)
 ]
-WorkerCount = Annotated[int | None, Option(help="Processes on this machine instead.", min=1)]
+WorkerCount = Annotated[int | None, Option(help="Processes on this machine instead.", min=1, max=THREADS_MAX)]
 Scheduler = Annotated[str | None, Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")]
 QueueFile = Annotated[Path | None, Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
 
@@ -68,14 +66,6 @@ class Where:
     workers: int | None = None
     scheduler: str | None = None
     cluster: Path | None = None
-
-    def __post_init__(self) -> None:
-        if self.workers is not None:
-            from scissordyn.run.demand import check_memory, format_count, machine_memory
-
-            most, size = machine_memory() // WORKER_BYTES, self.workers * WORKER_BYTES
-            what = f"{format_count(self.workers)} workers"
-            check_memory(what, size, Decimal(self.workers), f"at most {most} here", "--workers 2")
 
     @contextmanager
     def engine(self, folder: Path | None = None) -> Iterator[Engine]:

@@ -36,7 +36,10 @@ def paper(
         int | None, Option(help="Threads of this process, instead of several processes.", min=1, max=THREADS_MAX)
     ] = None,
     workers: Annotated[
-        int | None, Option(help=f"Processes on this machine; one per processor if not given, {WORKERS_MAX} at most.", min=1)
+        int | None,
+        Option(
+            help=f"Processes on this machine; one per processor if not given, {WORKERS_MAX} at most.", min=1, max=THREADS_MAX
+        ),
     ] = None,
 ) -> int:
     check_folder(output, "-o paper")

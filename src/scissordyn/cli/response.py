@@ -352,7 +352,7 @@ def bifurcation(
         what, sample = f"--variable '{variable}'{did_you_mean(variable, variables)}", command("--variable", variables[0])
         raise InputError(what, ", ".join(variables), sample)
     keep = max(1, cycles // 2) if keep is None else keep
-    check_diagram(read.mechanism, points, cycles, keep)
+    check_diagram(points, cycles, keep)
     ends = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
     columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")

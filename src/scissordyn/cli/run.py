@@ -157,12 +157,9 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kep
     """Run a case; a run that is saved or drawn is sampled at its contacts too, unless the user chose the samples."""
     from scissordyn.config.file import read_case
     from scissordyn.model.options import AUTO
-    from scissordyn.plan.plan import plan
-    from scissordyn.run.demand import check_samples
     from scissordyn.run.simulate import compute_results
 
     case = read_case(path, changes)
-    check_samples(plan(case.mechanism), case.run.count)
     options = case.run.equally_spaced
     if kept:
         options = case.run if _samples_chosen(path, changes) else dataclasses.replace(case.run, samples=AUTO)
@@ -181,13 +178,12 @@ def _samples_chosen(path: Path, changes: list[str]) -> bool:
 
 def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
     """Say how far an interrupted run came, and that it is computed from its start again."""
-    from scissordyn.run.demand import format_duration
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
     return (
         f"scissordyn: '{path}' was interrupted at {short(reached, 's')} of {short(until, 's')}, "
-        f"after {format_duration(taken)}: it is computed from its start again"
+        f"after {short(taken, 's')}: it is computed from its start again"
         + ("" if kept else "; with -o FILE --checkpoint '60 s' a run can go on")
     )
 

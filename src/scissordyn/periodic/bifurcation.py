@@ -30,7 +30,6 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.demand import CYCLE_TIME, check_cycles, check_memory, format_count, machine_memory
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
@@ -110,7 +109,7 @@ def bifurcation(
     numbers = [float(value) for value in values]
     if not numbers or not np.all(np.isfinite(numbers)):
         raise InputError("values that are empty or not finite", "one finite number or more")
-    check_diagram(mechanism, len(numbers), cycles, keep)
+    check_diagram(len(numbers), cycles, keep)
     mechanisms = [mechanism.replace(over, value) if isinstance(over, str) else over(value) for value in numbers]
     options = Options(1.0 if period is None else period, start, 2, rtol, atol, method, most_steps)
     cases = _cases(mechanisms, options, period, cycles, keep, phase)
@@ -125,20 +124,11 @@ def bifurcation(
     return diagram
 
 
-def check_diagram(mechanism: Mechanism, values: int, cycles: int, keep: int) -> None:
-    """Raise `InputError` if the numbers of cycles are invalid or the diagram does not fit into memory."""
+def check_diagram(values: int, cycles: int, keep: int) -> None:
+    """Raise `InputError` if the numbers of values and cycles are invalid."""
     whole_number("cycles", cycles)
     whole_number("keep", keep, 1, cycles)
-    check_cycles(len(mechanism.contacts), cycles)
-    # 5000 bytes for a value's mechanism; 8 numbers for each kept cycle, and 6 for each of its joints
-    needed = 5000 + 8 * keep * (8 + 6 * len(mechanism.contacts))
-    check_memory(
-        f"{format_count(values)} values with {format_count(keep)} cycles kept of each",
-        values * needed,
-        CYCLE_TIME * values * cycles,
-        f"at most {machine_memory() // needed} values here",
-        "--values 300, or a smaller --keep",
-    )
+    whole_number("cycles kept of all values", values * keep)
 
 
 def _cases(

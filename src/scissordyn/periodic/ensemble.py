@@ -19,7 +19,6 @@ from scissordyn.periodic.stroboscope import DESCRIBED, drive_period, make_consis
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.demand import check_cycles
 from scissordyn.run.engine import ENGINES, Engine, outcomes
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
@@ -119,7 +118,7 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
         raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
         raise InputError("ensemble: the mechanism has no clearance joints", "a mechanism with a clearance")
-    check_cycles(len(mechanism.contacts), members * cycles)
+    whole_number("cycles of all members", members * cycles)
 
 
 def _compute_members(

@@ -25,7 +25,6 @@ from scissordyn.plan.system import guard_values
 from scissordyn.record.events import ACCOUNTS, accounts
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import Choice, Driver, Snapshot, count_steps
-from scissordyn.run.demand import check_cycles
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver
 
@@ -129,7 +128,6 @@ def run_cycles(
     """Run the cycles and return plain arrays; without `start`, the run starts as its options say. See `cycle`."""
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
-    check_cycles(len(mechanism.contacts), cycles)
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase = {phase!r}", "a fraction of the period, at least 0 and below 1")
     period = options.until

@@ -21,10 +21,9 @@ from scissordyn.record.results import Results, Run
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.record.warn import Extremes, contact_failures, run_warnings, warnings_of
 from scissordyn.run.advance.checkpoint import Checkpoint, open_checkpoint
-from scissordyn.run.demand import check_samples
 from scissordyn.run.deviation import deviation_variables
 from scissordyn.run.ideal_path import can_deviate, ideal_path
-from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, sample_times, select_samples
+from scissordyn.run.instants import add_recorded_samples, sample_times, select_samples
 from scissordyn.run.predictability import compute_comparable, predictability
 from scissordyn.run.trajectory import FAILED, compute, record_trajectory
 from scissordyn.run.trajectory_warnings import trajectory_warnings
@@ -184,7 +183,6 @@ def compute_results(
     """Return the `Results` of `simulate`, before they become a Dataset; `curves` adds finer curves without a checkpoint."""
     tables = plan(mechanism)
     check_tables(tables, options.until)
-    check_samples(tables, SAMPLES_MAX if options.samples == AUTO else options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
     ideal = ideal_path(tables, options) if tables.mechanism.tracks and can_deviate(mechanism) else None

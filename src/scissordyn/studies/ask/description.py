@@ -22,7 +22,6 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
-from scissordyn.run.demand import check_cases
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.studies.ask.design import POINTS_MIN, Design, Factor, Sampling, design_size, design_values
 from scissordyn.studies.ask.distribution import Variation
@@ -208,11 +207,11 @@ class Study:
             raise InputError(what, f"names and dimensions with which each {differs} stays, or other measures")
 
     def _check_size(self) -> None:
-        """Raise `InputError` if not all cases can be held in memory, where answers are computed from them."""
+        """Raise `InputError` for more cases than answers are computed from."""
         points, search = self.points, self.optimisation
         if search is not None:
             points = max(points, search.generations * search.size(len(self.factors)))
-        check_cases(points, self.sampling.samples, self.members, len(self.factor_names) + len(self.measure_names))
+        whole_number("cases", points * self.sampling.samples * self.members)
 
     @property
     def measure_names(self) -> tuple[str, ...]:

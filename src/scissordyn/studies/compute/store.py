@@ -16,7 +16,6 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.file.output_file import put_file, remove_unfinished
-from scissordyn.run.demand import check_cases
 from scissordyn.run.engine import STATES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
 from scissordyn.studies.ask.design import INTEGER_MAX, Design
@@ -227,9 +226,7 @@ class Store:
 
     @property
     def cases(self) -> int:
-        cases = self._count("cases")
-        check_cases(cases, 1, 1, 0)
-        return cases
+        return whole_number("cases", self._count("cases"))
 
     def _count(self, name: str) -> int:
         count = self._value(name)

@@ -12,7 +12,7 @@ import xarray as xr
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn_paper.cases import Choice
 from scissordyn_paper.judge import findings
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 
 
 @cache
@@ -43,5 +43,5 @@ def _measure(place: int, says: str) -> Callable[[xr.Dataset], float]:
     return holds
 
 
-for _place, _clause in enumerate(CLAUSES):
-    globals()[f"holds_{_clause.key}"] = _measure(_place, f"{_clause.key} {_clause.says}")
+for _place, _check in enumerate(CHECKS):
+    globals()[f"holds_{_check.key}"] = _measure(_place, f"{_check.key} {_check.says}")

@@ -26,7 +26,7 @@ SHOWN = (
         f"{name}.py"
         for name in (
             *("beyond", "explanation", "figures", "open_answers", "page"),
-            *("parameters", "readings_page", "report", "reproduce", "results"),
+            *("parameters", "parameter_sets_page", "report", "reproduce", "results"),
         )
     ),
 )

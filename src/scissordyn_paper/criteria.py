@@ -1,4 +1,4 @@
-"""Criteria of the paper's clauses: from measured runs to yes or no, with the numbers."""
+"""Criteria of the checks: from measured runs to yes or no, with the numbers."""
 
 from __future__ import annotations
 

@@ -116,12 +116,12 @@ EXPLANATIONS: dict[str, tuple[bool, str]] = {
 
 def explanation(verdict: Verdict) -> str:
     """Return the sentence that explains an answer, or that there is none for this answer."""
-    agrees, words = EXPLANATIONS[verdict.clause.key]
+    agrees, words = EXPLANATIONS[verdict.check.key]
     return words if agrees is verdict.finding.holds else "This answer has no explanation here: it has changed."
 
 
 def summary(number: int, verdicts: Sequence[Verdict]) -> str:
     """Return the words on a statement, or that its answers have changed since they were written."""
-    agreeing = " ".join(verdict.clause.key for verdict in verdicts if verdict.finding.holds)
+    agreeing = " ".join(verdict.check.key for verdict in verdicts if verdict.finding.holds)
     statement = STATEMENTS[number]
     return statement.words if agreeing == statement.agreeing else "These answers have no explanation here: they have changed."

@@ -1,4 +1,4 @@
-"""Answers to every clause under one choice, from runs beside each other that keep neither histories nor a Dataset."""
+"""Answers to every check under one choice, from runs beside each other that keep neither histories nor a Dataset."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from scissordyn.run.measure import Ended
 from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
 from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
 from scissordyn_paper.runs import compute, described
-from scissordyn_paper.statements import CLAUSES
-from scissordyn_paper.verdict import Clause, Finding
+from scissordyn_paper.statements import CHECKS
+from scissordyn_paper.verdict import Check, Finding
 
 NEIGHBOUR = 1e-9  # Neighbours differ by this fraction of the clearance
 
@@ -34,7 +34,7 @@ _LOCAL = threading.local()
 
 
 def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
-    """The answer to each clause, in the order of `CLAUSES`, from runs whose clearances are those of a neighbour."""
+    """The answer to each check, in the order of `CHECKS`, from runs whose clearances are those of a neighbour."""
     cases = [case for case in every_case(choice) if case.clearance is not None]
     drives = {speed: PaperCase(None, speed, choice=choice).without_contact_laws for speed in SPEEDS}
     measured = {case: _constrained(case.without_contact_laws) for case in cases if case.constrained}
@@ -44,13 +44,13 @@ def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
             group = [case for case, its in free if its == options and (case.friction is not None) is frictional]
             if group:
                 measured |= _measured(group, options, drives, member)
-    return tuple(_answer(clause, choice, measured) for clause in CLAUSES)
+    return tuple(_answer(check, choice, measured) for check in CHECKS)
 
 
-def _answer(clause: Clause, choice: Choice, measured: Mapping[PaperCase, Measures]) -> Finding:
-    """The answer to a clause; one of whose runs has failed does not hold, and has no numbers."""
+def _answer(check: Check, choice: Choice, measured: Mapping[PaperCase, Measures]) -> Finding:
+    """The answer to a check; one of whose runs has failed does not hold, and has no numbers."""
     try:
-        return clause.find(choice, measured)
+        return check.find(choice, measured)
     except KeyError as missing:
         return Finding(False, f"{missing.args[0].name} has failed", {})
 
@@ -139,5 +139,5 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
 
 
 def agreeing(choice: Choice, members: Sequence[int]) -> np.ndarray:
-    """Share of neighbours for which each clause holds, in the order of `CLAUSES`."""
+    """Share of neighbours for which each check holds, in the order of `CHECKS`."""
     return np.asarray(np.mean([[finding.holds for finding in findings(choice, member)] for member in members], axis=0))

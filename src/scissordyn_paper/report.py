@@ -86,7 +86,7 @@ def page(
         "cases": _case_files(results),
         "versions": _versions(results.runs),
     }
-    numbers = list(dict.fromkeys(verdict.clause.statement for verdict in verdicts))
+    numbers = list(dict.fromkeys(verdict.check.statement for verdict in verdicts))
     parts = [
         cited(TITLE, SOURCE, DOI),
         paragraph(INTRODUCTION),
@@ -111,8 +111,8 @@ def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
     met = sum(finding.holds for finding in best)
     counts.append((f"{met} of {len(best)}", f"agree with the best of {BEST_OF:,} parameter sets".replace(",", " ")))
     rows: list[Sequence[str | Cell]] = []
-    for number in dict.fromkeys(verdict.clause.statement for verdict in verdicts):
-        ours = [verdict for verdict in verdicts if verdict.clause.statement == number]
+    for number in dict.fromkeys(verdict.check.statement for verdict in verdicts):
+        ours = [verdict for verdict in verdicts if verdict.check.statement == number]
         share = f"{sum(verdict.finding.holds for verdict in ours)} of {len(ours)}"
         rows.append((linked(f"{number}. {STATEMENTS[number].title}", f"statement-{number}"), share, summary(number, ours)))
     return [
@@ -135,13 +135,13 @@ def _statement(
     rows: list[Sequence[str | Cell] | str] = []
     doubtful = []
     for verdict, finding in zip(verdicts, best, strict=True):
-        if verdict.clause.statement == number:
+        if verdict.check.statement == number:
             rows.append(_check_row(verdict, finding))
             rows += _periodic_row(verdict)
-            doubtful += [] if verdict.trusted else [verdict.clause.key]
+            doubtful += [] if verdict.trusted else [verdict.check.key]
     note = (
         f"The runs behind {', '.join(doubtful)} go beyond the predictability horizon: their numbers are one sample. "
-        "`scissordyn paper --readings` counts shares over neighbours."
+        "`scissordyn paper --parameter-sets` counts shares over neighbours."
     )
     whole: str = section(
         f"{number}. {STATEMENTS[number].title}",
@@ -156,13 +156,13 @@ def _statement(
 
 
 def _check_row(verdict: Verdict, best: Finding) -> Sequence[str | Cell]:
-    clause = verdict.clause
-    test = f"Check: {clause.criterion}. {clause.because[:1].upper()}{clause.because[1:]}."
+    check = verdict.check
+    test = f"Check: {check.criterion}. {check.because[:1].upper()}{check.because[1:]}."
     other = Cell(badge(best.holds), note=best.words)
     words = verdict.finding.words
     return (
-        Cell(clause.key, "nowrap"),
-        noted(clause.says, test),
+        Cell(check.key, "nowrap"),
+        noted(check.says, test),
         badge(verdict.finding.holds),
         f"{words[:1].upper()}{words[1:]}.",
         explanation(verdict),
@@ -171,11 +171,11 @@ def _check_row(verdict: Verdict, best: Finding) -> Sequence[str | Cell]:
 
 
 def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
-    """The same clause under the periodic drive."""
-    clause, found = verdict.clause.periodically, verdict.periodic
-    if clause is None or found is None:
+    """The same check under the periodic drive."""
+    check, found = verdict.check.periodically, verdict.periodic
+    if check is None or found is None:
         return []
-    test = f"Check under the periodic drive: {clause.criterion}."
+    test = f"Check under the periodic drive: {check.criterion}."
     return [("", small(test), badge(found.holds), small(found.words), "", "")]
 
 
@@ -183,7 +183,7 @@ def _parameters() -> list[str]:
     return [
         paragraph(
             "The paper's tables of parameters are not public. The set of this report was chosen before its agreement was "
-            "known. The other one agrees with most checks of all sets that were drawn (scissordyn paper --readings)."
+            "known. The other one agrees with most checks of all sets that were drawn (scissordyn paper --parameter-sets)."
         ),
         parameter_table(DEFAULT, BEST),
         paragraph("Numbers are rounded to three digits; the case files below have all digits.", "soft"),
@@ -221,15 +221,15 @@ def as_json(verdicts: Sequence[Verdict]) -> str:
     """The verdicts with criteria and numbers."""
     rows = [
         {
-            "clause": verdict.clause.key,
-            "says": verdict.clause.says,
-            "criterion": verdict.clause.criterion,
-            "because": verdict.clause.because,
+            "check": verdict.check.key,
+            "says": verdict.check.says,
+            "criterion": verdict.check.criterion,
+            "because": verdict.check.because,
             **_answer(verdict.finding),
             "trusted": verdict.trusted,
             "periodic": None
-            if verdict.periodic is None or verdict.clause.periodically is None
-            else {"criterion": verdict.clause.periodically.criterion, **_answer(verdict.periodic)},
+            if verdict.periodic is None or verdict.check.periodically is None
+            else {"criterion": verdict.check.periodically.criterion, **_answer(verdict.periodic)},
         }
         for verdict in verdicts
     ]
@@ -241,12 +241,10 @@ def _answer(finding: Finding) -> dict[str, object]:
 
 
 def as_csv(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts as a table: clause, answer, statement, measured values, and the same for the periodic drive."""
-    rows: list[tuple[str, ...]] = [
-        ("clause", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic")
-    ]
+    """The verdicts as a table: check, answer, statement, measured values, and the same for the periodic drive."""
+    rows: list[tuple[str, ...]] = [("check", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic")]
     for verdict in verdicts:
-        clause, other = verdict.clause, verdict.periodic
-        row = (clause.key, verdict.answer, clause.says, clause.criterion, verdict.finding.words)
+        check, other = verdict.check, verdict.periodic
+        row = (check.key, verdict.answer, check.says, check.criterion, verdict.finding.words)
         rows.append((*row, *(("", "") if other is None else (other.answer, other.words))))
     return csv_text(rows)

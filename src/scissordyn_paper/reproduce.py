@@ -24,7 +24,7 @@ from scissordyn_paper.page import save_picture
 from scissordyn_paper.report import as_csv, as_json, page
 from scissordyn_paper.results import BEST, Results
 from scissordyn_paper.runs import compute, fetch_runs
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Settled, Verdict, answer
 
 _FIGURE = "figure-{:02d}"  # Name of the files of a figure of the paper
@@ -68,9 +68,9 @@ def draw_figure(
 
 
 def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
-    """The answers to all clauses from the runs of the default choice."""
+    """The answers to all checks from the runs of the default choice."""
     measured = {case: measure(run, runs[case.ideal]) for case, run in runs.items() if case.clearance is not None}
-    return tuple(answer(clause, DEFAULT, measured, settled) for clause in CLAUSES)
+    return tuple(answer(check, DEFAULT, measured, settled) for check in CHECKS)
 
 
 def _results(target: Path, engine: Engine, progress: Progress | None) -> Results:

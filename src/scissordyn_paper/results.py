@@ -30,7 +30,7 @@ BEST = Choice(
     method="dopri5",
     step=2e-5,
 )
-"""The reading that meets most clauses among so many, over neighbours, with all digits, on which its answers depend."""
+"""Parameter set with most agreeing checks, over neighbours, with all the digits on which its answers depend."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The paper's statements, clause by clause, each with a criterion that follows from the paper's words and not from results.
+"""The paper's statements, check by check, each with a criterion that follows from the paper's words and not from results.
 
 The criteria were written down before the first results, with three exceptions, none of which changed a verdict in the paper's
 favour: ranges in 1a and 1b are those of both curves together, because the ideal speed of bar 2 is constant and has none; the
@@ -33,7 +33,7 @@ from scissordyn_paper.criteria import (
     percent,
 )
 from scissordyn_paper.measures import CONTINUOUS, LATE, SETTLED
-from scissordyn_paper.verdict import Clause, Periodically
+from scissordyn_paper.verdict import Check, Periodically
 
 _SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
 _CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS), every(operator.lt, CONTINUOUS)
@@ -46,99 +46,99 @@ _SCATTER = (
 )
 _BY_SIGHT = f"a difference of {percent(VISIBLE)} of a curve's range is the width of a printed line"
 
-CLAUSES = (
-    Clause(
+CHECKS = (
+    Check(
         "1a",
         f"Displacement of the slider and angle of bar 2 do not discernibly differ from the ideal ones ({millimetres(ARRAY)}).",
         f"largest difference below {percent(VISIBLE)} of the range that both curves cover",
         _BY_SIGHT,
         criteria.position,
     ),
-    Clause(
+    Check(
         "1b",
         "Velocities and accelerations fluctuate about the ideal ones in the first 5 ms.",
         f"largest difference before {_SETTLED} above {percent(VISIBLE)} of the range that both curves cover, for all four",
         _BY_SIGHT,
         criteria.oscillation,
     ),
-    Clause(
+    Check(
         "1c",
         "The fluctuation is strongest in the first 5 ms.",
         f"root mean square difference larger before {_SETTLED} than after it, in all four curves",
         "the text places the fluctuation within 0.005 s",
         criteria.early,
     ),
-    Clause(
+    Check(
         "1d",
         "The fluctuation belongs mostly to the first 5 ms.",
         f"more than half of the integrated squared difference lies before {_SETTLED}, in all four curves",
         '"mostly" is more than half',
         criteria.within,
     ),
-    Clause(
+    Check(
         "2a",
         "Clearance raises the reaction more than 10 times.",
         "largest contact force above 10 times the largest reaction of the ideal joint",
         "the number is the paper's, which quotes it from earlier work",
         criteria.tenfold,
     ),
-    Clause(
+    Check(
         "3a",
         "The largest contact force grows five times from 100 to 250 rpm.",
         "ratio between 4.5 and 5.5",
         "what rounds to five",
         criteria.fivefold,
     ),
-    Clause(
+    Check(
         "3b",
         "Force and torque grow with the speed.",
         "largest force and largest torque both grow from 100 over 150 to 250 rpm",
         "the comparison is the paper's",
         criteria.faster,
     ),
-    Clause(
+    Check(
         "3c",
         "With clearance a larger motor is needed.",
         "largest torque above that of the ideal mechanism, at each speed",
         "the size of a motor follows from the largest torque",
         criteria.larger_motor,
     ),
-    Clause(
+    Check(
         "4a",
         "The force falls with the clearance (0.6, 0.4, 0.2 mm).",
         "largest contact force falls in that order",
         "the comparison is the paper's",
         compared(_BY_SIZE, criteria.PEAK_FORCE, falls),
     ),
-    Clause(
+    Check(
         "4b",
         "The driving torque falls with the clearance.",
         "largest torque falls in that order",
         "the comparison is the paper's",
         compared(_BY_SIZE, criteria.PEAK_TORQUE, falls),
     ),
-    Clause(
+    Check(
         "4c",
         "Impacts become more frequent as the clearance falls, at first.",
         f"more contacts begin before {_LATE} at each smaller clearance",
         "the paper counts collisions, and names 0.03 s as the end of this order",
         compared(_BY_SIZE, criteria.EARLY_IMPACTS, grows),
     ),
-    Clause(
+    Check(
         "4d",
         "After 0.03 s the force is largest at 0.2 mm.",
         f"largest force after {_LATE} is that of 0.2 mm",
         "the comparison is the paper's",
         compared(_BY_SIZE, criteria.LATE_FORCE, only(operator.gt, -1)),
     ),
-    Clause(
+    Check(
         "4e",
         "After 0.03 s impacts are most frequent at 0.2 mm.",
         f"most contacts begin after {_LATE} at 0.2 mm",
         "the comparison is the paper's",
         compared(_BY_SIZE, criteria.LATE_RATE, only(operator.gt, -1)),
     ),
-    Clause(
+    Check(
         "5a",
         "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
         f"in contact at least {percent(CONTINUOUS)} of the time after {_SETTLED}",
@@ -149,7 +149,7 @@ CLAUSES = (
             compared(clearances(0.4e-3), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
-    Clause(
+    Check(
         "5b",
         "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
         f"in contact less than {percent(CONTINUOUS)} of the time after {_SETTLED}, at each of them",
@@ -160,7 +160,7 @@ CLAUSES = (
             compared(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
-    Clause(
+    Check(
         "5c",
         "Collisions become more frequent as the clearance falls from 0.7 to 0.5 mm.",
         "more contacts at each smaller clearance",
@@ -168,7 +168,7 @@ CLAUSES = (
         compared(_LARGE, criteria.IMPACTS, grows),
         Periodically("more contacts per period at each smaller clearance", compared(_LARGE, criteria.PERIODIC_IMPACTS, grows)),
     ),
-    Clause(
+    Check(
         "5d",
         "Collisions are more frequent at 0.3 and 0.2 mm than at 0.4 mm.",
         "more contacts at both",
@@ -176,7 +176,7 @@ CLAUSES = (
         compared(_SMALL, criteria.IMPACTS, only(operator.lt, 0)),
         Periodically("more contacts per period at both", compared(_SMALL, criteria.PERIODIC_IMPACTS, only(operator.lt, 0))),
     ),
-    Clause(
+    Check(
         "5e",
         "The motion is regular at 0.4 mm, irregular at 0.7, 0.6, 0.5 and 0.3 mm.",
         "scatter of the slider acceleration smallest at 0.4 mm",
@@ -187,7 +187,7 @@ CLAUSES = (
             classified(_BUT_SMALLEST, criteria.regular_at_04),
         ),
     ),
-    Clause(
+    Check(
         "5f",
         "At 0.2 mm the motion is quasi-periodic: between the regular one at 0.4 mm and the irregular one at 0.3 mm.",
         "scatter of the slider acceleration grows from 0.4 over 0.2 to 0.3 mm",
@@ -195,7 +195,7 @@ CLAUSES = (
         compared(_SMALL, criteria.SCATTER, criteria.last_between),
         Periodically("the samples at 0.2 mm are quasi-periodic", classified(clearances(0.2e-3), criteria.quasi_periodic)),
     ),
-    Clause(
+    Check(
         "6a",
         "Rebounds diminish as the friction coefficient grows (0.01, 0.03, 0.05, 0.1).",
         "fewer contacts at each larger coefficient",
@@ -205,7 +205,7 @@ CLAUSES = (
             "fewer contacts per period at each larger coefficient", compared(_BY_FRICTION, criteria.PERIODIC_IMPACTS, falls)
         ),
     ),
-    Clause(
+    Check(
         "6b",
         "At 0.01 rebounds follow impacts, without continuous contact.",
         f"in contact less than {percent(CONTINUOUS)} of the last fifth of the run",
@@ -216,7 +216,7 @@ CLAUSES = (
             compared(frictions(*FRICTION[:1]), criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
-    Clause(
+    Check(
         "6c",
         "From 0.03 on contact eventually becomes continuous.",
         f"in contact at least {percent(CONTINUOUS)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
@@ -227,14 +227,14 @@ CLAUSES = (
             compared(frictions(*FRICTION[1:]), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
-    Clause(
+    Check(
         "6d",
         "Contact is concentrated in about a quarter of the bearing.",
         f"an arc of at most {QUARTER:g} deg has 95 % of the contact time, at each coefficient",
         '"about" is taken as a tenth, "mainly" as 95 %',
         compared(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER)),
     ),
-    Clause(
+    Check(
         "6e",
         "The motion becomes more regular as the friction coefficient grows.",
         "scatter of the slider acceleration falls at each larger coefficient",
@@ -245,14 +245,14 @@ CLAUSES = (
             classified(_BY_FRICTION, criteria.calmer),
         ),
     ),
-    Clause(
+    Check(
         "7a",
         "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
         "the normal force is positive during the whole run, at each of them",
         "the control is a bilateral constraint, but a contact is unilateral",
         compared(criteria.CONSTRAINED, criteria.SMALLEST_FORCE, every(operator.gt, 0.0)),
     ),
-    Clause(
+    Check(
         "7b",
         "Control needs a higher torque.",
         "largest torque with control above that without, at each clearance",

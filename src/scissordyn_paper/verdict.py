@@ -1,4 +1,4 @@
-"""Clauses of the paper's statements, and their answers."""
+"""Checks of the paper's statements, and their answers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Settled = Mapping[PaperCase, Regularity]  # The asymptotic motions under the per
 
 @dataclass(frozen=True)
 class Finding:
-    """The finding for one clause."""
+    """The finding for one check."""
 
     holds: bool  # True if the criterion is met
     words: str  # The measured numbers in a sentence
@@ -30,39 +30,39 @@ class Finding:
 
 @dataclass(frozen=True)
 class Periodically:
-    """Evaluation of a clause for the periodic drive, from the asymptotic motion."""
+    """Evaluation of a check for the periodic drive, from the asymptotic motion."""
 
-    criterion: str  # Criterion of the clause
+    criterion: str  # Criterion of the check
     find: Callable[[Choice, Settled], Finding]  # (their choice, motions under the periodic drive) -> Finding
 
 
 @dataclass(frozen=True)
-class Clause:
-    """One clause of the paper's statements."""
+class Check:
+    """One check of the paper's statements."""
 
     key: str  # Number of the statement and a letter, as "4c"
     says: str  # The paper's statement, paraphrased
-    criterion: str  # Criterion of the clause
+    criterion: str  # Criterion of the check
     because: str  # Derivation of the criterion from the paper's wording
     find: Callable[[Choice, Measured], Finding]  # (choice, measured runs) -> Finding
-    periodically: Periodically | None = None  # The same clause for the periodic drive
+    periodically: Periodically | None = None  # The same check for the periodic drive
 
     @property
     def statement(self) -> int:
-        """Number of the statement that the clause belongs to."""
+        """Number of the statement that the check belongs to."""
         return int(self.key[:-1])
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """An answered clause."""
+    """An answered check."""
 
-    clause: Clause
+    check: Check
     finding: Finding
     # True if all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
     # are one sample, and only the distribution over an ensemble is meaningful
     trusted: bool
-    periodic: Finding | None = None  # The same clause under the periodic drive
+    periodic: Finding | None = None  # The same check under the periodic drive
 
     @property
     def answer(self) -> str:
@@ -82,11 +82,11 @@ class _RecordedMeasures(dict[PaperCase, Measures]):
         return super().__getitem__(case)
 
 
-def answer(clause: Clause, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
-    """Answer a clause."""
+def answer(check: Check, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
+    """Answer a check."""
     recorded = _RecordedMeasures(measured)
-    finding = clause.find(choice, recorded)
+    finding = check.find(choice, recorded)
     trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)
-    if settled is None or clause.periodically is None:
-        return Verdict(clause, finding, trusted)
-    return Verdict(clause, finding, trusted, clause.periodically.find(PERIODIC, settled))
+    if settled is None or check.periodically is None:
+        return Verdict(check, finding, trusted)
+    return Verdict(check, finding, trusted, check.periodically.find(PERIODIC, settled))

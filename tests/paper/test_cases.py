@@ -17,8 +17,8 @@ from scissordyn.units import degrees, rpm
 from scissordyn_paper.cases import OSCILLATION, Choice, PaperCase, contact_starts, every_case
 from scissordyn_paper.figures import FIGURES, figure_of
 from scissordyn_paper.open_question import ONE_AT_A_TIME
+from scissordyn_paper.parameter_sets import FACTORS, choice_at
 from scissordyn_paper.periodic import PERIODIC
-from scissordyn_paper.readings import FACTORS, read
 from scissordyn_paper.runs import compute
 
 
@@ -81,7 +81,7 @@ def test_speed_of_the_oscillation():
 def test_no_run_meets_the_change_point():
     """Limit: the driven bar stays away from the angle zero, where the array can continue in two ways."""
     lowest = {"rising": [], "falling": [], "oscillating": []}
-    for choice in (*ONE_AT_A_TIME, *(read(u) for u in np.random.default_rng(1).random((64, len(FACTORS))))):
+    for choice in (*ONE_AT_A_TIME, *(choice_at(u) for u in np.random.default_rng(1).random((64, len(FACTORS))))):
         for case in every_case(choice):
             turned = {"rising": 0.0, "falling": case.speed * case.until, "oscillating": OSCILLATION}[choice.travel]
             lowest[choice.travel].append(math.degrees(choice.angle - turned))

@@ -23,13 +23,13 @@ from scissordyn_paper.parameters import GIVEN, PARAMETERS, parameter_table
 from scissordyn_paper.report import _summary
 from scissordyn_paper.reproduce import draw_figure, reproduce
 from scissordyn_paper.results import BEST, BEST_OF
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding, Verdict
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 VOID = {"meta", "img", "br"}
-PERIODIC_CHECKS = sum(clause.periodically is not None for clause in CLAUSES)
-BADGES = 2 * len(CLAUSES) + PERIODIC_CHECKS  # of this report's set of parameters, of the best set, and of the periodic drive
+PERIODIC_CHECKS = sum(check.periodically is not None for check in CHECKS)
+BADGES = 2 * len(CHECKS) + PERIODIC_CHECKS  # of this report's set of parameters, of the best set, and of the periodic drive
 
 
 @pytest.fixture(scope="module")
@@ -80,9 +80,9 @@ def test_tables_agree_with_the_page(report):
     """Contract: answers in JSON and CSV are those of the verdicts; case files can be read."""
     folder = report.report.parent
     rows = json.loads((folder / "verdicts.json").read_text())["verdicts"]
-    assert [(row["clause"], row["answer"]) for row in rows] == [(v.clause.key, v.answer) for v in report.verdicts]
+    assert [(row["check"], row["answer"]) for row in rows] == [(v.check.key, v.answer) for v in report.verdicts]
     lines = (folder / "verdicts.csv").read_text().splitlines()
-    assert len(lines) == 1 + len(CLAUSES)
+    assert len(lines) == 1 + len(CHECKS)
     text = report.report.read_text()
     for row in rows:
         assert row["measured"][1:] in text  # the page writes it as a sentence
@@ -109,7 +109,7 @@ def test_tables_beyond_the_paper(report):
     further = [job for job in controlled.CONTROLLED_RUNS if job.scheme != "ideal"]
     assert rows("control") == 3 * len(CONTROLLED) + len(further)
     agreeing = sum(verdict.finding.holds for verdict in report.verdicts)
-    assert f"<strong>{agreeing} of {len(CLAUSES)}</strong>" in text
+    assert f"<strong>{agreeing} of {len(CHECKS)}</strong>" in text
 
 
 def test_report_is_reproducible(report):
@@ -161,12 +161,12 @@ def test_processes_are_the_default(monkeypatch, processors, options, expected):
 
 
 def test_command_shows_the_answers(report, capsys, monkeypatch):
-    """Contract: every clause with its answer, and the path of the report, in a hundred columns."""
+    """Contract: every check with its answer, and the path of the report, in a hundred columns."""
     monkeypatch.setattr(module, "reproduce", lambda folder, **_: report)
     assert command.paper(report.report.parent, threads=1) == 0
     shown = capsys.readouterr().out
     for verdict in report.verdicts:
-        assert re.search(rf"^ *{verdict.clause.key} +{verdict.answer} ", shown, re.MULTILINE)
+        assert re.search(rf"^ *{verdict.check.key} +{verdict.answer} ", shown, re.MULTILINE)
     assert str(report.report) in shown.splitlines()[-1]
     assert max(map(len, shown.splitlines()[:-1])) <= 100
 
@@ -200,14 +200,14 @@ def test_browser_shows_the_report(report, chromium, tmp_path):
     assert shown.count("data:image/svg+xml") == len(FIGURES) + len(FURTHER)
 
 
-def test_summary_of_both_readings():
-    """Contract: counts of the reading chosen in advance, and of the best one, with the note that it was chosen afterwards."""
+def test_summary_of_both_parameter_sets():
+    """Contract: counts of the parameter set chosen in advance and of the best one, which was chosen afterwards."""
     finding = Finding(True, "words", {})
-    verdicts = [Verdict(clause, finding, True, finding if clause.periodically else None) for clause in CLAUSES]
-    best = [finding] * 3 + [Finding(False, "words", {})] * (len(CLAUSES) - 3)
+    verdicts = [Verdict(check, finding, True, finding if check.periodically else None) for check in CHECKS]
+    best = [finding] * 3 + [Finding(False, "words", {})] * (len(CHECKS) - 3)
     text = " ".join(_summary(verdicts, best))
-    assert f"<strong>{len(CLAUSES)} of {len(CLAUSES)}</strong>" in text
-    assert f"<strong>3 of {len(CLAUSES)}</strong><span>agree with the best of {BEST_OF // 1000} 000 parameter sets" in text
+    assert f"<strong>{len(CHECKS)} of {len(CHECKS)}</strong>" in text
+    assert f"<strong>3 of {len(CHECKS)}</strong><span>agree with the best of {BEST_OF // 1000} 000 parameter sets" in text
     assert "chosen before its agreement was known" in text
     assert "chosen afterwards" in text
 
@@ -225,7 +225,7 @@ def test_parameters_have_three_digits_and_units():
 
 def test_explanations_belong_to_the_answers(report):
     """Contract: each sentence of mechanics explains the answer that comes out; another answer is not explained by it."""
-    assert list(EXPLANATIONS) == [clause.key for clause in CLAUSES]
+    assert list(EXPLANATIONS) == [check.key for check in CHECKS]
     assert {key for key, (agrees, _) in EXPLANATIONS.items() if agrees} == set(
         " ".join(statement.agreeing for statement in STATEMENTS.values()).split()
     )

@@ -1,4 +1,4 @@
-"""Each clause agrees with measures as the paper describes them, and differs for the opposite."""
+"""Each check agrees with measures as the paper describes them, and differs for the opposite."""
 
 import dataclasses
 import math
@@ -9,7 +9,7 @@ from scissordyn_paper.cases import CLEARANCES, CONTROLLED, FRICTION, SPEEDS, Cho
 from scissordyn_paper.criteria import OSCILLATING
 from scissordyn_paper.measures import Deviation, Measures
 from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regularity
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import answer
 
 CHOICE = Choice()
@@ -104,27 +104,27 @@ SPOILED = {
     "7a": (PaperCase(0.3e-3, constrained=True), {"smallest_force": -1.0}),
     "7b": (PaperCase(0.1e-3, constrained=True), {"peak_torque": 400.0}),
 }
-"""One run and one of its values that contradict the paper, for each clause."""
+"""One run and one of its values that contradict the paper, for each check."""
 
 
-@pytest.mark.parametrize("clause", CLAUSES, ids=lambda clause: clause.key)
-def test_each_clause_can_agree_and_differ(clause):
-    """Contract: a clause agrees with measures as the paper describes them, and differs once a single run contradicts it."""
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.key)
+def test_each_check_can_agree_and_differ(check):
+    """Contract: a check agrees with measures as the paper describes them, and differs once a single run contradicts it."""
     measured = as_the_paper_says()
-    yes = answer(clause, CHOICE, measured)
+    yes = answer(check, CHOICE, measured)
     assert (yes.answer, yes.trusted) == ("agrees", True)
-    case, changes = SPOILED[clause.key]
-    no = answer(clause, CHOICE, measured | {case: dataclasses.replace(measured[case], **changes)})
+    case, changes = SPOILED[check.key]
+    no = answer(check, CHOICE, measured | {case: dataclasses.replace(measured[case], **changes)})
     assert no.answer == "differs"
     assert all(math.isfinite(value) for value in no.finding.numbers.values())
     assert no.finding.words != yes.finding.words
 
 
 def test_verdict_depends_on_its_own_runs():
-    """Contract: a run beyond its predictability horizon affects only the clauses about it."""
+    """Contract: a run beyond its predictability horizon affects only the checks about it."""
     measured = as_the_paper_says()
     measured[PaperCase(friction=0.03)] = dataclasses.replace(measured[PaperCase(friction=0.03)], trusted_until=0.01)
-    doubtful = {clause.key for clause in CLAUSES if not answer(clause, CHOICE, measured).trusted}
+    doubtful = {check.key for check in CHECKS if not answer(check, CHOICE, measured).trusted}
     assert doubtful == {"6a", "6c", "6d", "6e"}
 
 
@@ -156,23 +156,23 @@ UNSETTLED = {
     "6c": (0.5e-3, 0.1, {"contact_fraction": 0.98}),
     "6e": (0.5e-3, 0.03, {"exponent_error": 3.0}),
 }
-"""Clearance, friction and values that contradict the paper, for each clause with a meaning under a periodic drive."""
+"""Clearance, friction and values that contradict the paper, for each check with a meaning under a periodic drive."""
 
 
 def test_table_of_clauses_under_the_periodic_drive():
-    """Contract: `UNSETTLED` has every clause with a meaning under a periodic drive."""
-    assert set(UNSETTLED) == {clause.key for clause in CLAUSES if clause.periodically is not None}
+    """Contract: `UNSETTLED` has every check with a meaning under a periodic drive."""
+    assert set(UNSETTLED) == {check.key for check in CHECKS if check.periodically is not None}
 
 
-@pytest.mark.parametrize("clause", [clause for clause in CLAUSES if clause.key in UNSETTLED], ids=lambda clause: clause.key)
-def test_each_clause_under_the_periodic_drive(clause):
-    """Contract: a clause agrees with motions as the paper describes them, and differs once one contradicts it."""
+@pytest.mark.parametrize("check", [check for check in CHECKS if check.key in UNSETTLED], ids=lambda check: check.key)
+def test_each_check_under_the_periodic_drive(check):
+    """Contract: a check agrees with motions as the paper describes them, and differs once one contradicts it."""
     measured, settled = as_the_paper_says(), settled_as_the_paper_says()
-    yes = answer(clause, CHOICE, measured, settled)
-    clearance, friction, changes = UNSETTLED[clause.key]
+    yes = answer(check, CHOICE, measured, settled)
+    clearance, friction, changes = UNSETTLED[check.key]
     case = PaperCase(clearance, friction=friction, choice=PERIODIC)
-    no = answer(clause, CHOICE, measured, settled | {case: dataclasses.replace(settled[case], **changes)})
+    no = answer(check, CHOICE, measured, settled | {case: dataclasses.replace(settled[case], **changes)})
     assert (yes.periodic.answer, no.periodic.answer) == ("agrees", "differs")
     assert no.periodic.words != yes.periodic.words
     assert no.finding == yes.finding
-    assert answer(clause, CHOICE, measured).periodic is None
+    assert answer(check, CHOICE, measured).periodic is None

@@ -57,7 +57,7 @@ def test_excluded_sources_are_not_imported() -> None:
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
         ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_ROOMS,
-        ("runs", "periodic", "controlled", "readings", "cache"): SHOWN,
+        ("runs", "periodic", "controlled", "parameter_sets", "cache"): SHOWN,
     }
     for modules, skipped in entries.items():
         package = "scissordyn_paper" if skipped is SHOWN else "scissordyn"

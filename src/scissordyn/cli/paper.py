@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
     from scissordyn_paper.open_answers import OpenAnswers
-    from scissordyn_paper.readings_page import ReadingAnswers
+    from scissordyn_paper.parameter_sets_page import ParameterSetAnswers
     from scissordyn_paper.reproduce import Reproduction
 
 WORKERS_MAX = 16
@@ -28,10 +28,11 @@ def paper(
     beyond: Annotated[
         bool, Option("--beyond", help="Only what the paper leaves open: bars that bend and oil in the joint.")
     ] = False,
-    readings: Annotated[
-        bool, Option("--readings", help="Only the parameters whose tables are lost: how many statements any reading meets.")
+    parameter_sets: Annotated[
+        bool,
+        Option("--parameter-sets", help="Draw what the paper leaves open, and count the checks that agree."),
     ] = False,
-    number: Annotated[int, Option(help="Readings of --readings.", min=1, max=1_000_000)] = 20_000,
+    number: Annotated[int, Option(help="Number of parameter sets of --parameter-sets.", min=1, max=1_000_000)] = 20_000,
     threads: Annotated[
         int | None, Option(help="Threads of this process, instead of several processes.", min=1, max=THREADS_MAX)
     ] = None,
@@ -43,12 +44,12 @@ def paper(
     ] = None,
 ) -> int:
     check_folder(output, "-o paper")
-    parts = {"--beyond": beyond, "--readings": readings, "--figure": figure is not None}
+    parts = {"--beyond": beyond, "--parameter-sets": parameter_sets, "--figure": figure is not None}
     chosen = [name for name, wanted in parts.items() if wanted]
     if len(chosen) > 1:
         raise InputError(" with ".join(chosen), "one of them", chosen[0])
     from scissordyn_paper.open_answers import answer_open_question
-    from scissordyn_paper.readings_page import answer_readings
+    from scissordyn_paper.parameter_sets_page import answer_parameter_sets
     from scissordyn_paper.reproduce import draw_figure, reproduce
 
     answers: Any
@@ -60,8 +61,8 @@ def paper(
             how: dict[str, Any] = {"engine": engine, "progress": progress}
             if beyond:
                 answers, show = answer_open_question(output, **how), _show_changes
-            elif readings:
-                answers, show = answer_readings(output, number, **how), _show_readings
+            elif parameter_sets:
+                answers, show = answer_parameter_sets(output, number, **how), _show_parameter_sets
             elif figure is None:
                 answers, show = reproduce(output, **how), _show
             else:
@@ -93,7 +94,7 @@ def _show(reproduction: Reproduction) -> None:
     verdicts, rows = reproduction.verdicts, []
     for verdict in verdicts:
         words = verdict.finding.words
-        rows.append((verdict.clause.key, verdict.answer, f"{verdict.clause.says}\n{words[:1].upper()}{words[1:]}."))
+        rows.append((verdict.check.key, verdict.answer, f"{verdict.check.says}\n{words[:1].upper()}{words[1:]}."))
         if verdict.periodic is not None:
             rows.append(("", verdict.periodic.answer, f"Under a periodic drive: {verdict.periodic.words}."))
     print_table({"": "text", "answer": "name", "statement of the paper, and measured values": "text"}, rows)
@@ -117,12 +118,13 @@ def _show_changes(answers: OpenAnswers) -> None:
                 say(f"  {change.what} reduces the {COMPARED[change.measure]}? {change.answer}: {change.words}")
 
 
-def _show_readings(answers: ReadingAnswers) -> None:
-    """Print how many statements are met, and by what."""
-    from scissordyn_paper.readings import NEIGHBOURS, read
+def _show_parameter_sets(answers: ParameterSetAnswers) -> None:
+    """Print how many checks agree for the best parameter set, and its values."""
+    from scissordyn_paper.parameter_sets import NEIGHBOURS, choice_at
 
     judged, leading = answers.judged, answers.leading
     say(
-        f"{judged.met.size} readings, {judged.seconds.sum():.0f} s of one processor. The best meets {leading.met[0]:.2f} of "
-        f"{judged.agreeing.shape[1]} statements, averaged over {NEIGHBOURS} neighbours: {read(leading.points[0]).words}."
+        f"{judged.met.size} parameter sets, {judged.seconds.sum():.0f} s of one processor. For the best one "
+        f"{leading.met[0]:.2f} of {judged.agreeing.shape[1]} checks agree, averaged over {NEIGHBOURS} neighbours: "
+        f"{choice_at(leading.points[0]).words}."
     )

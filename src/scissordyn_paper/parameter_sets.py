@@ -1,4 +1,4 @@
-"""Readings of the paper: parameters whose tables are lost, and the integrator, drawn and judged by the thousand."""
+"""Parameter sets: values of what the paper leaves open, drawn by the thousand and judged by the checks of its statements."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scissordyn.units import degrees
 from scissordyn_paper.cache import Progress, fetch
 from scissordyn_paper.cases import Choice
 from scissordyn_paper.judge import findings
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding
 
 SEED = 46
@@ -131,8 +131,8 @@ FACTORS = (
 )
 
 
-def read(u: Sequence[float]) -> Choice:
-    """The choice at a point of the unit cube."""
+def choice_at(u: Sequence[float]) -> Choice:
+    """Return the choice of parameters at a point of the unit cube."""
     chosen: dict[str, Any] = {}
     for factor, number in zip(FACTORS, u, strict=True):
         chosen |= factor.set(number)
@@ -145,21 +145,21 @@ def read(u: Sequence[float]) -> Choice:
 
 NUMBER = 20_000
 BLOCK, QUASI, NEAR = 100, 12, 8
-"""Readings of a block; blocks of a round that are quasi-random, and that lie near the best readings so far."""
+"""Parameter sets of a block; blocks of a round that are quasi-random, and blocks near the best parameter sets so far."""
 
 MEMBERS = 1
-"""Neighbours by which a drawn reading is judged: shares over all readings are the same on average with one as with more."""
+"""Neighbours by which a drawn parameter set is judged; with more, shares over all sets are the same on average."""
 
 LEADING, NEIGHBOURS, LEADING_FROM = 60, 16, 9000
-"""Of the drawn readings so many are judged by so many neighbours; numbers of their blocks."""
+"""Number of best parameter sets that are judged by many neighbours, number of neighbours, and number of their first block."""
 
 PARENTS, MUTATED = 40, 0.1
-"""Readings near which others are drawn: the best ones, of which each number is drawn anew with this probability."""
+"""Number of best parameter sets near which others are drawn, and probability that a value is drawn again."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some readings."""
+    """Some parameter sets."""
 
     number: int
     points: tuple[tuple[float, ...], ...] = field(repr=False)  # Points of the unit cube
@@ -173,17 +173,17 @@ class Block:
     @property
     def toml(self) -> str:
         """All inputs."""
-        return f"members = {self.members}\nclauses = {[clause.criterion for clause in CLAUSES]!r}\npoints = {self.points!r}\n"
+        return f"members = {self.members}\nchecks = {[check.criterion for check in CHECKS]!r}\npoints = {self.points!r}\n"
 
 
 def judge(block: Block) -> xr.Dataset:
-    """Judge the readings of a block."""
-    agreeing, seconds, causes = np.zeros((len(block.points), len(CLAUSES))), [], []
+    """Judge the parameter sets of a block."""
+    agreeing, seconds, causes = np.zeros((len(block.points), len(CHECKS))), [], []
     numbers: list[Mapping[str, float]] = []
     for at, u in enumerate(block.points):
         began, cause, first = clocks.process_time(), "", {}
         try:
-            answers = [findings(read(u), member) for member in range(block.members)]
+            answers = [findings(choice_at(u), member) for member in range(block.members)]
             agreeing[at] = np.mean([[finding.holds for finding in answer] for answer in answers], axis=0)
             first = _numbers(answers[0])
             cause = next((finding.words for finding in answers[0] if not finding.numbers), "")
@@ -193,33 +193,38 @@ def judge(block: Block) -> xr.Dataset:
         causes.append(cause)
         seconds.append(clocks.process_time() - began)
     names = sorted({name for measured in numbers for name in measured})
-    both = "reading", "clause"
+    both = "parameter_set", "check"
     return xr.Dataset(
         {
-            "point": (("reading", "factor"), np.array(block.points)),
-            "agreeing": (both, agreeing, {"units": "1", "long_name": "share of neighbours for which the clause holds"}),
+            "point": (("parameter_set", "factor"), np.array(block.points)),
+            "agreeing": (both, agreeing, {"units": "1", "long_name": "share of neighbours for which the check holds"}),
             "number": (
-                ("reading", "quantity"),
+                ("parameter_set", "quantity"),
                 np.array([[measured.get(name, np.nan) for name in names] for measured in numbers]),
             ),
-            "seconds": ("reading", np.array(seconds), {"units": "s", "long_name": "processor time"}),
-            "cause": ("reading", np.array(causes, dtype=object)),
+            "seconds": ("parameter_set", np.array(seconds), {"units": "s", "long_name": "processor time"}),
+            "cause": ("parameter_set", np.array(causes, dtype=object)),
         },
-        coords={"clause": [clause.key for clause in CLAUSES], "quantity": names},
+        coords={"check": [check.key for check in CHECKS], "quantity": names},
     )
 
 
 def _numbers(answer: Sequence[Finding]) -> dict[str, float]:
-    """The numbers of all findings, by clause and name."""
+    """Return the numbers of all findings, by check and name."""
     return {
-        f"{clause.key} {name}": float(value)
-        for clause, finding in zip(CLAUSES, answer, strict=True)
+        f"{check.key} {name}": float(value)
+        for check, finding in zip(CHECKS, answer, strict=True)
         for name, value in finding.numbers.items()
     }
 
 
-def fetch_readings(folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None) -> Judged:
-    """So many readings, of which those in a folder need not be computed; rounds of both kinds follow each other."""
+def fetch_parameter_sets(
+    folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None
+) -> Judged:
+    """Return `number` judged parameter sets; those stored in the folder are not computed again.
+
+    Rounds of quasi-random sets and of sets near the best ones alternate.
+    """
     results: list[xr.Dataset] = []
 
     def add(points: np.ndarray) -> None:
@@ -233,7 +238,7 @@ def fetch_readings(folder: Path, number: int = NUMBER, *, engine: Engine = None,
             if progress is not None:
                 progress(what, len(results) + done, of)
 
-        results.extend(fetch(blocks, judge, folder, what="blocks of readings", engine=engine, progress=show).values())
+        results.extend(fetch(blocks, judge, folder, what="blocks of parameter sets", engine=engine, progress=show).values())
 
     quasi = 0
     while (left := number - BLOCK * len(results)) > 0:
@@ -246,20 +251,20 @@ def fetch_readings(folder: Path, number: int = NUMBER, *, engine: Engine = None,
 
 
 def fetch_leading(judged: Judged, folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> Judged:
-    """The best readings, judged by many neighbours; best first."""
+    """Return the best parameter sets, judged by many neighbours; best first."""
     order = np.argsort(-judged.met, kind="stable")[:LEADING]
     blocks = [
         Block(LEADING_FROM + k, tuple(map(tuple, judged.points[part].tolist())), NEIGHBOURS)
         for k, part in enumerate(np.array_split(order, max(1, len(order) // 10)))
     ]
-    results = fetch(blocks, judge, folder, what="blocks of leading readings", engine=engine, progress=progress)
+    results = fetch(blocks, judge, folder, what="blocks of leading parameter sets", engine=engine, progress=progress)
     leading = Judged.of(list(results.values()))
     best = np.argsort(-leading.met, kind="stable")
     return Judged(*(getattr(leading, name)[best] for name in leading.__dataclass_fields__))
 
 
 def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
-    """Points near the best so far: numbers of two of them mixed, and some drawn anew."""
+    """Return points near the best so far: values of two of them mixed, and some drawn again."""
     points = np.concatenate([block["point"].values for block in results])
     met = np.concatenate([block["agreeing"].values.sum(axis=1) for block in results])
     best = points[np.argsort(-met, kind="stable")[:PARENTS]]
@@ -272,19 +277,19 @@ def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Judged:
-    """Judged readings, in the order of their drawing."""
+    """Judged parameter sets, in the order of their drawing."""
 
     points: np.ndarray  # (n, factors)
-    agreeing: np.ndarray  # (n, clauses)
+    agreeing: np.ndarray  # (n, checks)
     seconds: np.ndarray  # (n,)
     causes: np.ndarray  # (n,)
     quasi: np.ndarray  # (n,) Whether quasi-random
 
     @staticmethod
     def of(blocks: Sequence[xr.Dataset]) -> Judged:
-        """The readings of some blocks."""
-        whole = xr.concat(blocks, "reading", join="outer")
-        at = np.concatenate([np.full(block.sizes["reading"], k) for k, block in enumerate(blocks)])
+        """Return the parameter sets of some blocks."""
+        whole = xr.concat(blocks, "parameter_set", join="outer")
+        at = np.concatenate([np.full(block.sizes["parameter_set"], k) for k, block in enumerate(blocks)])
         return Judged(
             *(whole["point"].values, whole["agreeing"].values, whole["seconds"].values),
             causes=whole["cause"].values.astype(str),
@@ -297,5 +302,5 @@ class Judged:
 
     @cached_property
     def met(self) -> np.ndarray:
-        """Statements that each reading meets, by their shares."""
+        """Number of checks that agree for each parameter set."""
         return np.asarray(self.agreeing.sum(axis=1))

@@ -1,4 +1,4 @@
-"""The best reading by a second formulation: Lagrange's equations in minimal coordinates, laws in plain Python."""
+"""The best parameter set by a second formulation: Lagrange's equations in minimal coordinates, laws in plain Python."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""Readings of the paper: drawn, judged, stored and weighted."""
+"""Parameter sets of the paper: drawn, judged, stored and weighted."""
 
 import dataclasses
 import re
@@ -10,15 +10,15 @@ import pytest
 from scissordyn.cli import paper as command
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn_paper import judge, readings, readings_page
+from scissordyn_paper import judge, parameter_sets, parameter_sets_page
 from scissordyn_paper.cases import DEFAULT, PaperCase, every_case
 from scissordyn_paper.judge import findings
 from scissordyn_paper.measures import measure
-from scissordyn_paper.readings import ANGLES, FACTORS, Judged, fetch_readings, read
-from scissordyn_paper.readings_page import answer_readings, excluded, levels, told, weights
+from scissordyn_paper.parameter_sets import ANGLES, FACTORS, Judged, choice_at, fetch_parameter_sets
+from scissordyn_paper.parameter_sets_page import answer_parameter_sets, excluded, levels, told, weights
 from scissordyn_paper.reproduce import verdicts
 from scissordyn_paper.runs import compute
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import answer
 
 OTHER = dataclasses.replace(
@@ -33,7 +33,7 @@ def test_runs_without_histories_have_the_same_answers(runs):
     cases = [*every_case(OTHER), *{case.ideal for case in every_case(OTHER)}]
     made = {case: compute(case, trust=False) for case in dict.fromkeys(cases)}
     measured = {case: measure(run, made[case.ideal]) for case, run in made.items() if case.clearance is not None}
-    expected = [answer(clause, OTHER, measured).finding for clause in CLAUSES]
+    expected = [answer(check, OTHER, measured).finding for check in CHECKS]
     assert [finding.words for finding in findings(OTHER)] == [finding.words for finding in expected]
 
 
@@ -58,16 +58,16 @@ def test_samples_of_a_curve_miss_peaks(monkeypatch):
 def test_statements_of_a_failed_run(monkeypatch):
     """Contract: statements about a failed run are not met and have no numbers; those about complete runs are answered."""
     monkeypatch.setattr(judge, "MOST_STEPS", 20)
-    found = dict(zip((clause.key for clause in CLAUSES), findings(DEFAULT), strict=True))
+    found = dict(zip((check.key for check in CHECKS), findings(DEFAULT), strict=True))
     assert not found["1a"].holds
     assert (found["1a"].words, found["1a"].numbers) == ("c-0.5mm_150rpm has failed", {})
     assert found["7a"].numbers
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_every_reading_is_a_case_file(seed, tmp_path):
+def test_every_parameter_set_is_a_case_file(seed, tmp_path):
     """Contract: each factor sets options of a case, and the case file gives the same mechanism."""
-    choice = read(np.random.default_rng(seed).random(len(FACTORS)))
+    choice = choice_at(np.random.default_rng(seed).random(len(FACTORS)))
     case = next(case for case in every_case(choice) if case.friction)
     path = tmp_path / "case.toml"
     path.write_text(case.toml)
@@ -93,52 +93,52 @@ def test_levels_of_factors():
 
 @pytest.fixture
 def small(monkeypatch):
-    """Reduce rounds to three blocks of two readings; statements hold for random numbers below one half."""
+    """Reduce rounds to three blocks of two parameter sets; statements hold for random numbers below one half."""
 
     def judged(choice: Any, member: int = 0) -> Any:
         finding = judge.Finding
-        numbers = np.random.default_rng(round(1e6 * choice.restitution)).random(len(CLAUSES))
+        numbers = np.random.default_rng(round(1e6 * choice.restitution)).random(len(CHECKS))
         return tuple(finding(bool(number < 0.5), "", {"number": float(number)}) for number in numbers)
 
-    monkeypatch.setattr(readings, "findings", judged)
+    monkeypatch.setattr(parameter_sets, "findings", judged)
     for name, value in {"BLOCK": 2, "QUASI": 2, "NEAR": 1, "PARENTS": 2, "LEADING": 4, "NEIGHBOURS": 2}.items():
-        monkeypatch.setattr(readings, name, value)
+        monkeypatch.setattr(parameter_sets, name, value)
 
 
-def test_readings_continue_after_an_interruption(small, tmp_path, monkeypatch):
-    """Identity: readings in two parts equal those of one run, and stored readings are not judged again."""
-    whole = fetch_readings(tmp_path / "whole", 12, engine=1)
-    fetch_readings(tmp_path / "parts", 7, engine=1)
-    parts = fetch_readings(tmp_path / "parts", 12, engine=2)
+def test_parameter_sets_continue_after_an_interruption(small, tmp_path, monkeypatch):
+    """Identity: parameter sets in two parts equal those of one run, and stored parameter sets are not judged again."""
+    whole = fetch_parameter_sets(tmp_path / "whole", 12, engine=1)
+    fetch_parameter_sets(tmp_path / "parts", 7, engine=1)
+    parts = fetch_parameter_sets(tmp_path / "parts", 12, engine=2)
     assert np.array_equal(whole.points, parts.points)
     assert np.array_equal(whole.agreeing, parts.agreeing)
     assert whole.quasi.tolist() == [True] * 4 + [False] * 2 + [True] * 4 + [False] * 2
-    sobol = readings.sobol_numbers(readings.SEED, len(FACTORS), np.arange(8))
+    sobol = parameter_sets.sobol_numbers(parameter_sets.SEED, len(FACTORS), np.arange(8))
     assert np.array_equal(whole.points[whole.quasi], sobol)
 
     def never(*_: Any) -> None:
         raise AssertionError("judged again")
 
-    monkeypatch.setattr(readings, "findings", never)
-    again = fetch_readings(tmp_path / "whole", 12, engine=1)
+    monkeypatch.setattr(parameter_sets, "findings", never)
+    again = fetch_parameter_sets(tmp_path / "whole", 12, engine=1)
     assert np.array_equal(again.agreeing, whole.agreeing)
     with pytest.raises(ScissordynError, match="AssertionError: judged again"):
-        fetch_readings(tmp_path / "whole", 14, engine=1)
+        fetch_parameter_sets(tmp_path / "whole", 14, engine=1)
 
 
-def test_later_readings_lie_near_the_best(small, tmp_path):
+def test_later_parameter_sets_lie_near_the_best(small, tmp_path):
     """Contract: each factor is inherited from a parent or drawn."""
-    found = fetch_readings(tmp_path / "near", 6, engine=1)
+    found = fetch_parameter_sets(tmp_path / "near", 6, engine=1)
     best = found.points[np.argsort(-found.met[:4], kind="stable")[:2]]
     inherited = np.isclose(found.points[4:, None, :], best[None]).any(axis=1)
     assert 0.6 < inherited.mean() < 1.0
 
 
 def planted(count: int = 4096) -> Judged:
-    """Return readings that meet statement 1 where bar 1 is pinned, 2 where it is not, and the others by chance."""
+    """Return parameter sets that meet statement 1 where bar 1 is pinned, 2 where it is not, and the others by chance."""
     rng = np.random.default_rng(5)
     points = rng.random((count, len(FACTORS)))
-    agreeing = (rng.random((count, len(CLAUSES))) < 0.5).astype(float)
+    agreeing = (rng.random((count, len(CHECKS))) < 0.5).astype(float)
     agreeing[:, 0], agreeing[:, 1] = points[:, 0] < 0.5, points[:, 0] >= 0.5
     agreeing[:, 2:4] = (points[:, 3:4] < 0.5) * 1.0
     return Judged(points, agreeing, np.ones(count), np.full(count, ""), np.ones(count, bool))
@@ -159,20 +159,20 @@ def test_information_of_statements():
 
 
 def test_page_and_command(small, tmp_path, monkeypatch, capsys):
-    """Contract: a row for each statement and level, pictures, a table of every reading, and a line on the terminal."""
-    monkeypatch.setattr(readings_page, "agreeing", lambda choice, members: np.ones(len(CLAUSES)))
-    monkeypatch.setattr("scissordyn_paper.readings.LEADING", 4)
-    assert command.paper(tmp_path, readings=True, number=12, threads=1) == 0
+    """Contract: a row for each statement and level, pictures, a table of every parameter set, and a line on the terminal."""
+    monkeypatch.setattr(parameter_sets_page, "agreeing", lambda choice, members: np.ones(len(CHECKS)))
+    monkeypatch.setattr("scissordyn_paper.parameter_sets.LEADING", 4)
+    assert command.paper(tmp_path, parameter_sets=True, number=12, threads=1) == 0
     shown = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"12 readings, \d+ s of one processor. The best meets \d+.\d\d of 26 statements", shown)
-    text = (tmp_path / "readings.html").read_text()
-    assert all(clause.key in text for clause in CLAUSES)
+    assert re.search(r"12 parameter sets, \d+ s of one processor. For the best one \d+.\d\d of 26 checks agree", shown)
+    text = (tmp_path / "parameter_sets.html").read_text()
+    assert all(check.key in text for check in CHECKS)
     assert text.count("data:image/svg+xml") == 2
-    assert len((tmp_path / "readings.csv").read_text().splitlines()) == 13
+    assert len((tmp_path / "parameter_sets.csv").read_text().splitlines()) == 13
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
-        f"readings-{name}.{form}" for name in ("statements", "numbers") for form in ("png", "svg")
+        f"parameter_sets-{name}.{form}" for name in ("checks", "parameters") for form in ("png", "svg")
     }
-    with pytest.raises(InputError, match="--beyond with --readings"):
-        command.paper(tmp_path, beyond=True, readings=True)
-    assert answer_readings(tmp_path, 12, engine=1).leading.met.size == 4
+    with pytest.raises(InputError, match="--beyond with --parameter-sets"):
+        command.paper(tmp_path, beyond=True, parameter_sets=True)
+    assert answer_parameter_sets(tmp_path, 12, engine=1).leading.met.size == 4
     assert PaperCase(choice=DEFAULT).options.rtol == 1e-8

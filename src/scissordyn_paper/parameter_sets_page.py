@@ -1,4 +1,4 @@
-"""The page of the readings: how many statements any of them meets, and what that says of lost numbers."""
+"""Page of the parameter sets: how many checks agree for each of them, and which values the agreement suggests."""
 
 from __future__ import annotations
 
@@ -17,19 +17,28 @@ from scissordyn_paper.cache import Progress
 from scissordyn_paper.cases import DEFAULT
 from scissordyn_paper.judge import agreeing
 from scissordyn_paper.page import Cell, cited, document, paragraph, picture, save_picture, section, table, tally
-from scissordyn_paper.readings import FACTORS, NEIGHBOURS, NUMBER, SEED, Judged, fetch_leading, fetch_readings, read
+from scissordyn_paper.parameter_sets import (
+    FACTORS,
+    NEIGHBOURS,
+    NUMBER,
+    SEED,
+    Judged,
+    choice_at,
+    fetch_leading,
+    fetch_parameter_sets,
+)
 from scissordyn_paper.report import DOI, SOURCE
-from scissordyn_paper.statements import CLAUSES
+from scissordyn_paper.statements import CHECKS
 
-TITLE = "The paper, read best: parameters whose tables are lost"
+TITLE = "The paper with other parameters"
 
-ODDS = 3.0  # A reading that meets one statement more than another is taken as so many times as likely
+ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
 
 SHOWN = 5
 
 
 @dataclass(frozen=True)
-class ReadingAnswers:
+class ParameterSetAnswers:
     """The result."""
 
     judged: Judged
@@ -37,32 +46,32 @@ class ReadingAnswers:
     report: Path  # The page in HTML
 
 
-def answer_readings(
+def answer_parameter_sets(
     folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None
-) -> ReadingAnswers:
-    """Judge what is missing, and write page, table and pictures."""
+) -> ParameterSetAnswers:
+    """Judge the parameter sets that are not stored yet, and write page, table and pictures."""
     folder.mkdir(parents=True, exist_ok=True)
-    judged = fetch_readings(folder / "readings", number, engine=engine, progress=progress)
-    leading = fetch_leading(judged, folder / "readings", engine=engine, progress=progress)
+    judged = fetch_parameter_sets(folder / "parameter_sets", number, engine=engine, progress=progress)
+    leading = fetch_leading(judged, folder / "parameter_sets", engine=engine, progress=progress)
     default = agreeing(DEFAULT, range(NEIGHBOURS))
     figures = (
-        ("statements", _draw_statements(judged, default, leading.agreeing[0])),
-        ("numbers", _draw_numbers(judged, told(judged))),
+        ("checks", _draw_checks(judged, default, leading.agreeing[0])),
+        ("parameters", _draw_parameters(judged, told(judged))),
     )
-    pictures = [save_picture(drawn, folder / "figures", f"readings-{name}") for name, drawn in figures]
-    write_file(folder / "readings.csv", _csv(judged).encode(), sample="-o paper")
+    pictures = [save_picture(drawn, folder / "figures", f"parameter_sets-{name}") for name, drawn in figures]
+    write_file(folder / "parameter_sets.csv", _csv(judged).encode(), sample="-o paper")
     page = _page(judged, leading, default, pictures)
-    return ReadingAnswers(judged, leading, write_file(folder / "readings.html", page.encode(), sample="-o paper"))
+    return ParameterSetAnswers(judged, leading, write_file(folder / "parameter_sets.html", page.encode(), sample="-o paper"))
 
 
 def weights(judged: Judged) -> np.ndarray:
-    """Weights of the quasi-random readings, of sum one: `ODDS` to the power of the statements met."""
+    """Return the weights of the quasi-random parameter sets: `ODDS` to the power of the agreeing checks; their sum is one."""
     weight = ODDS ** (judged.met[judged.quasi] - judged.met[judged.quasi].max())
     return np.asarray(weight / weight.sum())
 
 
 def levels(judged: Judged, factor: int) -> dict[str, tuple[float, float]]:
-    """Share of the quasi-random readings with each level of a factor, and their share of the weight."""
+    """Return the share of the quasi-random parameter sets with each level of a factor, and their share of the weight."""
     names = np.array([FACTORS[factor].level(u) for u in judged.points[judged.quasi, factor]])
     weight = weights(judged)
     order = sorted(set(names.tolist()), key=lambda name: float(judged.points[judged.quasi, factor][names == name].min()))
@@ -70,7 +79,7 @@ def levels(judged: Judged, factor: int) -> dict[str, tuple[float, float]]:
 
 
 def told(judged: Judged) -> dict[str, tuple[float, float]]:
-    """Information of the weights over the shares by factor, and what so few effective readings have by chance [bit]."""
+    """Return the information of the weights on each factor, and what as few parameter sets have by chance [bit]."""
     effective = 1.0 / float(np.sum(weights(judged) ** 2))
     information = {}
     for at, factor in enumerate(FACTORS):
@@ -81,46 +90,52 @@ def told(judged: Judged) -> dict[str, tuple[float, float]]:
 
 
 def excluded(judged: Judged) -> dict[str, list[str]]:
-    """Statements that no reading meets together, though five would if they were independent, by the first of each pair."""
+    """Return for each check those that never agree together with it, though five sets would if both were independent."""
     met = judged.agreeing >= 0.5
     together, alone = met.T.astype(float) @ met, met.mean(axis=0)
     expected = met.shape[0] * np.outer(alone, alone)
-    keys = [clause.key for clause in CLAUSES]
+    keys = [check.key for check in CHECKS]
     return {
         key: [keys[j] for j in range(len(keys)) if together[i, j] == 0.0 and expected[i, j] >= 5.0]
         for i, key in enumerate(keys)
     }
 
 
-def _draw_statements(judged: Judged, default: np.ndarray, best: np.ndarray) -> Figure:
-    """The share of readings that meet each statement, and how many each reading meets."""
+def _draw_checks(judged: Judged, default: np.ndarray, best: np.ndarray) -> Figure:
+    """Draw the share of parameter sets for which each check agrees, and how many checks agree for each set."""
     left, right = drawn = panels(None, 1, 2, size=(11.0, 6.2), share=False)
-    places, keys = np.arange(len(CLAUSES)), [clause.key for clause in CLAUSES]
-    left.barh(places, judged.agreeing[judged.quasi].mean(axis=0), color=BLUE, alpha=0.5, label="share of quasi-random readings")
+    places, keys = np.arange(len(CHECKS)), [check.key for check in CHECKS]
+    left.barh(places, judged.agreeing[judged.quasi].mean(axis=0), color=BLUE, alpha=0.5, label="quasi-random parameter sets")
     left.plot(default, places, "o", color=GREEN, ms=6.0, mfc="none", label="chosen before")
     left.plot(best, places, "x", color=VERMILION, ms=6.0, label="best, chosen afterwards")
-    left.set(xlim=(-0.03, 1.03), ylim=(len(CLAUSES) - 0.4, -0.6), yticks=places, yticklabels=keys, xlabel="share [1]")
-    bins = [count - 0.5 for count in range(len(CLAUSES) + 2)]
+    left.set(
+        xlim=(-0.03, 1.03),
+        ylim=(len(CHECKS) - 0.4, -0.6),
+        yticks=places,
+        yticklabels=keys,
+        xlabel="fraction of the sets",
+    )
+    bins = [count - 0.5 for count in range(len(CHECKS) + 2)]
     for kind, colour, label in ((judged.quasi, BLUE, "quasi-random"), (~judged.quasi, VERMILION, "near the best so far")):
         right.hist(judged.met[kind], bins, histtype="stepfilled", alpha=0.5, color=colour, label=label)
-    right.set(xlabel="statements met [1]", ylabel="readings [1]", xlim=(-0.5, len(CLAUSES) + 0.5))
+    right.set(xlabel="checks that agree", ylabel="parameter sets", xlim=(-0.5, len(CHECKS) + 0.5))
     right.axvline(default.sum(), color=GREEN, lw=1.2, label="chosen before")
-    return _titled(drawn, ("Each statement", "All statements of a reading"))
+    return _titled(drawn, ("Each check", "All checks of a parameter set"))
 
 
-def _draw_numbers(judged: Judged, information: Mapping[str, tuple[float, float]]) -> Figure:
-    """Draw the information of the statements on each lost number, and the largest count met over the number of readings."""
+def _draw_parameters(judged: Judged, information: Mapping[str, tuple[float, float]]) -> Figure:
+    """Draw the information of the checks on each open parameter, and the largest number of agreeing checks so far."""
     left, right = drawn = panels(None, 1, 2, size=(11.0, 5.2), share=False)
     names = sorted(information, key=lambda name: -information[name][0])
-    left.barh(names, [information[name][0] for name in names], color=BLUE, alpha=0.5, label="told by the statements")
+    left.barh(names, [information[name][0] for name in names], color=BLUE, alpha=0.5, label="from the checks")
     left.plot([information[name][1] for name in names], names, "|", color="0.3", ms=9.0, label="by chance alone")
     left.set(xlabel="information [bit]", ylim=(len(names) - 0.4, -0.6))
     count = 1 + np.arange(judged.met.size)
-    right.plot(count, np.maximum.accumulate(judged.met), color=VERMILION, label="all readings")
+    right.plot(count, np.maximum.accumulate(judged.met), color=VERMILION, label="all parameter sets")
     quasi = np.flatnonzero(judged.quasi)
     right.plot(count[quasi], np.maximum.accumulate(judged.met[quasi]), color=BLUE, label="quasi-random ones")
-    right.set(xscale="log", xlabel="readings [1]", ylabel="largest number of statements met [1]")
-    return _titled(drawn, ("Lost numbers", "Largest number so far"))
+    right.set(xscale="log", xlabel="parameter sets", ylabel="largest number of agreeing checks")
+    return _titled(drawn, ("Open parameters", "Largest number so far"))
 
 
 def _titled(drawn: Sequence[Axes], titles: Sequence[str]) -> Figure:
@@ -136,26 +151,26 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
     half = judged.part(judged.met.size // 2)
     effective = 1.0 / float(np.sum(weights(judged) ** 2))
     counts = [
-        (f"{leading.met[0]:.3g} of {len(CLAUSES)}", f"statements are met by the best reading, over {NEIGHBOURS} neighbours"),
-        (f"{default.sum():.3g} of {len(CLAUSES)}", "by the one chosen before looking"),
-        (f"{judged.met.size}", f"readings, {judged.seconds.mean():.2g} s of one processor each, seed {SEED}"),
+        (f"{leading.met[0]:.3g} of {len(CHECKS)}", f"checks agree for the best parameter set, over {NEIGHBOURS} neighbours"),
+        (f"{default.sum():.3g} of {len(CHECKS)}", "for the one chosen before any result"),
+        (f"{judged.met.size}", f"parameter sets, {judged.seconds.mean():.2g} s of one processor each, seed {SEED}"),
     ]
     parts = [
         cited(TITLE, f"Of: {SOURCE}", DOI),
         tally(counts),
-        section("Statements", "statements", [picture(pictures[0], "", ""), _statements(judged, half, leading, default)]),
-        section("Best readings", "best", [_best(leading)]),
+        section("Checks", "checks", [picture(pictures[0], "", ""), _checks(judged, half, leading, default)]),
+        section("Best parameter sets", "best", [_best(leading)]),
         section(
-            "Lost numbers",
-            "numbers",
+            "Open parameters",
+            "parameters",
             [
                 paragraph(
-                    f"Each statement that a reading meets makes it {ODDS:g} times as likely. {judged.quasi.sum()} quasi-random "
-                    f"readings count as {effective:.0f} of equal weight then. The statements say less than one bit of a factor "
+                    f"Each check that agrees makes a parameter set {ODDS:g} times as likely. {judged.quasi.sum()} quasi-random "
+                    f"sets then count as {effective:.0f} of equal weight. The checks say less than one bit of a factor "
                     "where its levels stay nearly as likely as they were drawn."
                 ),
                 picture(pictures[1], "", ""),
-                _numbers(judged, half),
+                _parameters(judged, half),
             ],
         ),
     ]
@@ -163,15 +178,24 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
     return whole
 
 
-def _statements(judged: Judged, half: Judged, leading: Judged, default: np.ndarray) -> str:
+def _checks(judged: Judged, half: Judged, leading: Judged, default: np.ndarray) -> str:
     others = excluded(judged)
     rows: list[Sequence[str | Cell]] = []
-    for at, clause in enumerate(CLAUSES):
-        shares = (readings.agreeing[readings.quasi, at].mean() for readings in (judged, half))
+    for at, check in enumerate(CHECKS):
+        shares = (sets.agreeing[sets.quasi, at].mean() for sets in (judged, half))
         numbers = (*shares, judged.agreeing[~judged.quasi, at].mean(), default[at], leading.agreeing[0, at])
         cells = [Cell(f"{100.0 * share:.1f}", "tint", float(share)) for share in numbers]
-        rows.append((clause.key, clause.says, *cells, ", ".join(others[clause.key]) or "–"))
-    head = ("", "The paper says", "readings [%]", "first half", "near the best", "chosen before", "best", "never together with")
+        rows.append((check.key, check.says, *cells, ", ".join(others[check.key]) or "–"))
+    head = (
+        "",
+        "The paper says",
+        "all sets [%]",
+        "first half",
+        "near the best",
+        "chosen before",
+        "best",
+        "never agrees together with",
+    )
     return table(head, rows, tinted=True)
 
 
@@ -179,15 +203,15 @@ def _best(leading: Judged) -> str:
     rows: list[Sequence[str | Cell]] = [
         (
             Cell(f"{met:.2f}", "number"),
-            read(u).words,
-            ", ".join(clause.key for clause, share in zip(CLAUSES, shares, strict=True) if share < 0.5),
+            choice_at(u).words,
+            ", ".join(check.key for check, share in zip(CHECKS, shares, strict=True) if share < 0.5),
         )
         for met, u, shares in list(zip(leading.met, leading.points, leading.agreeing, strict=True))[:SHOWN]
     ]
-    return table(("met", "reading", "not met by most neighbours"), rows)
+    return table(("checks that agree", "parameter set", "differs for most neighbours"), rows)
 
 
-def _numbers(judged: Judged, half: Judged) -> str:
+def _parameters(judged: Judged, half: Judged) -> str:
     rows: list[Sequence[str | Cell] | str] = []
     for at, factor in enumerate(FACTORS):
         bits, chance = told(judged)[factor.name]
@@ -196,15 +220,17 @@ def _numbers(judged: Judged, half: Judged) -> str:
         for name, (share, weight) in levels(judged, at).items():
             numbers = share, weight, first.get(name, (0.0, 0.0))[1]
             rows.append((name, *(Cell(f"{100.0 * number:.0f}", "number") for number in numbers)))
-    return table(("", "drawn [%]", "given the statements [%]", "by the first half [%]"), rows)
+    return table(("", "drawn [%]", "given the checks [%]", "by the first half [%]"), rows)
 
 
 def _csv(judged: Judged) -> str:
-    """Every reading."""
+    """Return a row for every parameter set."""
     rows: list[tuple[object, ...]] = [
-        ("reading", "quasi_random", "met", "seconds", *(clause.key for clause in CLAUSES), "words")
+        ("parameter_set", "quasi_random", "agreeing", "seconds", *(check.key for check in CHECKS), "words")
     ]
     for at, u in enumerate(judged.points):
         shares = [f"{share:g}" for share in judged.agreeing[at]]
-        rows.append((at, int(judged.quasi[at]), f"{judged.met[at]:g}", f"{judged.seconds[at]:.3f}", *shares, read(u).words))
+        rows.append(
+            (at, int(judged.quasi[at]), f"{judged.met[at]:g}", f"{judged.seconds[at]:.3f}", *shares, choice_at(u).words)
+        )
     return csv_text(rows)

@@ -13,7 +13,7 @@ from scissordyn.components.time_function import Harmonic
 from scissordyn.config.file import read_case, write_case
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
-from scissordyn.mechanics.worn_contact import LOADS
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.body import Body, Track
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
@@ -74,7 +74,7 @@ def test_worn_volume_is_the_friction_path_of_all_loads():
         mechanism = slider_crank().driven(speed=300.0).with_clearance("slider pin", clearance)
         driver, _, _ = make_driver(plan(mechanism), Options(0.02, "concentric", 2, 1e-6, 1e-6), loads=True)
         assert advance_to(driver, 0.02, 10**6) == ""
-        energy, moment = driver.state.total[BALANCED:].reshape(2, LOADS)
+        energy, moment = driver.state.total[BALANCED:].reshape(2, LOAD_DIRECTIONS)
         row = driver.peak[driver.rows(PRESSURE_VELOCITY)[0]]
         area = float(driver.system.content.parameters.contact["area"][0])
         assert np.sum(energy) > 1.0

@@ -13,7 +13,7 @@ from scissordyn.mechanics.force_element import add_torques, map_values
 from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 
-SIGNAL_COUNT = len(SIGNALS)
+SIGNAL_COUNT = len(SIGNALS)  # Number of signals that a controller can use
 
 DELAY, RECORDED, GAIN = range(3)
 """Columns of `Parameters.actuator`: delay [s], index of the recorded signal, recursion gain R [1]."""
@@ -21,7 +21,7 @@ DELAY, RECORDED, GAIN = range(3)
 
 @kernel
 def past_signal(when, column, S):
-    """Return a recorded signal and its rate at an earlier instant; the signal is constant before the start."""
+    """Return a recorded signal and its rate at an earlier instant; before t = 0 the signal is constant."""
     C = S.state
     rows, count = C.history, C.history_length[0]
     if count == 0 or when <= rows[0, 0]:
@@ -45,7 +45,7 @@ def past_signal(when, column, S):
 
 @kernel
 def sense(t, i, S, maps):
-    """Write the signals of component i into W.signal, and their rates at a fixed state into W.signal_rate."""
+    """Write the controller's signals of actuator i into Work.signal, their partial time derivatives into Work.signal_rate."""
     M, P, W = S.model, S.parameters, S.work
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     q, rate = W.signal, W.signal_rate
@@ -67,14 +67,14 @@ def sense(t, i, S, maps):
 
 @kernel
 def torque_at(t, i, S, z, dz):
-    """Return the torque of component i [N m] for W.signal; write the rates of its controller's states into dz."""
+    """Return the torque [N m] of actuator i for the signals in Work.signal; write its controller's state rates to dz."""
     P, q = S.parameters, S.work.signal
     return control_torque(P.controller[i], t, q[int(P.actuator[i, RECORDED])], q, z, dz, P.control[i])
 
 
 @kernel
 def actuator_torque(t, i, S, maps, z, dz):
-    """Return the torque of component i [N m]; write the rates of its controller's states and its observed signals."""
+    """Return the torque [N m] of actuator i; write its angle error, recorded signal and its controller's state rates."""
     P, W = S.parameters, S.work
     sense(t, i, S, maps)
     W.observed[i, 0] = W.signal[ERROR]
@@ -84,7 +84,7 @@ def actuator_torque(t, i, S, maps, z, dz):
 
 @kernel
 def recorded_signal(t, i, S):
-    """Return the signal that component i records: S(t) = y(t) + R S(t - T)."""
+    """Return the signal that actuator i records: S(t) = y(t) + R S(t - T), with the recursion gain R and the delay T."""
     P, W = S.parameters, S.work
     sense(t, i, S, map_values(P.contact.size + i, S))
     return W.signal[int(P.actuator[i, RECORDED])] + P.actuator[i, GAIN] * W.signal[DELAYED]
@@ -92,7 +92,7 @@ def recorded_signal(t, i, S):
 
 @kernel
 def controller_slopes(t, i, S, z):
-    """Write the derivatives of torque and state rates by signals, states and time into W.slope, by central differences.
+    """Write the derivatives of torque and state rates into Work.slope, by central differences.
 
     Rows are the torque and the rates of the states. Columns are signals, states and time.
     """
@@ -129,7 +129,7 @@ def controller_slopes(t, i, S, z):
 
 @kernel
 def linearise_actuator(t, i, S, z, dt, first_state):
-    """Write the derivatives of component i's forces on its maps into W.by_map and W.by_map_rate, and those of its states.
+    """Write the derivatives of actuator i's forces into Work.by_map and Work.by_map_rate, and those of its states.
 
     The partial derivatives by time are added to dt[n:] and dt[first_state:]; the torque is returned.
     """

@@ -29,7 +29,7 @@ def factorize(band, lower, upper, pivots):
             value = abs(band[r, i - r + lower])
             if value > largest:
                 best, largest = r, value
-        # an exchange brings the columns of the row further down
+        # the row that is exchanged to this place has entries up to this column
         reached = max(reached, min(best + upper, size - 1))
         pivots[i], pivots[size + i] = best, reached
         if not largest > 0.0:  # NaN counts as zero
@@ -67,9 +67,10 @@ def solve(band, lower, pivots, x):
 
 @kernel
 def eliminate(band, reach, first, x):
-    """Eliminate below the diagonal without row exchanges, also in x; return the row of a zero pivot, or -1.
+    """Bring a matrix and its right-hand side x to upper triangular form without row exchanges.
 
-    Rows before `first` must be those of the last call. Rows from `first` on contain the matrix, with zeros outside its band.
+    Return the row of a zero pivot, or -1. `reach` is the half bandwidth. Rows before `first` must be those of the last call.
+    Rows from `first` on contain the matrix, with zeros outside its band.
     """
     size = band.shape[0]
     for k in range(max(0, first - reach), size):
@@ -87,7 +88,7 @@ def eliminate(band, reach, first, x):
 
 @kernel
 def substitute(band, reach, x, solution):
-    """Write the solution, using the results of `eliminate`."""
+    """Write the solution of the triangular equations that `eliminate` has left in `band` and x."""
     size = band.shape[0]
     for i in range(size - 1, -1, -1):
         solution[i] = (x[i] - row_times(band, i, reach + 1, solution, i + 1, min(reach, size - 1 - i))) / band[i, reach]

@@ -1,8 +1,9 @@
 """Loads of flexible bars on the bodies that are their cross-sections, and the distributed mass of these bodies.
 
 A body at the end of an element has half of the element's mass at its origin. The rest of the mass matrix, times acceleration
-minus gravity, is a load of the body. Forces on the vectors of a flexible bar's shapes load its points and directions. A force
-along a unit direction has no moment.
+minus gravity, is a load of the body. The axis of a flexible bar is r(s) = sum S_k(s) q_k with shapes S_k and plane vectors q_k,
+the shape vectors. Forces on shape vectors load the points and directions of the bar. A force along a unit direction has no
+moment.
 """
 
 from __future__ import annotations
@@ -15,19 +16,18 @@ from scissordyn.mechanics.force_element import map_values
 
 
 class BendingLoads(NamedTuple):
-    """Tables of the loads; all are empty if no bar bends."""
+    """Tables of the loads of flexible bars on bodies; all are empty if no bar bends."""
 
-    start: I1  # (bodies + 1,) Rows of the distributed mass: forces on origin and direction per acceleration of the columns
+    start: I1  # (bodies + 1,) Sparse rows of the distributed mass: forces on origin and direction per acceleration of columns
     column: I1
     row: F2  # (4, entries)
     weight: F2  # (bodies, 4) Forces per acceleration of gravity
     origin: F2  # (bodies, 2) Position relative to the mass centre, in the frame of the body [m]
-    shape: F2  # (vectors, 2) Forces on the vectors of all flexible bars [N], written during the evaluation of bars and rollers
-    vector: I2  # (k, 3) Vectors of bodies: index of the vector, its body, and 1 for a direction
+    shape: F2  # (vectors, 2) Forces on the shape vectors of all bars [N], written during the evaluation of bars and rollers
+    vector: I2  # (k, 3) Shape vectors that belong to bodies: index of the vector, its body, and 1 for a direction
     turned: F2  # (k, 2) Cosine and sine of the angle from the body's direction to the vector
-    # (c, 5) Torques on cross-sections without a direction of their own: element, its side, first vector of the bar, 1 for
-    # a film, which acts at the journal, and first weight
-    # a film, which acts at the journal, and where its weights begin
+    # (c, 5) Torques on cross-sections without a direction of their own: force element, its side, first shape vector of the
+    # bar, 1 for a film (which acts at the journal), first entry of `couple_weight`
     couple: I2
     couple_turned: F2  # (c, 2)
     couple_weight: F1  # (c counts,) Slopes of the shapes at the cross-section
@@ -36,13 +36,13 @@ class BendingLoads(NamedTuple):
 
 @kernel
 def clear_shape_forces(S):
-    """Reset the forces of bars from the last evaluation."""
+    """Reset the forces on shape vectors to zero before a new evaluation."""
     S.friction.bending.shape[:, :] = 0.0
 
 
 @kernel
 def note_shape_forces(first, count, x, y, factor_x, factor_y, S):
-    """Add forces on the vectors of a bar's shapes, from `first` on, to those that friction in joints reads."""
+    """Add forces on the shape vectors of a bar, from index `first` on, to those that friction in joints reads."""
     shape = S.friction.bending.shape
     if shape.shape[0] == 0:
         return
@@ -53,7 +53,7 @@ def note_shape_forces(first, count, x, y, factor_x, factor_y, S):
 
 @kernel
 def add_couples(S):
-    """Distribute torques M on cross-sections without a direction to the shapes: the force M J r' on the slope r'."""
+    """Add the torques M on cross-sections without a direction to the forces on shape vectors: M J r' acts on the slope r'."""
     B, wrench = S.friction.bending, S.work.wrench
     for c in range(B.couple.shape[0]):
         element, side, first = B.couple[c, 0], B.couple[c, 1], B.couple[c, 2]
@@ -74,7 +74,7 @@ def add_couples(S):
 
 @kernel
 def load_bending(lane, A, S):
-    """Add the loads of flexible bars at given accelerations of the columns; forces and weight in lane 0 only."""
+    """Add the loads of flexible bars to one lane for accelerations A of the columns; forces and weight to lane 0 only."""
     R = S.friction
     B = R.bending
     if B.start.size == 0:

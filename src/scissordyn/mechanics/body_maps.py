@@ -9,7 +9,7 @@ from scissordyn.kernel import F1, F2, F3, I1, I2, kernel
 
 
 class BodyMaps(NamedTuple):
-    """Maps of the bodies, and points at which force elements, rods and latches act on them."""
+    """Maps from the columns to mass centres and x axes of the bodies, and points at which other parts act on the bodies."""
 
     start: I1  # Maps of the mass centre (rows 0 and 1) and of the x axis (rows 2 and 3) of each body
     column: I1
@@ -42,7 +42,7 @@ PRESSURES = GEARS, BELT, RACK = range(3)
 
 @kernel
 def mapped(B, body, x):
-    """Return mass centre and x axis of a body for given columns, or their accelerations for those of the columns."""
+    """Return mass centre and x axis of a body for the columns x, or their accelerations for accelerations of the columns."""
     cx = cy = ux = uy = 0.0
     for i in range(B.start[body], B.start[body + 1]):
         column = x[B.column[i]]
@@ -110,7 +110,7 @@ def load_couplings(at, multiplier, B, R):
 
 @kernel
 def pressure_size(at, e, multiplier, B, R):
-    """Return the size of pressure e, positive if it presses apart, and its derivative by the multiplier.
+    """Return the workless force e of teeth or a belt, positive if it pushes apart, and its derivative by the multiplier.
 
     For teeth it is T/r tan(a). For a belt it is the sum of its tensions, at least the pretension, times the cosine of its
     spans.
@@ -133,7 +133,7 @@ def pressure_size(at, e, multiplier, B, R):
 
 @kernel
 def push_apart(at, e, size, B, R):
-    """Add a pressure of given size to the loads of both bodies."""
+    """Add the workless force e of teeth or a belt, with a given size, to the loads of both bodies."""
     first, second, arm = B.pressure[e, 2], B.pressure[e, 3], B.pressure_arm[e]
     x, y = at_point(at, first, arm[0, 0], arm[0, 1], R)
     other_x, other_y, ux, uy = x, y, arm[1, 0], arm[1, 1]

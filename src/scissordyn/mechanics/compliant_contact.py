@@ -1,4 +1,4 @@
-"""Compliant contacts combined with hard ones; their laws are implicit in a step of time stepping.
+"""Compliant contacts in a mechanism with hard contacts: a time step solves their force laws implicitly.
 
 The rows N and T of an active compliant contact are those of an elastic hard contact, with its damping and friction laws added,
 
@@ -23,7 +23,7 @@ PHASE_MAX = 0.2  # Largest product of step size and angular frequency of a compl
 STEP_RATIO_MAX = 1.5  # A step longer than this multiple of the allowed one is repeated
 
 MISFIT_TOL, NEGLIGIBLE_FRACTION = 1e-4, 1e-7
-"""Relative error of the linearised laws, and the error allowed relative to the largest force of the step."""
+"""Accepted errors of a linearised law: relative to its force, and relative to the largest force of the step."""
 
 DIFFERENCE, SLIP_DIFFERENCE = 1e-5, 1e-9
 """Relative step of the numerical derivatives of laws, and the smallest step of slip speeds [m/s]."""
@@ -79,7 +79,7 @@ def slip_of(i, at, u, H):
 
 @kernel
 def later_part(stiff):
-    """Return theta from damping times step size over mass."""
+    """Return theta of a compliant contact; `stiff` is its damping times the step size over the effective mass."""
     return 0.5 + 0.5 * stiff * stiff / (1.0 + stiff * stiff)
 
 

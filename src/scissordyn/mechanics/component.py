@@ -20,7 +20,7 @@ from scissordyn.mechanics.time_function import motion_at
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS = range(8)
-"""Places of `declaration.CONTEXT`."""
+"""Indices of the values of `declaration.CONTEXT`."""
 
 ARGUMENT_STEP = 1e-7
 """Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
@@ -65,7 +65,10 @@ def sense(i, S, maps):
 
 @kernel
 def evaluate(i, S, z, address, result):
-    """Call a kernel of component i with the coordinates and context of the workspace."""
+    """Call the kernel at `address` for component i; write what it returns to `result`.
+
+    Its arguments are the coordinates, rates and context in Work, the states z and the parameters of the component.
+    """
     W = S.work
     call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 
@@ -244,7 +247,7 @@ def linearise_component(t, i, S, z, dt, first_state):
 
 @kernel
 def linearise_states(element, forces, coordinates, S, z, dt, first_state):
-    """Write the derivatives that involve the states of a component."""
+    """Write the derivatives of a component's forces by its internal states, and those of the states' rates."""
     M, W = S.model, S.work
     row, G, R = M.element_row, W.gradient_q, W.gradient_v
     start, states = M.element_start[element], z.size
@@ -271,7 +274,7 @@ def linearise_states(element, forces, coordinates, S, z, dt, first_state):
 
 @kernel
 def spread_blocks(element, S):
-    """Convert derivatives by the maps to derivatives by the columns of a force element."""
+    """Convert the derivatives of a force element by its maps to derivatives by its columns."""
     M, W = S.model, S.work
     row, start = M.element_row, M.element_start[element]
     count, block = M.element_start[element + 1] - start, M.block_start[element]

@@ -17,7 +17,7 @@ ANGLE, HALF_SQUARE, LENGTH = 0, -1, -2  # Kinds of a part; any number from `ANGL
 
 @kernel
 def part_value(p, S):
-    """Return the value of part p without its weight, at `Work.direction`."""
+    """Return the value of part p without its weight, for its map d in Work.direction."""
     dx, dy = S.work.direction[p, 0], S.work.direction[p, 1]
     kind = S.model.part_reference[p]
     if kind >= 0:
@@ -27,7 +27,7 @@ def part_value(p, S):
 
 @kernel
 def part_slope(kind, dx, dy):
-    """Return the first derivative by d."""
+    """Return f'(d), the gradient of a part's function f of its map d."""
     if kind == HALF_SQUARE:
         return dx, dy
     square = dx * dx + dy * dy
@@ -39,7 +39,7 @@ def part_slope(kind, dx, dy):
 
 @kernel
 def part_curvature(kind, dx, dy, ux, uy):
-    """Return the second derivative by d, applied to a change u."""
+    """Return f''(d) u: the change of the gradient of a part's function f when its map d changes by u."""
     if kind == HALF_SQUARE:
         return ux, uy
     square = dx * dx + dy * dy
@@ -56,7 +56,7 @@ def part_curvature(kind, dx, dy, ux, uy):
 
 @kernel
 def part_bend(kind, dx, dy, ux, uy, ax, ay):
-    """Return the derivative by d of the part's second time derivative: curvature a + (curvature u . u)'."""
+    """Return the gradient by d of the second time derivative of f(d), where u = d' and a = d'': f'' a + (u . f'' u)'."""
     if kind == HALF_SQUARE:
         return ax, ay
     hx, hy = part_curvature(kind, dx, dy, ax, ay)

@@ -14,7 +14,9 @@ from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 from scissordyn.tolerance import CONSTRAINT_TOL, DIFFERENCE_FRACTION
 
 MONITORED_RATIO_MAX = 0.1
-"""Gradients are monitored if the root of the smallest pivot of Phi Phi^T is below this fraction of the largest root so far."""
+"""Square root of the smallest pivot of Phi Phi^T, relative to its largest value so far, below which a singular position may be
+near and the time until it is estimated.
+"""
 
 
 @kernel
@@ -33,7 +35,7 @@ def expand(t, y, S):
 
 @kernel
 def move_drives(t, S):
-    """Write b(t) and the values of timed constraints; skip it if the time is the last one, as at the end of a step."""
+    """Write b(t) and the values of timed constraints, unless they are already those of time t."""
     M, P, W = S.model, S.parameters, S.work
     if t == W.instant[0]:
         return
@@ -92,7 +94,7 @@ def map_directions(S, source, target):
 
 @kernel
 def scatter_row(k, S):
-    """Add the gradient of constraint k to Work.gram_row, which is zero before."""
+    """Write the gradient of constraint k as a full row to Work.gram_row, which must contain zeros."""
     M, W = S.model, S.work
     for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
         if M.constraint_column[i] < M.n:
@@ -101,7 +103,7 @@ def scatter_row(k, S):
 
 @kernel
 def clear_row(k, S):
-    """Reset the columns of constraint k in Work.gram_row to zero."""
+    """Reset the entries of Work.gram_row that `scatter_row` has written for constraint k to zero."""
     M, W = S.model, S.work
     for i in range(M.constraint_start[k], M.constraint_start[k + 1]):
         if M.constraint_column[i] < M.n:
@@ -255,7 +257,7 @@ def velocity_residual(t, y, S):
 
 @kernel
 def dependence(S):
-    """Return the root of the smallest pivot of the last Phi Phi^T; it is linear in the distance from a singular position."""
+    """Return the square root of the smallest pivot of the last Phi Phi^T; it is linear in the distance from a singularity."""
     M, W = S.model, S.work
     least, lower = abs(W.gram[0, M.band_limits[2]]), M.band_limits[2]
     for k in range(1, W.gram.shape[0]):
@@ -267,7 +269,8 @@ def dependence(S):
 def singular_ahead(fastest, S):
     """Return the time until the constraint gradients become dependent at the present rate; infinite if not near.
 
-    `project` must have written X and V. W.near[1] receives the root of the smallest pivot as a fraction of the largest so far.
+    `project` must have written X and V. Work.near[1] receives the square root of the smallest pivot, relative to the largest so
+    far.
     """
     M, W = S.model, S.work
     if W.multiplier.size == 0 or not fastest > 0.0:

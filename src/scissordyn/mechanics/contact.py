@@ -37,7 +37,7 @@ from scissordyn.mechanics.system import (
     SLIP_BY_V,
     SLIP_BY_X,
 )
-from scissordyn.mechanics.worn_contact import displaced, worn_gap, worn_kinematics, worn_slopes
+from scissordyn.mechanics.worn_contact import displaced_force, worn_gap, worn_kinematics, worn_slopes
 
 
 @kernel
@@ -245,8 +245,8 @@ def law_slopes(j, S, z, up, down, by_state):
         deep, shallow = delta + h, delta - h
         if P.contact[j].cells > 0:
             maps = map_values(j, S)
-            high, deep, _, _ = displaced(j, S, maps, h, 0.0)
-            low, shallow, _, _ = displaced(j, S, maps, -h, 0.0)
+            high, deep, _, _ = displaced_force(j, S, maps, h, 0.0)
+            low, shallow, _, _ = displaced_force(j, S, maps, -h, 0.0)
         else:
             high = elastic_force(stiffness, deep, P.elastic[j])
             low = elastic_force(stiffness, shallow, P.elastic[j])
@@ -301,7 +301,7 @@ def law_slopes(j, S, z, up, down, by_state):
 
 @kernel
 def lateral_slopes(j, S, z, up, down, by_state):
-    """Return the slope of F_n of a worn contact by a displacement along t, and those of the angle of n along n and t.
+    """Return derivatives of a worn contact: that of F_n by a displacement along t, those of the angle of n along n and t.
 
     The slopes of the rates of the damping states by a displacement along t are written to `by_state`, in the row of the slip.
     """
@@ -312,10 +312,10 @@ def lateral_slopes(j, S, z, up, down, by_state):
     if not (contact.depth > 0.0 and contact.elastic > 0.0):
         return 0.0, 0.0, 0.0
     maps, pressed, rising, falling = map_values(j, S), z[first:states], up[first:states], down[first:states]
-    _, _, _, out = displaced(j, S, maps, h, 0.0)
-    _, _, _, back = displaced(j, S, maps, -h, 0.0)
-    left, left_depth, _, left_turn = displaced(j, S, maps, 0.0, h)
-    right, right_depth, _, right_turn = displaced(j, S, maps, 0.0, -h)
+    _, _, _, out = displaced_force(j, S, maps, h, 0.0)
+    _, _, _, back = displaced_force(j, S, maps, -h, 0.0)
+    left, left_depth, _, left_turn = displaced_force(j, S, maps, 0.0, h)
+    right, right_depth, _, right_turn = displaced_force(j, S, maps, 0.0, -h)
     left = damped_force(j, S, left, left_depth, contact.rate, pressed, rising)
     right = damped_force(j, S, right, right_depth, contact.rate, pressed, falling)
     scale = 1.0 / (2.0 * h)

@@ -18,12 +18,12 @@ from scissordyn.mechanics.port import port_forces
 from scissordyn.mechanics.rail import ACROSS, write_rows
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-MASS_MIN = 1e-300  # [kg] effective mass of a direction that the drives prescribe: its damping vanishes
+MASS_MIN = 1e-300  # [kg] effective mass along a direction whose motion the drives prescribe: so small that damping vanishes
 
 
 @kernel
 def contact_mass(j, S):
-    """Effective mass of contact j along its normal [kg], after `kinematics`."""
+    """Return the effective mass of contact j along its normal [kg]; call `kinematics` first."""
     W = S.work
     nx, ny = W.contact[j].nx, W.contact[j].ny
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
@@ -37,10 +37,10 @@ def contact_mass(j, S):
 
 @kernel
 def component_mass(t, i, z, S):
-    """Effective mass of component i along its gap: in kg, or in kg m^2 where the gap is an angle.
+    """Return the effective mass of component i along its gap [kg], or its inertia [kg m^2] if the gap is an angle.
 
-    It is 0, for the published law, where the gap is an angle and bars bend: the shapes of a bar turn its cross-sections almost
-    without inertia, so that the mass would be far less than that of the bar, which an impact meets.
+    It is 0 if the gap is an angle and bars bend; damping then refers to the approach speed, as in the published law. The shapes
+    of a bar turn its cross-sections almost without inertia: the inertia would be far less than that which an impact meets.
     """
     M, W = S.model, S.work
     if M.reference_of[i] >= 0 and M.bar_scale.size > 0:
@@ -73,9 +73,9 @@ def component_mass(t, i, z, S):
 
 @kernel
 def effective_mass(S):
-    """Effective mass for the unit force whose generalized force is in Work.load, which is overwritten.
+    """Return the effective mass for a unit force whose generalized force is in Work.load; Work.load is overwritten.
 
-    Where constraints lock the direction, or at a singular position, it is the mass without the constraints, which is less.
+    If the constraints lock the direction, or at a singular position, the constraints are left out, which gives a smaller mass.
     """
     M, W = S.model, S.work
     free = squared_load(S)
@@ -99,7 +99,7 @@ def effective_mass(S):
 
 @kernel
 def squared_load(S):
-    """Square of Work.load."""
+    """Return the square of the norm of Work.load."""
     total = 0.0
     for i in range(S.model.n):
         total += S.work.load[i] * S.work.load[i]

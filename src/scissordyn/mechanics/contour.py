@@ -27,11 +27,11 @@ FLAT_FRACTION = 1e-3
 Its error is 1e-13 there. The closed form loses the square of this fraction by cancellation.
 """
 
-PLACE_TOL = 1e-9  # relative residual of the force at which the place of a journal is found
+PLACE_TOL = 1e-9  # relative residual of the force at which Newton's method accepts the eccentricity of a journal under a load
 PLACE_STEPS_MAX = 60  # Newton steps, and bisections before them
 
 SUBSTEP_FRACTION = 0.25
-"""Largest change of a contour in a part of a wear step, as a fraction of the elastic indentation of the same load.
+"""Largest change of a contour in a substep of wear, as a fraction of the elastic indentation of the same load.
 
 Euler's method is stable below 2 for a pressure proportional to the indentation.
 """
@@ -39,7 +39,7 @@ Euler's method is stable below 2 for a pressure proportional to the indentation.
 
 @kernel
 def pressure(w, table):
-    """Return the pressure at an indentation w > 0, and its first and second integral."""
+    """Return the pressure p at an indentation w > 0, and its integrals P and Q."""
     k = int(math.log(w / table[0, INDENTATION]) / math.log(table[1, INDENTATION] / table[0, INDENTATION]))
     k = max(0, min(k, table.shape[0] - 1))
     start, m, first = table[k, INDENTATION], table[k, EXPONENT], table[k, PRESSURE]
@@ -66,7 +66,7 @@ def nearest_cell(ex, ey, count):
 
 @kernel
 def wrapped(k, count):
-    """Return an index between 0 and count - 1 for one that is at most one turn outside."""
+    """Return the index between 0 and count - 1 for the same angle as k, which is at most one turn outside."""
     if k < 0:
         return k + count
     return k - count if k >= count else k
@@ -74,7 +74,10 @@ def wrapped(k, count):
 
 @kernel
 def deepest(ex, ey, contour, clearance):
-    """Return the largest indentation over all angles, negative without contact, and the index of its angle."""
+    """Return the largest indentation [m] of a journal at (ex, ey) over all angles, and the index of its angle.
+
+    Without contact it is negative: minus the smallest gap.
+    """
     count, e = contour.shape[0], math.sqrt(ex * ex + ey * ey)
     middle = nearest_cell(ex, ey, count)
     best, at = ex * contour[middle, COS] + ey * contour[middle, SIN] - clearance - contour[middle, DEPTH], middle
@@ -143,7 +146,7 @@ def press(ex, ey, contour, table, clearance, area, shares):
 
 @kernel
 def bracket_place(nx, ny, force, contour, table, clearance, area, shares):
-    """Return the eccentricity along a direction at which the force along it is as given, by bisection."""
+    """Return the eccentricity [m] along the direction (nx, ny) at which the force along it is `force` [N], by bisection."""
     low, high = clearance, 1.001 * clearance
     for _ in range(PLACE_STEPS_MAX):
         fx, fy, _ = press(high * nx, high * ny, contour, table, clearance, area, shares)
@@ -162,7 +165,7 @@ def bracket_place(nx, ny, force, contour, table, clearance, area, shares):
 
 @kernel
 def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
-    """Return the eccentricity at which the journal presses with the force (px, py), from one nearby, and the residual.
+    """Improve the eccentricity (ex, ey) of a journal under the load (px, py); return it and the residual force.
 
     Newton's method with the tangent by differences; a step that does not reduce the residual is halved.
     """

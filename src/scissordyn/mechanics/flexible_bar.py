@@ -1,4 +1,4 @@
-"""Flexible bars as one component: forces on the vectors of their shapes.
+"""Forces of a flexible bar, a single component with several cross-sections, on its shape vectors q_k.
 
 At points of quadrature r' = sum S_k' q_k, g = |r'|, t = r'/g, and the strain is e = g - 1 - e_0, with e_0 from a temperature.
 Axial forces times weights are N = EA A e with the constant matrix A of `Shapes.stretching`. Bending has the constant matrix
@@ -49,13 +49,13 @@ def tables_of(bar, S):
 
 @kernel
 def whole_pairs(modes):
-    """Return how many of the vectors of modes are processed by vector instructions."""
+    """Return the number of shape vectors of modes that fill whole lanes of the processor's vector unit."""
     return _PAIRS * (modes // _PAIRS)
 
 
 @kernel
 def read_vectors(bar, S, source, x, y):
-    """Write the vectors of a bar's shapes, for positions or velocities."""
+    """Write the shape vectors of a bar into x and y; `source` has the positions or velocities of the columns."""
     M = S.model
     fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
     whole = whole_pairs(M.bar[bar, 1] - fixed)
@@ -74,7 +74,7 @@ def read_vectors(bar, S, source, x, y):
 
 @kernel
 def add_vectors(bar, S, x, y, target):
-    """Add forces on the vectors of a bar's shapes to those on the columns."""
+    """Add forces x, y on the shape vectors of a bar to the forces on the columns."""
     M = S.model
     fixed, column, scale = M.bar[bar, 4], M.bar[bar, 5], M.bar_scale[bar]
     whole = whole_pairs(M.bar[bar, 1] - fixed)
@@ -94,7 +94,7 @@ def add_vectors(bar, S, x, y, target):
 
 @kernel
 def warmth(t, i, S):
-    """Return the factor of the temperatures of component i, and its rate."""
+    """Return the factor of the temperatures of the flexible bar of component i, and its rate."""
     if S.model.function[i] < 0:
         return 1.0, 0.0
     motion_at(t, S.model.function[i], S)

@@ -18,7 +18,7 @@ STEP_ROTATION_MAX = 1.0  # [rad] largest rotation of a body in a step; turns cou
 DRIVEN_ROTATION_MAX = 0.02
 """Largest rotation in a step without degrees of freedom [rad]: such steps have no error estimate, but powers are integrated."""
 
-CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest distance of the singular position for such a step
+CROSSED_DISTANCE_MAX = 4.0  # [step sizes] largest time to a singular position that the caller may step across
 
 
 @entry
@@ -53,7 +53,7 @@ def solve(r: F1, address: int) -> None:
 
 @entry
 def accept(t: float, y: F1, address: int, answer: F1) -> None:
-    """Project the state and count turns; write whether y changed, the longest next step and the fastest rotation.
+    """Project the state and count turns; write whether y changed, the longest next step [s] and the fastest rotation [rad/s].
 
     Near a singular position the longest step is minus the time to it, if the caller can step across it: W.near[3] is finite.
     """
@@ -150,6 +150,7 @@ FUNCTIONS = {
     "probe": probe,
     "record": record,
 }
+"""Functions of time integration with error control, under the names that `integrate` calls them by."""
 
 
 @kernel

@@ -51,13 +51,13 @@ from scissordyn.tolerance import ROUND_OFF_TOL
 GAP_TOL = 1e-6  # Gap or indentation of a closed contact, relative to the clearance, above which positions are moved back
 
 LEAST_SQUARES_WEIGHT = 1e-2
-"""Weight of the moves relative to the remaining gaps, for a free journal.
+"""Weight of the size of the moves relative to the remaining gaps, for a free journal.
 
 Gaps can contradict each other, as in a closed loop with all joints in contact. No move exceeds five times the gaps.
 """
 
 INDENTATION_MAX = 0.1  # Indentation at the end of a step, relative to the clearance, above which the step is too long
-FORCED_GAP_MAX = 0.5  # Gap, relative to the clearance, up to which the forces of one step may close a contact
+FORCED_GAP_MAX = 0.5  # Largest gap, relative to the clearance, of an open contact that the forces of one step may close
 
 
 @kernel
@@ -431,7 +431,7 @@ def beyond_law(i, S, H):
 
 @kernel
 def return_to_surfaces(h, new, S, H):
-    """Move the positions of contacts that stay closed back to their surfaces."""
+    """Correct the positions so that surfaces in lasting contact touch again: remove gaps and indentations of the step."""
     place_at_end(h, new, S)
     if too_far(S, H):
         move_back(new, S, H)

@@ -63,12 +63,12 @@ class HardState(NamedTuple):
 
 
 class HardWork(NamedTuple):
-    """Scratch arrays of a step."""
+    """Scratch arrays of a time step with k hard or compliant contacts; U- and U+ are velocities before and after the step."""
 
     later: F1  # (k,) theta of a compliant contact along N
     later_slip: F1  # (k,) theta of a compliant contact along T
     rubbed: F1  # (k,) slip speed at the linearisation of its friction [m/s]
-    bristle: F1  # (states of a contact,) scratch
+    bristle: F1  # (states of a contact,) internal states of its friction law at the end of the step
     rebound: F1  # (k,) restitution coefficient in the current step
     bias: F1  # (k,) speed at which an open gap closes by the end of the step
     turn: F1  # (k,) speed along N that the curvature of the surface requires at the end of the step
@@ -76,7 +76,7 @@ class HardWork(NamedTuple):
     turning_mass: F1  # (k,) impulse along T per U_T+, because the normal rotates [kg]
     lag: F1  # (k,) known part of that impulse [N s]
     offset: F1  # (k,) e U- + bias
-    yields: I1  # (k,) whether it is elastic in the current step
+    yields: I1  # (k,) whether the contact is elastic in the current step
     reached: F1  # (k,) indentation of the law without U+ [m]
     weight: F1  # (k,) decrease of that indentation per U+ [s]
     faster: F1  # (k,) f: 0 if its vibration is resolved, 1 if it is much faster than the step
@@ -226,7 +226,10 @@ def acting_row(a, m, S, H):
 
 @kernel
 def assemble(h, S, H):
-    """Write the products of all active rows, and the diagonal terms of components."""
+    """Write the matrix G, which maps the impulses of the active rows to velocities: the scalar products of the rows.
+
+    Active dampers add 2/h on the diagonal.
+    """
     m, reach = S.work.multiplier.size, H.model.reach[0]
     first = H.work.value.size - S.work.gradient.size
     for k in range(S.work.gradient.size):
@@ -252,7 +255,7 @@ def assemble(h, S, H):
 
 @kernel
 def hold_immobile(m, H):
-    """Give a contact that cannot move along T a tiny compliance there; open one that cannot move along N."""
+    """Give a contact that cannot slip a tiny compliance along T; open a contact that cannot move along its normal."""
     reach, largest = H.model.reach[0], 0.0
     for i in range(H.model.which.size):
         if H.work.closed[i] == 1:

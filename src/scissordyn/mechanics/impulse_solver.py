@@ -4,8 +4,8 @@ G are the products of the rows, lambda their impulses, U = U_free + G lambda. Ea
 (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). For given modes the equations are linear, and banded for a chain of
 joints: the cost of a Newton step is linear in the number of joints.
 
-Dependent rows, for example if all joints of a closed loop are in contact, have several solutions. G_aa (1 + `COMPLIANCE`)
-instead of G_aa selects one of them, as if surfaces had this fraction of the compliance of a free journal.
+Dependent rows, for example if all joints of a closed loop are in contact, have several solutions. To select one, G_aa is
+multiplied by 1 + `SURFACE_COMPLIANCE`, as if surfaces had this fraction of the compliance of a free journal.
 """
 
 from __future__ import annotations
@@ -26,14 +26,15 @@ STALLED_STEPS_MAX = 10
 After them only the last of these contacts changes its mode, until there are fewer, as in block principal pivoting.
 """
 
-LINEARISATIONS_MAX = 4  # Number of linearisations of elastic laws in a step
-COMPLIANT_LINEARISATIONS_MAX = 12  # The same number with compliant contacts, whose damping and friction are less smooth
+LINEARISATIONS_MAX = 4  # Largest number of linearisations of elastic laws in a step
+COMPLIANT_LINEARISATIONS_MAX = 12  # Largest number of linearisations of compliant contacts' laws, which are less smooth
 
 RECENT_STEPS = 15
-"""Last Newton steps; contacts that changed their modes in them are pivoted first, while the others keep their modes."""
+"""Number of Newton steps before a failure; only contacts that changed their modes in them are pivoted at first."""
 
 
 FOUND, MISFIT, FAILED = range(3)
+"""Results of `newton`: consistent modes; consistent modes, but compliant laws that are not met; no consistent modes."""
 
 
 FACTORIZATIONS, MOST_IN_A_STEP, PIVOTS, PIVOTED, UNSOLVED, IMPULSIVE, DEPENDENT = range(7)
@@ -43,7 +44,7 @@ solved, steps with closed contacts, steps with rows that depend on each other.""
 
 @kernel
 def solve_impulses(m, y, S, H):
-    """Compute impulses and velocities of the rows, starting from the modes of the last step.
+    """Compute the impulses of all rows and the velocities after the step; begin with the contact modes of the last step.
 
     Return whether they agree with the laws of compliant contacts.
     """
@@ -227,7 +228,11 @@ def ask_for_modes(m, H):
 
 @kernel
 def change_modes(single, tried, m, H):
-    """Change the modes of all contacts that require it, or only of the last one; record the Newton step."""
+    """Set the mode of each contact (open, stick or slip) to the one that its impulses and velocities require.
+
+    If `single`, change only the last contact whose mode differs. `tried` is the index of the Newton step; it is stored for each
+    changed contact.
+    """
     for i in range(H.model.which.size - 1, -1, -1):
         breaks_away = H.work.closed[i] == 1 and H.work.required[i] >= SLIP and H.work.friction[i] > H.parameters.kinetic[i]
         if H.work.required[i] != H.state.mode[i] or breaks_away:

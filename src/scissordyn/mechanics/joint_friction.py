@@ -86,7 +86,7 @@ def place_bodies(S):
 
 @kernel
 def move_bodies(lane, A, gx, gy, S):
-    """Write the accelerations of the bodies from those of the columns plus a uniform one."""
+    """Write the accelerations of the bodies into a lane: those that the accelerations A of the columns cause, plus (gx, gy)."""
     R = S.friction
     for body in range(R.maps.rotation.size):
         px, py, qx, qy = mapped(R.maps, body, A)
@@ -157,7 +157,7 @@ def respond(t, k, z, S):
 
 @kernel
 def press(S):
-    """Write the multipliers of couplings with a pressure, and the loads of unit pressures into the last lanes."""
+    """Write the multipliers of couplings with teeth or belts, and the loads of their unit workless forces to the last lanes."""
     R = S.friction
     f, pressures = R.component.size, R.maps.pressure.shape[0]
     R.change[:] = 0.0
@@ -170,7 +170,7 @@ def press(S):
 
 @kernel
 def press_at(R):
-    """Write the pressures for the current reactions, and their derivatives by the multipliers."""
+    """Write the workless forces of teeth and belts for the current reactions, and their derivatives by the multipliers."""
     for e in range(R.maps.pressure.shape[0]):
         multiplier = R.pressing[e, 0]
         for k in range(R.component.size):

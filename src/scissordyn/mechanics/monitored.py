@@ -43,7 +43,7 @@ an oiled joint's force is the contact times the number of components plus the fi
 force and friction of a contact; `COUPLING_FORCE` is the multiplier of a constraint.
 """
 
-OF_CONTACT = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that depend on one contact only
+CONTACT_KINDS = PRESSURE_VELOCITY, INDENTATION, FRICTION_RATIO, CONTACT_FORCE  # Kinds that depend on one contact only
 
 FRICTION_RATIO_MAX = 1.05  # [-] ratio of friction to its static limit above which there is a warning
 
@@ -79,7 +79,7 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
     def of_row(row: int) -> list[int]:
         guards = model.guard_component.size
         kind, which = (-1, row) if row < guards else model.monitor[row - guards].tolist()
-        if row < contacts or kind in OF_CONTACT:
+        if row < contacts or kind in CONTACT_KINDS:
             return of_contact(which)
         if kind == TRACK_DEVIATION:
             columns = model.track_column[model.track_start[which] : model.track_start[which + 1]].tolist()

@@ -140,7 +140,7 @@ def write_energies(at, t, y, S, R):
 
 @kernel
 def set_sample(at, samples, S):
-    """Set the guards and references of a sample."""
+    """Copy the modes, memories and masses of all guards and the reference angles of a sample into the state."""
     C = S.state
     for k in range(C.mode.size):
         C.mode[k] = samples.mode[at, k]
@@ -153,7 +153,7 @@ def set_sample(at, samples, S):
 
 @entry
 def rates_without(samples: Sampled, which: I1, contact: int, address: int, rates: F2) -> None:
-    """Compute the rates of the state at some samples if one of the contacts exerted no force."""
+    """Compute the rates of the state at the samples `which` as if one contact exerted no force."""
     S = open_system(address)
     for k in range(which.size):
         set_sample(which[k], samples, S)

@@ -1,4 +1,7 @@
-"""Dispatch from the code of a port to its kernels; a new port is registered only here and in its own file."""
+"""Call the kernels of a port, chosen by its code; a new port is registered only here and in its own file.
+
+A port is a way to attach a component to bodies, for example between two points (line) or to the angle of two bodies (hinge).
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ def port_wrench(port, maps, along, out, fx, fy):
 
 @kernel
 def write_port_gradients(port, maps, G, R):
-    """Write the gradients of the coordinates, and of their rates, by the maps."""
+    """Write the derivatives of a port's coordinates and of their rates by the maps."""
     G[:, :] = 0.0
     R[:, :] = 0.0
     if port == LINE.code:

@@ -18,7 +18,7 @@ from scissordyn.mechanics.component import ARGUMENT_STEP
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
-STATE_STEP_MIN = 1e-11  # Smallest step of a state without scale [m]
+STATE_STEP_MIN = 1e-11  # [m] smallest step of a difference by an internal state; used if `state_scale` of the state is zero
 
 
 @kernel

@@ -33,7 +33,7 @@ NULL_SHARE_MAX = 1e-4  # Share in the null space above which an unknown is not d
 
 
 class Balance(NamedTuple):
-    """Unknown reactions and their coefficients in the balance of each body."""
+    """Balances of force and moment of all bodies: the unknown reactions and their coefficients, body by body."""
 
     start: I1  # (bodies + 1,) Entries of each body
     unknown: I1  # Row of the ordered unknowns for each entry

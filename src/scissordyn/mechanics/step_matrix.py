@@ -3,11 +3,10 @@
 In larger mechanisms two kinds of unknowns are eliminated before the factorization (`plan.ordering`):
 
 * the state z of a force element with a single state: its row contains only z and the element's coordinates;
-* the multiplier of a constraint on two coordinates that no other constraint uses, with one of both coordinates. The
-constraint's
-  row is w . k = s and its column g. The coordinates are k = a u + b s/|w|, b = w/|w|, a normal to w. The multiplier vanishes
-  from
-  the sum of both rows in a direction normal to g. Entries for s, `Workspace.aside`, go to the right-hand side.
+* the multiplier of a constraint on two coordinates that no other constraint uses, together with one of both coordinates. The
+  constraint's row is w . k = s and its column g. The coordinates are k = a u + b s/|w|, with b = w/|w| and a normal to w. The
+  multiplier vanishes from the sum of both rows in a direction normal to g. Entries for s, `Workspace.aside`, go to the
+  right-hand side.
 """
 
 from __future__ import annotations

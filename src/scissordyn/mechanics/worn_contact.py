@@ -30,8 +30,8 @@ from scissordyn.mechanics.system import (
     TURN_OWN,
 )
 
-LOADS = 180
-"""Number of directions in which loads on a bearing are collected: 2 degrees, less than the width of a loaded contact."""
+LOAD_DIRECTIONS = 180
+"""Number of directions by which the friction loads on a worn bearing are summed up: 2 degrees, less than a loaded contact."""
 
 SAGITTA = 0.5 * math.pi**2  # sagitta of a cell over the clearance, times the square of the number of cells
 
@@ -92,8 +92,11 @@ def worn_kinematics(j, S, maps):
 
 
 @kernel
-def displaced(j, S, maps, along, across):
-    """Return elastic force, indentation and force components along n and t with the journal moved along n and t."""
+def displaced_force(j, S, maps, along, across):
+    """Return elastic force [N], indentation [m] and force components along n and t for a displaced journal of contact j.
+
+    The displacements `along` n and `across`, along t, are relative to its position in `maps`.
+    """
     ex, ey, _, _, bx, by, _, _, _, _, _, _ = maps
     nx, ny = S.work.contact[j].nx, S.work.contact[j].ny
     fx, fy, depth, _, _ = pressed(j, S, ex + along * nx - across * ny, ey + along * ny + across * nx, bx, by)
@@ -114,9 +117,10 @@ def worn_energy(j, S):
 
 @kernel
 def add_loads(S, power, first):
-    """Write F_n |v_t| and F_n^2 |v_t| of the worn contacts to `power`, by the angle of the force on the bearing.
+    """Write the friction loads F_n |v_t| and F_n^2 |v_t| of worn contacts to power[first:], by the direction of the force.
 
-    A load between two directions is shared between them, so that its sum is exact.
+    Each worn contact has `LOAD_DIRECTIONS` entries for either load. The direction is that of the force on the bearing, in the
+    frame of its body. A load between two directions is shared between them, so that the sum over all directions is exact.
     """
     for q in range(first, power.size):
         power[q] = 0.0
@@ -129,15 +133,15 @@ def add_loads(S, power, first):
             _, _, _, _, bx, by, _, _, _, _, _, _ = map_values(j, S)
             cos, sin = bearing_direction(bx, by)
             angle = math.atan2(contact.ny * cos - contact.nx * sin, contact.nx * cos + contact.ny * sin)
-            place = angle * LOADS / (2.0 * math.pi) + LOADS
+            place = angle * LOAD_DIRECTIONS / (2.0 * math.pi) + LOAD_DIRECTIONS
             k = int(place)
             share, rate = place - k, contact.normal * abs(contact.slip)
-            low, high = at + k % LOADS, at + (k + 1) % LOADS
+            low, high = at + k % LOAD_DIRECTIONS, at + (k + 1) % LOAD_DIRECTIONS
             power[low] += (1.0 - share) * rate
             power[high] += share * rate
-            power[low + LOADS] += (1.0 - share) * rate * contact.normal
-            power[high + LOADS] += share * rate * contact.normal
-        at += 2 * LOADS
+            power[low + LOAD_DIRECTIONS] += (1.0 - share) * rate * contact.normal
+            power[high + LOAD_DIRECTIONS] += share * rate * contact.normal
+        at += 2 * LOAD_DIRECTIONS
 
 
 @kernel

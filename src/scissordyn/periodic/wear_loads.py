@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION
-from scissordyn.mechanics.worn_contact import LOADS
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.wear import Wear
@@ -81,7 +81,7 @@ class Loads(NamedTuple):
         deficit is taken from the neighbours, so that the sum stays exact.
         """
         energy, moment = self.energy[:, joint].mean(axis=0), self.moment[:, joint].mean(axis=0)
-        for _ in range(LOADS):
+        for _ in range(LOAD_DIRECTIONS):
             deficit = np.minimum(energy, 0.0)
             if not deficit.any():
                 break
@@ -186,7 +186,7 @@ class CycleRunner:
         contacts = [contact.name for contact in driver.plan.contacts]
         worn = [j for j, contact in enumerate(driver.plan.contacts) if getattr(contact.clearance, "contour", ())]
         rows = [worn.index(contacts.index(name)) for name in self.names]
-        totals = driver.state.total[BALANCED:].reshape(len(worn), 2, LOADS)[rows]
+        totals = driver.state.total[BALANCED:].reshape(len(worn), 2, LOAD_DIRECTIONS)[rows]
         forces = force_peaks(driver.plan, current_trajectory(driver)).size
         peak = forces[driver.plan.places(self.names)]
         deviation = driver.peak["largest"][driver.rows(TRACK_DEVIATION)]

@@ -31,7 +31,7 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
-from scissordyn.mechanics.worn_contact import LOADS
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.plan.plan import Plan
 from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
@@ -120,7 +120,7 @@ class Driver:
         mechanism = system.content.state
         state = make_state(
             np.zeros(size),
-            quadratures=BALANCED + (2 * LOADS * int(np.sum(content.parameters.contact["cells"] > 0)) if loads else 0),
+            quadratures=BALANCED + (2 * LOAD_DIRECTIONS * int(np.sum(content.parameters.contact["cells"] > 0)) if loads else 0),
             monitors=model.monitor.shape[0],
             mode=mechanism.mode,
             memory=mechanism.memory,

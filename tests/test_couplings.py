@@ -234,10 +234,10 @@ def test_derivatives_of_the_closure() -> None:
         closure = Closure(plan(mechanism))
         z = closure.placed() + 0.05 * random.normal(size=closure.total)
         one, other = (np.append(random.normal(size=closure.natural.total), 0.0 * closure.placed_turns) for _ in range(2))
-        by_differences = (closure.left_of(z + h * one) - closure.left_of(z - h * one)) / (2.0 * h)
-        assert np.allclose(closure.product(z, one), by_differences, atol=1e-8)
-        by_other = (closure.product(z + h * other, one) - closure.product(z - h * other, one)) / (2.0 * h)
-        assert np.allclose(closure.form(z, one, other), by_other, atol=1e-8)
+        by_differences = (closure.left_sides(z + h * one) - closure.left_sides(z - h * one)) / (2.0 * h)
+        assert np.allclose(closure.derivative(z, one), by_differences, atol=1e-8)
+        by_other = (closure.derivative(z + h * other, one) - closure.derivative(z - h * other, one)) / (2.0 * h)
+        assert np.allclose(closure.second_derivative(z, one, other), by_other, atol=1e-8)
 
 
 def test_free_floating_joint_drive() -> None:

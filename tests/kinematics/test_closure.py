@@ -96,12 +96,12 @@ def test_derivatives(mechanism: sd.Mechanism) -> None:
     z = closure.placed() + 0.05 * random.normal(size=closure.total)
     one, other = random.normal(size=(2, closure.total))
     h = 1e-5
-    by_differences = (closure.left_of(z + h * one) - closure.left_of(z - h * one)) / (2 * h)
-    assert np.allclose(closure.product(z, one), by_differences, atol=1e-9)
-    by_one = (closure.product(z + h * other, one) - closure.product(z - h * other, one)) / (2 * h)
-    assert np.allclose(closure.form(z, one, other), by_one, atol=1e-9)
+    by_differences = (closure.left_sides(z + h * one) - closure.left_sides(z - h * one)) / (2 * h)
+    assert np.allclose(closure.derivative(z, one), by_differences, atol=1e-9)
+    by_one = (closure.derivative(z + h * other, one) - closure.derivative(z - h * other, one)) / (2 * h)
+    assert np.allclose(closure.second_derivative(z, one, other), by_one, atol=1e-9)
     change = random.normal(size=closure.free.shape[1])
-    assert np.allclose(closure.jacobian(z) @ change, closure.product(z, closure.free @ change), atol=1e-12)
+    assert np.allclose(closure.jacobian(z) @ change, closure.derivative(z, closure.free @ change), atol=1e-12)
 
 
 def test_nothing_near() -> None:

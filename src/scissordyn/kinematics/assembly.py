@@ -24,7 +24,7 @@ from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import make_system
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-IMPROVEMENT_FRACTION = 0.9  # A correction towards given values is kept if it reduces their error below this fraction
+IMPROVEMENT_FRACTION = 0.9  # A correction towards given positions or speeds must reduce their error to less than this fraction
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Held:
     rates: list[tuple[float, float]] = field(default_factory=list)
     # Lengths that are held during the assembly only: bars that bend start straight
     constraints: list[Constraint] = field(default_factory=list)
-    # True if the assembly comes as close as possible to the positions and the speeds given in the description
+    # True if the assembly minimises the errors of the initial positions (places) or velocities (speeds) that bodies are given
     places: bool = False
     speeds: bool = False
 
@@ -60,7 +60,7 @@ class Held:
 
 
 def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return the basis b and its rate at a time [s]."""
+    """Return the basis b(t) = (1, cos th_1, sin th_1, ...) of the drives and its rate at a time [s]."""
     work, numbers = system.work, system.parameters
     basis = np.empty_like(work.basis)
     prescribe(time, 0.0, numbers.motion, numbers.motion_start, basis, work.function_value)
@@ -88,7 +88,7 @@ def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray,
 
 
 def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool = False) -> Held:
-    """Hold each rod whose direction at the start is given."""
+    """Return the vectors that the assembly holds for rods: the span of each rod whose initial direction is given."""
     holds = Held(places=places, speeds=speeds)
     rates = value_rates(system)
     constraints = plan.coordinates.constraints
@@ -147,7 +147,7 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
             rates_of_all[: change.size] += change
             if np.linalg.norm(speeds.misses(rates_of_all)) < IMPROVEMENT_FRACTION * np.linalg.norm(missed):
                 velocity = velocity + change
-        if len(velocities) < 200:  # those of long chains take some hundred kilobytes each
+        if len(velocities) < 200:  # the velocities of a long chain take some hundred kilobytes
             velocities[moving] = velocity
     return Start(x.copy(), velocity.copy())
 
@@ -215,7 +215,7 @@ def _describe_errors(plan: Plan, constraints: list[Any], residual: np.ndarray, h
     count = len(constraints)
     errors = np.abs(residual)
     if np.argmax(errors) >= count:
-        return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot be held where it should start"
+        return f"joint '{held[(int(np.argmax(errors)) - count) // 2]}' cannot start at the required position"
     far = [constraints[k] for k in np.argsort(-errors[:count], kind="stable") if errors[k] > 0.01 * np.max(errors)]
     # name rods if there are any: their lengths can be changed, bodies are rigid
     rods = [constraint for constraint in far if constraint.name]

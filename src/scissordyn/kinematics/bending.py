@@ -1,4 +1,7 @@
-"""Flexible bars: replace a rigid bar by cross-sections that a flexible bar or beam elements connect."""
+"""Flexible bars: replace a rigid bar by rotating cross-sections and the flexible bar or beam elements between them.
+
+A kinked bar consists of straight legs. Each leg is bent like a straight bar, and welds connect them.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +38,7 @@ class Legs(NamedTuple):
     # Straight uniform bars; the one on the x axis keeps the name and the frame of the kinked bar
     bodies: tuple[Body, ...]
     welds: tuple[Weld, ...]  # Welds between consecutive legs
-    where: dict[str, str]  # Name of the leg that carries each point of the kinked bar
+    where: dict[str, str]  # Leg that carries each point of the kinked bar, by the point's name
 
 
 def legs_of(body: Body) -> Legs | None:
@@ -64,7 +67,7 @@ def legs_of(body: Body) -> Legs | None:
 
 
 def _groups(body: Body) -> list[list[str]]:
-    """Return the point names of each leg; a kink belongs to two legs."""
+    """Return the names of the points on each straight leg of a kinked bar; a kink belongs to two legs."""
     points = list(body.points.items())
     if len(points) < 3 or any(math.dist(first, second) == 0.0 for (_, first), (_, second) in itertools.pairwise(points)):
         return []
@@ -100,7 +103,11 @@ def _is_uniform(body: Body, line: Sequence[Point]) -> bool:
 
 
 def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own: bool) -> Body:
-    """Return a leg as a bar, in the frame of the kinked bar if `own`, else in a frame along the leg."""
+    """Return one straight leg of a kinked bar as a uniform bar with its own name, points and mass.
+
+    `points` are in the frame of the kinked bar `body`, `per_length` is the mass per length [kg/m]. If `own`, the leg keeps the
+    frame of the kinked bar, whose x axis it lies on; otherwise its x axis runs from its first point to its last.
+    """
     (x, y), *_, last = points.values()
     length = math.dist((x, y), last)
     start = (0.0, 0.0) if own else (x, y)
@@ -121,12 +128,12 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
 
 MassKind = Annotated[Literal["given", "section"], Meaning("whether a bar keeps its given mass or takes that of its section")]
 
-BENDING = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
-AXIAL = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
+BENDING_STIFFNESS = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
+AXIAL_STIFFNESS = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
 ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
-NODE = "node"  # Name of the point of a cross-section that lies between the points of a bar
-SLENDERNESS_MIN = 5.0  # Length over depth; a shorter bar has a shear deflection that beam theory neglects
-REFERRING: tuple[tuple[str, str, tuple[str, ...]], ...] = (
+NODE = "node"  # Name of the only point of a cross-section where the rigid bar has no point of its own
+SLENDERNESS_MIN = 5.0  # Smallest length over depth of a bar; shear, which beam theory neglects, deflects shorter ones
+PARTS_OF_BODIES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
     ("latches", "latch", ("body", "base")),
 )
@@ -143,8 +150,8 @@ def with_bending(
     *,
     section: Annotated[str | Section | None, Meaning("tube, box, solid, angle or strip with its dimensions")] = None,
     material: Annotated[str | StructuralMaterial | None, Meaning("steel, aluminium or titanium")] = None,
-    bending_stiffness: Annotated[float | None, BENDING] = None,
-    axial_stiffness: Annotated[float | None, AXIAL] = None,
+    bending_stiffness: Annotated[float | None, BENDING_STIFFNESS] = None,
+    axial_stiffness: Annotated[float | None, AXIAL_STIFFNESS] = None,
     modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar, its points held", "6")] = "auto",
     elements: Annotated[int | None, ELEMENTS] = None,
     mass: MassKind = "given",
@@ -213,7 +220,7 @@ def _names_of_bars(mechanism: Mechanism, bodies: str | Iterable[str]) -> tuple[s
 
 
 def _assembled(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
-    """Return the mechanism with assembled positions if a bar that is to bend has none of its own."""
+    """Return the mechanism with the assembled positions of its bodies if a bar that is to bend has no position of its own."""
     if not any(None in (body.position, body.angle) for body in map(mechanism.body, names)):
         return mechanism
     where = assembled_places(mechanism)
@@ -302,8 +309,8 @@ def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
     if not _is_bar(body):
         raise InputError(
             f"body '{body.name}' cannot bend: it is not a uniform bar",
-            "points on its x axis, or in order along straight legs, one of them on the x axis; mass centre and inertia of a "
-            "uniform line; bend bars before you fix payloads to them",
+            "a straight bar with its points on its x axis, or a kinked one with its points in order and one leg on its x axis, "
+            "each with uniform mass; add payloads after bending",
         )
     length = max(x for x, _ in body.points.values()) - min(x for x, _ in body.points.values())
     if depth and length < SLENDERNESS_MIN * depth:
@@ -357,7 +364,11 @@ def _with_flexible_bar(
 def _sections(
     body: Body, marks: list[float], label: list[str], named: dict[float, list[str]], mass_per_length: float
 ) -> tuple[list[Body], dict[str, str]]:
-    """Return the cross-sections of a bar at `marks`, and the cross-section that carries each of its points."""
+    """Return the cross-sections of a bar, and the name of the cross-section that carries each point of the bar.
+
+    `marks` are the positions of the cross-sections along the bar [m], `label` their names, `named` the names of the points at
+    each mark.
+    """
     spans = [second - first for first, second in itertools.pairwise(marks)]
     half = [0.5 * mass_per_length * span for span in spans]
     turned = [node_inertia(mass_per_length, span) for span in spans]
@@ -441,7 +452,7 @@ def _move_attachments(
             "bodies": (*mechanism.bodies[:at], *nodes, *mechanism.bodies[at + 1 :]),
             **{
                 field: tuple(exchanged(part, f"{what} '{part.name}'", free) for part in getattr(mechanism, field))
-                for field, what, free in REFERRING
+                for field, what, free in PARTS_OF_BODIES
             },
             "couplings": tuple(
                 dataclasses.replace(

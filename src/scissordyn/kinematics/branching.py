@@ -18,9 +18,12 @@ from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPositi
 from scissordyn.plan.plan import Plan
 
 SAMPLE_ROTATION_MAX = 0.2
-"""Largest rotation between two samples that are compared [rad]; with larger ones a driven mechanism is followed instead."""
+"""Largest rotation between two samples of a run [rad] for which the search uses the samples.
 
-SAMPLES_MIN = 9  # Smallest number of samples searched for singular positions
+With a larger rotation, a driven mechanism's positions are computed anew along its path.
+"""
+
+SAMPLES_MIN = 9  # Smallest number of samples between which singular positions are searched
 
 EQUATIONS_MAX = 300
 """Largest number of closure equations for which singular positions are searched.
@@ -30,7 +33,7 @@ The cost is cubic: some seconds at this size.
 
 
 class PositionWarning(NamedTuple):
-    """Warning about a singular position."""
+    """Warning about a singular position that the mechanism passes or reaches."""
 
     time: float
     """First time at which the drives reach the position [s]."""
@@ -38,7 +41,7 @@ class PositionWarning(NamedTuple):
     text: str
 
 
-CHANCE = "which one the real structure takes is a matter of chance"
+CHANCE = "which one the real structure takes is a matter of chance"  # End of each warning about a change point
 
 
 def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
@@ -65,7 +68,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
     chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
     position = run.variables["position"].values
-    z = closure.of_motion(position[chosen], angle[chosen])
+    z = closure.coordinates_of_motion(position[chosen], angle[chosen])
     near = suspects(measure(closure, z))
     if near and square:
         # one redundant constraint and one free coordinate give a square matrix that is singular at every position
@@ -81,7 +84,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     for k in near:
         first, last = chosen[max(0, k - 1)], chosen[min(chosen.size - 1, k + 1)]
         part = slice(int(first), int(last) + 1)
-        warnings += _passed(closure, time[part], closure.of_motion(position[part], angle[part]), rotation[part])
+        warnings += _passed(closure, time[part], closure.coordinates_of_motion(position[part], angle[part]), rotation[part])
     return [_describe_passed(closure, singular, z) for singular, z in warnings]
 
 
@@ -159,8 +162,8 @@ def _stored_warnings(closure: Closure, until: float) -> tuple[PositionWarning, .
     return statements if stored_until == (closure.plan.drives, until) else None
 
 
-def _store_warnings(closure: Closure, until: float, said: tuple[PositionWarning, ...]) -> None:
-    closure.plan.answers["singular"] = (closure.plan.drives, until), said
+def _store_warnings(closure: Closure, until: float, warnings: tuple[PositionWarning, ...]) -> None:
+    closure.plan.answers["singular"] = (closure.plan.drives, until), warnings
 
 
 def _equations(plan: Plan) -> int:

@@ -45,7 +45,7 @@ class Inputs:
         timed += [
             (drive.name, drive.coordinate.unit, drive.motion, start[drive.name]) for drive in plan.mechanism.coordinate_drives
         ]
-        self.timed = [name for name, *_ in timed]  # Names of timed rods, then of coordinate drives
+        self.timed = [name for name, *_ in timed]  # Names of rods with a motion, then of coordinate drives
         self.units = ["rad"] * len(self.bodies) + [unit for _, unit, _, _ in timed]
         self._rows = [function_rows(drive.motion, plan.mechanism.body(drive.body).placed_angle) for drive in plan.drives]
         self._rows += [function_rows(motion, first) for _, _, motion, first in timed]
@@ -57,7 +57,7 @@ class Inputs:
         return len(self._rows)
 
     def at(self, time: float) -> np.ndarray:
-        """Return angles of driven bodies [rad], lengths of timed rods [m], then driven coordinates [rad or m]."""
+        """Return the inputs at a time: angles of driven bodies [rad], lengths of rods with a motion [m], driven coordinates."""
         values, value = np.empty(self.count), np.zeros(4)
         for k, rows in enumerate(self._rows):
             function_at(time, rows, value)
@@ -121,10 +121,10 @@ class Closure:
 
     def residual(self, z: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         """Return the scaled residuals of the constraints in use."""
-        return np.asarray(self.left_of(z) - self.values_at(inputs))
+        return np.asarray(self.left_sides(z) - self.right_sides(inputs))
 
-    def left_of(self, z: np.ndarray) -> np.ndarray:
-        """Return the left sides of the constraints in use at one z or many."""
+    def left_sides(self, z: np.ndarray) -> np.ndarray:
+        """Return the left sides of the closure equations in use, which depend on z only, at one z or many."""
         maps = self.maps(z)
         parts = 0.5 * self.weight * np.sum(maps * maps, axis=-1)
         if self._has_other_kinds:
@@ -144,7 +144,7 @@ class Closure:
         return np.asarray(last + beyond - math.tau * np.floor(beyond / math.tau + 0.5))
 
     def _slopes(self, maps: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the parts by their vectors."""
+        """Return the derivative of each part of a constraint by the part's vector."""
         if not self._has_other_kinds:
             return maps
         slopes, square = maps.copy(), np.sum(maps * maps, axis=-1)[..., None]
@@ -153,8 +153,8 @@ class Closure:
         slopes[..., turns, :] = np.stack([-maps[..., turns, 1], maps[..., turns, 0]], axis=-1) / square[..., turns, :]
         return slopes
 
-    def of_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Return z from the part set by the inputs and the unknowns and turns of a nearby z."""
+    def join_unknowns(self, driven: np.ndarray, near: np.ndarray) -> np.ndarray:
+        """Return z with the part that the inputs determine and with the unknowns and turns of a nearby z."""
         z: np.ndarray = driven + near[..., self.stays] @ self.free.T
         if self.turning:
             z[..., self.natural.total :] = near[..., self.natural.total :]
@@ -166,28 +166,28 @@ class Closure:
             z[..., self.natural.total :] = self._angles(z, self.maps(z))
         return z
 
-    def values_at(self, inputs: np.ndarray) -> np.ndarray:
-        """Return the right sides of the constraints in use for one set of inputs or many."""
+    def right_sides(self, inputs: np.ndarray) -> np.ndarray:
+        """Return the right sides of the closure equations in use, which the inputs determine, for one set of inputs or many."""
         value = np.tile(self.value, (*inputs.shape[:-1], 1))
         for k, which, constraint in self.timed:
             ratio = inputs[..., which] / constraint.scale
             value[..., k] = ratio if constraint.linear else 0.5 * ratio**2
         return np.asarray((value / self.scale)[..., self.chosen])
 
-    def known_at(self, inputs: np.ndarray) -> np.ndarray:
-        """Return the part of z that one set of inputs or many determine."""
+    def driven_part(self, inputs: np.ndarray) -> np.ndarray:
+        """Return the part of z that the inputs determine, for one set of inputs or many."""
         return np.asarray(self.basis(inputs) @ self.prescribed.T)
 
-    def product(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Return the first derivative of the left sides at z in the direction of a change of z."""
+    def derivative(self, z: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return the derivative of `left_sides` at z in the direction of a change of z."""
         return np.asarray(
             (self._sum(self.weight * np.sum(self._slopes(self.maps(z)) * (self.rows @ change), axis=-1), 0) / self.scale)[
                 self.chosen
             ]
         )
 
-    def form(self, z: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the second derivative of the left sides at z in the directions of two changes of z."""
+    def second_derivative(self, z: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the second derivative of `left_sides` at z in the directions of two changes of z, `one` and `other`."""
         bent = self.rows @ one
         if self._has_other_kinds:
             for p, d in enumerate(self.maps(z)):
@@ -207,7 +207,7 @@ class Closure:
 
         Shapes: `guess` (nZ,); returns (nZ,).
         """
-        z = self.of_unknowns(self.known_at(inputs), guess)
+        z = self.join_unknowns(self.driven_part(inputs), guess)
         allowed = CONSTRAINT_TOL + 1e-15 * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2  # tolerance plus round-off
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
@@ -224,7 +224,7 @@ class Closure:
 
         The number of constraints in use must equal the number of unknowns.
         """
-        z = self.of_unknowns(self.known_at(inputs), guess)
+        z = self.join_unknowns(self.driven_part(inputs), guess)
         for _ in range(most_steps):
             residual = self.residual(z, inputs)
             worst = float(np.max(np.abs(residual), initial=0.0))
@@ -244,7 +244,7 @@ class Closure:
         z[self.origins] /= self.size
         return z
 
-    def of_motion(self, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def coordinates_of_motion(self, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """Return natural coordinates from mass centres (samples, bodies, 2) [m] and angles (samples, bodies) [rad].
 
         Flexible bars take the shape of their static deflection under forces at the cross-sections.

@@ -1,7 +1,7 @@
 """Path continuation: follow the positions of a mechanism until the input cannot go further.
 
 The determinant of the gradients keeps its sign on a smooth piece of the path. A step that changes the sign has passed a change
-point, or has jumped to another branch of the assembly that comes near. The unfolding tells which of the two.
+point, or has jumped to another branch of the assembly that comes near. The function g of `unfolding` shows which of the two.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scissordyn.kinematics.unfolding import INPUT_STEP_FRACTION, Point, Unfoldin
 from scissordyn.tolerance import DATA_TOL
 
 TURN_MAX = 0.15  # Largest rotation of a body in one step [rad]
-CORRECTION_FRACTION = 0.3  # A correction above this fraction of the step may have jumped to another branch
+CORRECTION_FRACTION = 0.3  # Largest accepted correction by Newton's method relative to the step; a larger one may be a jump
 AtPlace = Callable[[float], np.ndarray]  # Inputs or natural coordinates as a function of the path parameter
 
 
@@ -32,10 +32,10 @@ class Meeting:
 
 @dataclass
 class Leg:
-    """Piece of a path from its start in one direction."""
+    """Part of a path on one side of the start, towards larger or smaller values of the path parameter."""
 
     points: list[tuple[float, np.ndarray]]
-    met: list[Meeting] = field(default_factory=list)
+    met: list[Meeting] = field(default_factory=list)  # Change points and near change points on the way
     end: float | None = None  # Parameter at which the input cannot go further
 
 
@@ -84,7 +84,10 @@ def _determinant_sign(closure: Closure, z: np.ndarray) -> float:
 
 
 def _passes_change_point(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple[float, np.ndarray], longest: float) -> bool:
-    """Return whether a step that changes the sign of the determinant passes a change point."""
+    """Return whether a step passes a change point; False if it jumped to another branch.
+
+    The step goes from the last point of `leg` to `new`; the determinant has changed its sign. `longest` is the longest step.
+    """
     here, place = leg.points[-1], new[0]
     low, high = min(here[0], place) - DATA_TOL * longest, max(here[0], place) + DATA_TOL * longest
     meetings = [meeting_before for meeting_before in leg.met if low <= meeting_before.place <= high]
@@ -208,15 +211,18 @@ def _predict(
 
 
 def _tangent(closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> np.ndarray | None:
-    """Return the derivative of the natural coordinates by the path parameter; None at a singular position."""
+    """Return the derivative of the natural coordinates by the path parameter at a place; None at a singular position.
+
+    `width` is the step of the path; the inputs are differentiated over a small fraction of it.
+    """
     h = INPUT_STEP_FRACTION * width
     rows = [inputs(place + k * h) for k in (-2, -1, 1, 2)]
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * h)
-    moved, value = (weights @ np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
+    moved, value = (weights @ np.array([part(row) for row in rows]) for part in (closure.driven_part, closure.right_sides))
     left, sizes, right = np.linalg.svd(closure.jacobian(z))
     if sizes.size and not sizes[-1] > 1e-8 * sizes[0]:
         return None
-    return np.asarray(moved + closure.free @ (right.T @ ((left.T @ (value - closure.product(z, moved))) / sizes)))
+    return np.asarray(moved + closure.free @ (right.T @ ((left.T @ (value - closure.derivative(z, moved))) / sizes)))
 
 
 def extrapolated(points: list[tuple[float, np.ndarray]], place: float) -> np.ndarray:

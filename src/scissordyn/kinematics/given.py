@@ -28,7 +28,7 @@ class Given(NamedTuple):
         return np.asarray(self.target - self.rows @ full)
 
     def is_met(self, full: np.ndarray) -> bool:
-        """Return whether the given values are met up to round-off."""
+        """Return whether coordinates [x; b] agree with the given positions or velocities up to round-off."""
         reached = np.asarray(self.rows @ full)
         largest = max(np.max(np.abs(self.target), initial=0.0), np.max(np.abs(reached), initial=0.0))
         return bool(np.all(np.abs(self.target - reached) <= ASSEMBLY_TOL * largest))
@@ -96,7 +96,10 @@ def _turned(rows: np.ndarray) -> np.ndarray:
 
 
 def change_towards(given: Given, missed: np.ndarray, jacobian: Any, free: int) -> np.ndarray:
-    """Return the smallest change of free coordinates that meets the constraints to first order and misses least."""
+    """Return the change of free coordinates that reduces the error `missed` of given values most and keeps the constraints.
+
+    The constraints, with the gradients `jacobian`, are kept to first order. Of several such changes it is the smallest.
+    """
     rows = given.rows[:, :free]
     rows = rows if isinstance(rows, np.ndarray) else rows.toarray()
     along = rows - least_change(jacobian, jacobian @ rows.T).T

@@ -67,7 +67,7 @@ def start_of(closure: Closure) -> np.ndarray | None:
     if start is None:
         return None
     near = start
-    # the start may be singular, such as folded flat: dependent constraints are found a little further on
+    # the start may be singular, for example folded flat: look for dependent constraints at a position nearby
     for shift in (0.03, -0.03):
         moved = closure.close(start, inputs + shift * np.where(np.array(closure.inputs.units) == "rad", 1.0, 0.1))
         if moved is not None:
@@ -78,7 +78,10 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
-    """Return the path of a mechanism over its motion until a time [s]; None if its inputs do not determine the motion."""
+    """Return the positions that a mechanism passes until a time [s] as a path; None if its inputs do not determine the motion.
+
+    The path parameter is the value of the only input, or the time if there are several inputs.
+    """
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
@@ -124,7 +127,7 @@ def follow(
     met = _meetings(path, inputs, [*back.met, *forth.met], typical, ends)
     passed = []
     for point in met:
-        # a near miss beyond a limit of the input is not on the path
+        # a near change point beyond a limit of the input is not on the path
         # clearances and tolerances let the real structure pass from a branch to one that it misses by little
         if not point.miss or (point.miss <= REPORTED_FRACTION and place[0] <= point.place <= place[-1]):
             kind = NEAR if point.miss else CHANGE
@@ -169,7 +172,11 @@ def _meetings(path: Path, inputs: AtPlace, known: list[Meeting], typical: float,
 
 
 def _meeting_of_several(path: Path, inputs: AtPlace, k: int, typical: float) -> Meeting | None:
-    """Return where branches meet if several singular values are small, or one falls to zero quadratically."""
+    """Return the change point near sample k of a path if the unfolding does not find it.
+
+    That is so if several singular values are small there, or if one falls to zero quadratically. `typical` is the usual
+    smallest singular value of the path.
+    """
     closure, last = path.closure, path.place.size - 1
     chosen = range(max(0, k - 2), min(last, k + 2) + 1)
     points = [(float(path.place[i]), path.z[i]) for i in chosen]
@@ -258,9 +265,9 @@ def drive_rate(path: Path, k: int) -> np.ndarray:
     wanted = np.zeros(closure.chosen.size)
     if not closure.inputs.bodies:
         step = 1e-6 * (place or 1.0)  # values are linear or quadratic: a central difference is exact
-        wanted = (closure.values_at(inputs + step) - closure.values_at(inputs - step)) / (2.0 * step)
+        wanted = (closure.right_sides(inputs + step) - closure.right_sides(inputs - step)) / (2.0 * step)
     try:
-        free = np.linalg.solve(closure.jacobian(z), wanted - closure.product(z, driven))
+        free = np.linalg.solve(closure.jacobian(z), wanted - closure.derivative(z, driven))
     except np.linalg.LinAlgError:
         return np.full(closure.natural.total, np.nan)
     rate = driven + closure.free @ free

@@ -19,14 +19,14 @@ from scissordyn.warning import NAMES_MAX
 
 CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
 
-EQUATIONS_OF_SVD_MAX = 24  # Equations above which a factorization per sample is far cheaper than singular values
+SVD_EQUATIONS_MAX = 24  # Largest number of equations with singular values at each sample; for more, a factorization is cheaper
 
 ZERO_FRACTION = 1e-5
-"""A singular value below this fraction of the typical one is zero at a position interpolated on the path."""
+"""Ratio of a singular value to its typical value below which it counts as zero at a position interpolated on the path."""
 
-Places = tuple[float, float, float]
+Places = tuple[float, float, float]  # Path parameter at the sample before a suspected position, near it and after it
 
-CONCERNED_FRACTION = 0.2  # A body is named if it moves by more than this fraction of the largest amplitude
+CONCERNED_FRACTION = 0.2  # Amplitude, relative to the largest, above which a body or joint is named in the warning
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
     rows = closure.jacobian(z)
     if not rows.shape[1]:
         return np.ones(len(z))
-    if rows.shape[1] <= EQUATIONS_OF_SVD_MAX:
+    if rows.shape[1] <= SVD_EQUATIONS_MAX:
         return np.asarray(np.linalg.svd(rows, compute_uv=False)[:, -1])
     # the square root of the Gram determinant is known to 1e-8 only, enough to choose samples
     if rows.shape[1] == rows.shape[2]:

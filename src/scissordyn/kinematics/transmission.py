@@ -52,7 +52,11 @@ def dyads(plan: Plan) -> list[Dyad]:
 
 
 def _next_dyad(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
-    """Return the next dyad on the known bodies and its two bodies; all points of `sliding` bodies move along their guides."""
+    """Return the next dyad whose outer joints connect it to bodies of known motion, and the names of its bodies.
+
+    None if there is no such dyad. `slides` gives the direction of the guide of each guided body [rad]. Bodies in `sliding`
+    cannot rotate, so that any of their points moves along the guide.
+    """
     for joint in plan.mechanism.joints:
         first, second = joint.bodies
         if first in known or second in known:

@@ -1,4 +1,4 @@
-"""Unfolding: the scalar equation that replaces the closure equations near a position with one small singular value.
+"""Unfolding: a scalar equation that is equivalent to the closure equations near a position with one small singular value.
 
 With the singular vectors u and v of that value, F(y, s) = g u and v (y - y0) = a define a smooth function g(a, s). Its
 zeros are the positions of the mechanism (Lyapunov-Schmidt reduction by a bordered system; Govaerts 2000, Numerical Methods for
@@ -40,7 +40,7 @@ class Point:
 
 
 class Unfolding:
-    """Function g near a position.
+    """Scalar function g(a, s) whose zeros are the positions of the mechanism near a given position.
 
     Shapes: `place, z` (nZ,).
     """
@@ -57,16 +57,16 @@ class Unfolding:
         Shapes: `guess` (nZ,).
         """
         closure, n = self.closure, self._y0.size
-        driven, value = closure.known_at(self.inputs(place)), closure.values_at(self.inputs(place))
+        driven, value = closure.driven_part(self.inputs(place)), closure.right_sides(self.inputs(place))
         y, g, last = guess[closure.stays].copy(), 0.0, np.inf
-        z = closure.of_unknowns(driven, guess)
+        z = closure.join_unknowns(driven, guess)
         allowed = 1e-15 * (10.0 + closure.total)  # round-off of the bordered equations
         border = np.zeros((n + 1, n + 1))
         border[:n, n], border[n, :n] = -self.u, self.v
         error = np.empty(n + 1)
         for _ in range(max_steps):
             border[:n, :n] = closure.jacobian(z)
-            error[:n], error[n] = closure.left_of(z) - value - g * self.u, self.v @ (y - self._y0) - a
+            error[:n], error[n] = closure.left_sides(z) - value - g * self.u, self.v @ (y - self._y0) - a
             worst = float(np.max(np.abs(error)))
             if worst < allowed or (worst < ASSEMBLY_TOL and worst >= 0.5 * last):
                 return self._derivatives(border, a, place, z, g)
@@ -78,7 +78,7 @@ class Unfolding:
                 return None
             y, g, last = y - change[:n], g - float(change[n]), worst
             z[closure.stays] = y
-            z = closure.of_unknowns(driven, z)
+            z = closure.join_unknowns(driven, z)
         return None
 
     def _derivatives(self, border: np.ndarray, a: float, place: float, z: np.ndarray, g: float) -> Point | None:
@@ -86,14 +86,14 @@ class Unfolding:
         closure, n = self.closure, self._y0.size
         h = INPUT_STEP_FRACTION * self.width
         rows = [self.inputs(place + k * h) for k in (-2, -1, 0, 1, 2)]
-        driven, value = (np.array([part(row) for row in rows]) for part in (closure.known_at, closure.values_at))
+        driven, value = (np.array([part(row) for row in rows]) for part in (closure.driven_part, closure.right_sides))
         first, second = (
             np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / (12.0 * h),
             np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * h * h),
         )
         moved, bent = first @ driven, second @ driven
         sides = np.zeros((n + 1, 2))
-        sides[n, 0], sides[:n, 1] = 1.0, first @ value - closure.product(z, moved)
+        sides[n, 0], sides[:n, 1] = 1.0, first @ value - closure.derivative(z, moved)
         last = np.zeros(n + 1)
         last[n] = 1.0
         try:
@@ -101,8 +101,8 @@ class Unfolding:
         except np.linalg.LinAlgError:
             return None
         by_a, by_s = closure.free @ derivative[:n, 0], closure.free @ derivative[:n, 1] + moved
-        straight = -across @ closure.form(z, by_a, by_a), -across @ closure.form(z, by_a, by_s)
-        along = -across @ (closure.form(z, by_s, by_s) + closure.product(z, bent) - second @ value)
+        straight = -across @ closure.second_derivative(z, by_a, by_a), -across @ closure.second_derivative(z, by_a, by_s)
+        along = -across @ (closure.second_derivative(z, by_s, by_s) + closure.derivative(z, bent) - second @ value)
         curvature = np.array([[straight[0], straight[1]], [straight[1], along]])
         return Point(a, place, z, g, derivative[n], curvature)
 

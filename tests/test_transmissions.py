@@ -355,7 +355,7 @@ def test_the_bearing_carries_wheel_and_flanks() -> None:
         (lambda: pair(1.0, sd.Teeth()), "teeth with ratio = 1"),
         (lambda: pair(-0.5, sd.Teeth(output_centre="x")), r"output_centre = 'x'.* a point of 'wheel'"),
         (lambda: pair(-0.5, sd.Teeth()).with_clearance("B", ELASTIC), "need the loaded flank"),
-        (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "a belt with bearings that move relative to its base"),
+        (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "the bearings of a belt move relative to its base"),
         (lambda: pair(-0.5, sd.Teeth(flank="left")), "flank = 'left'"),  # type: ignore[arg-type]
         (lambda: pair(-0.5, sd.Screw()), "screw cannot connect these coordinates"),
         (lambda: nut(sd.Belt(0.1)), "belt cannot connect these coordinates; expected two angles"),

@@ -8,7 +8,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.model.options import Options
-from scissordyn.plan.plan import RECENT, Plan, compiled, plan
+from scissordyn.plan.plan import RECENT_PLANS, Plan, compiled, plan
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.loop import advance
@@ -80,7 +80,7 @@ def test_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None
     varied = VARIATIONS[variation](known)
     assert plan(varied).model is plan(known).model
     near = sd.simulate(varied, until=0.02, samples=101)
-    RECENT.clear()
+    RECENT_PLANS.clear()
     far = sd.simulate(varied, until=0.02, samples=101)
     near.attrs["statistics"] = far.attrs["statistics"]  # it has the time that was taken
     assert near.identical(far)

@@ -16,7 +16,7 @@ from scissordyn.kinematics.assembly import whole_state
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import NOT_TURNED, with_inputs
+from scissordyn.plan.rest import NO_TURNS, with_inputs
 from scissordyn.plan.system import make_system, rates
 
 Position = Literal["static", "concentric"]
@@ -75,7 +75,7 @@ def _reached(still: Still, position: Position, place: At | None, before: float, 
     """Return the position at a time, in halved steps where a gear turns a body too far to count its turns."""
     shortest, end = 1e-3 * (time - before), time
     while True:
-        whole = still(end, place.turned if place else NOT_TURNED)
+        whole = still(end, place.turned if place else NO_TURNS)
         try:
             at, place = placed(whole, position, place)
         except InputError as error:

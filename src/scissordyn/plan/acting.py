@@ -64,7 +64,7 @@ def time_functions(mechanism: Mechanism, first: int) -> tuple[np.ndarray, np.nda
 
 
 def offsets(counts: Any) -> np.ndarray:
-    """Return where each of some consecutive parts starts, and where the last one ends, from their numbers of entries."""
+    """Return the first index of each of several consecutive blocks and the end of the last, from their numbers of entries."""
     return np.array(list(accumulate(counts, initial=0)), np.int64)
 
 

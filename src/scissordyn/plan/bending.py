@@ -20,8 +20,13 @@ from scissordyn.plan.flexible import Axis
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-HERMITE = np.array([[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]])
-"""Integrals 420 int S_i S_j dxi of the cubic Hermite shapes of (r_1, l r'_1, r_2, l r'_2)."""
+HERMITE_MASS = np.array(
+    [[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]
+)
+"""Consistent mass matrix of a beam element with cubic Hermite shapes, times 420/m: 420 int S_i S_j dxi.
+
+Its coordinates are (r_1, l r'_1, r_2, l r'_2): positions and slopes of both ends.
+"""
 
 
 def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
@@ -47,7 +52,7 @@ def beam_mass(mechanism: Mechanism, natural: Natural) -> csr_array:
             continue
         m, l = beam.mass_per_length, beam.length
         unit = np.array([1.0, l, 1.0, l])
-        block = m * l / 420.0 * HERMITE * np.outer(unit, unit)
+        block = m * l / 420.0 * HERMITE_MASS * np.outer(unit, unit)
         block -= np.diag([0.5 * m * l, node_inertia(m, l)] * 2)
         first, second = (_offset(natural, beam, body, point) for body, point in (beam.start, beam.end))
         places = first, first + 2, second, second + 2
@@ -84,7 +89,7 @@ def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
 
 
 def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[PointMap]]]:
-    """Return the columns of each flexible bar and the maps of the vectors of its shapes."""
+    """Return the columns of each flexible bar and the maps of its shape vectors."""
     shape_maps = []
     for axis in coordinates.natural.axes:
         maps = [coordinates.vector(*axis.expression(unit)) for unit in np.eye(axis.shapes.count)]
@@ -108,7 +113,7 @@ def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
 
 
 def bar_table(axis: Axis) -> np.ndarray:
-    """Return the constant table of a flexible bar for the kernels."""
+    """Return the table of a flexible bar that the kernels read (`system.Model.bar_table`); it depends on lengths only."""
     shapes = axis.shapes
     points, weights = shapes.quadrature
     slopes, at_ends = shapes.at(points, 1), shapes.at(np.array([0.0, shapes.places[-1]]), 1)
@@ -122,7 +127,7 @@ def _padded(table: np.ndarray) -> np.ndarray:
 
 
 def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the columns of a bar's static shapes and two tables: one gives their vectors, one maps forces back.
+    """Return the columns of a bar's static shapes and two tables: one gives their shape vectors, one maps forces back.
 
     The first table has a row per column, with x and y of one shape after the other. The second one is its transpose.
     """

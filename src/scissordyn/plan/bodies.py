@@ -24,7 +24,7 @@ from scissordyn.plan.ordering import narrow, reach
 from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, pressure_of
 
 Action = tuple[str, tuple[float, float, float], BodyPoint, str]
-"""Effect of a unit of an unknown on a body: body, (force x, force y, torque), point of action, body whose frame is used."""
+"""Effect of a unit reaction on a body: body, (force x, force y, torque), point of action, body whose frame is used."""
 
 
 def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
@@ -104,7 +104,7 @@ def _acts(
 
 
 def _pressed(mechanism: Mechanism, part: Pressure) -> tuple[Point, Point]:
-    """Return where a pressure acts: the centres of both wheels, or the pinion's centre and the normal of its rack."""
+    """Return two points of action of a workless force: centres of both wheels, or the pinion's centre and its rack's normal."""
     first = arm_of(mechanism, *part.first)
     return first, part.normal if part.kind == RACK else arm_of(mechanism, *part.second)
 

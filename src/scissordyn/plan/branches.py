@@ -20,7 +20,7 @@ from scissordyn.tolerance import ROUND_OFF_TOL
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """Natural coordinates z = N y + P b, with origins in units of the size, and the quadratic constraints on z."""
+    """Natural coordinates z = N y + P b, with origins in units of the mechanism's size, and the quadratic constraints on z."""
 
     natural: Natural
     stays: np.ndarray  # (n,) Indices of y in z

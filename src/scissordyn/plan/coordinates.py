@@ -22,7 +22,7 @@ from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
 @dataclass(frozen=True)
 class PointMap:
-    """Plane vector linear in [x; b]: its columns, and the coefficients of both components for each."""
+    """Plane vector as a linear function of the columns [x; b]: the columns it depends on, and their coefficients."""
 
     columns: np.ndarray  # (k,) In increasing order
     rows: np.ndarray  # (2, k)
@@ -56,9 +56,10 @@ class Constraint:
     latch: bool = False  # True if the constraint acts only once the latch has locked
     subject: str = ""  # Subject for messages: bodies of unit length, a guide, a rod or a latch
     bodies: tuple[str, ...] = ()  # Bodies whose motion it restricts
-    # Factors and coordinates on which the force of a coupling acts
+    # Factors and coordinates on which the force of a coupling acts (`plan.transmission`)
     acting: tuple[tuple[float, Any], ...] = ()
-    moving: bool = False  # True if these are its parts, because wheels can move relative to its base (`plan.transmission`)
+    # True if the parts are the coordinates in `acting`, because the centres of wheels can move relative to the base
+    moving: bool = False
 
     @property
     def linear(self) -> bool:
@@ -194,7 +195,7 @@ class Natural:
                 position[p : p + 2] = q
 
     def uniform(self, vector: np.ndarray) -> np.ndarray:
-        """Return the natural coordinates of all bodies displaced by a vector."""
+        """Return the change of all natural coordinates when the mechanism is displaced by a vector."""
         position = np.zeros(self.total)
         for p in self.offsets.values():
             position[p : p + 2] = vector
@@ -203,7 +204,7 @@ class Natural:
 
 
 def natural_coordinates(mechanism: Mechanism) -> Natural:
-    """Return the layout of the natural coordinates of a mechanism."""
+    """Return the natural coordinates of a mechanism: the index of the first one of each body, and the flexible bars."""
     bodies, ground = {body.name: body for body in mechanism.bodies}, dict(mechanism.ground)
     bent = {name for part in mechanism.components if part.declaration.port is AXIS for name in part.sections}  # type: ignore[attr-defined]
     clamped = clamped_bodies(mechanism) if bent else frozenset()
@@ -220,7 +221,7 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
 
 @dataclass(frozen=True)
 class Family:
-    """Natural coordinates T [x; b(t)], with T constant and b = (1, cos th_1, sin th_1, ...) the prescribed directions."""
+    """Rotating bodies whose angles differ by constants or mirror each other, such as parallel bars: one angle gives all."""
 
     bodies: tuple[str, ...]
     maps: tuple[PointMap, ...]  # Direction vectors of the bodies

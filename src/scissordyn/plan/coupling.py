@@ -52,7 +52,7 @@ class _Start:
         self.natural, self.full = placed, np.append(coordinates.nearest(b, placed), b)
 
     def angle(self, body: str) -> float:
-        """Return the angle of a body [rad], with turns counted from its placement or the start of its drive."""
+        """Return the angle of a body at the start [rad], on the turn nearest to its placed angle or its drive's first one."""
         if body == GROUND:
             return 0.0
         near = self.driven.get(body, self.mechanism.body(body).placed_angle)
@@ -93,7 +93,9 @@ class _Start:
             )
         for coordinate in () if drive else (part.output, part.input):
             if not _can_move(self.coordinates, coordinate):
-                raise InputError(f"{subject}: one coordinate cannot move, so it holds the other one", "two that can move")
+                raise InputError(
+                    f"{subject}: one coordinate cannot move, so that it holds the other one", "two coordinates that can move"
+                )
         references = {body: self.angle(body) for body, _ in bare.turning}
         references |= {line.near: self.value(line) for _, line in terms if isinstance(line, LineAngle)}
         here = sum(factor * self.value(coordinate) for factor, coordinate in terms)

@@ -11,21 +11,24 @@ from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
 from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 
-DRIVE = "the drive of"  # First words of the names of the drives' constraints
+DRIVE_PREFIX = "the drive of"  # First words of the name of a constraint that a drive imposes
 Expression = dict[int, float]  # Linear combination: coefficient by column
 
 
 PIVOT_FRACTION_MIN = 1e-3
 """Preferred columns with coefficients below this fraction of the largest are not used as pivots."""
 
-JUMPED = 0.02, 30.0
-"""Rounded numbers that contradict each other are met only far away: displacement, and its multiple of the error as placed."""
+CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX = 0.02, 30.0
+"""Displacement from the placed position to one that meets all constraints: in mechanism sizes, and over the error as placed.
 
-Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+If it exceeds both, the given lengths are rounded numbers that contradict each other.
+"""
+
+Rows = tuple[np.ndarray, np.ndarray, np.ndarray]  # Sparse rows: starts, columns, values
 
 
 class Solved(NamedTuple):
-    """Solved columns, as expressions in others."""
+    """Columns that constraints have been solved for, each as a linear combination of other columns."""
 
     row: I1  # (columns,) Constraint that a column is solved by; -1 if the column is free
     first: I1  # (columns,) First entry of the column's expression
@@ -35,7 +38,7 @@ class Solved(NamedTuple):
 
 
 class Sums(NamedTuple):
-    """Row while it is summed."""
+    """Scratch arrays in which the terms of one sparse row are added up."""
 
     total: F1  # (columns,) Coefficient of each column
     listed: I1  # (columns,) Whether a column is in `touched`
@@ -43,6 +46,7 @@ class Sums(NamedTuple):
 
 
 DONE, CONTRADICTS, FULL = -1, -2, -3
+"""Results of the kernels: all rows are processed; a constraint contradicts earlier ones; the arrays have no room left."""
 
 
 def add(*terms: Expression) -> Expression:
@@ -61,7 +65,7 @@ def scaled(factor: float, expression: Expression) -> Expression:
 
 @kernel
 def add_to_sums(column, value, entries, sums):
-    """Add a coefficient to a row with `entries` entries; return the new number of entries."""
+    """Add a coefficient to a column of the row in `sums`, which has entries in `entries` columns; return their new number."""
     if sums.listed[column] == 0:
         sums.listed[column] = 1
         sums.touched[entries] = column
@@ -240,11 +244,11 @@ class Elimination:
             room *= 2
 
     def misses(self, rows: Rows, placed: np.ndarray) -> bool:
-        """Return whether placed values that nearly meet the constraints are far from the solution."""
+        """Return whether the solution is far from the placed values, although these nearly meet the constraints."""
         unknowns, (start, columns, values) = self.preferred.size, rows
         solved = np.add.reduceat(np.append(values * placed[columns], 0.0), start[:-1]) * (np.diff(start) > 0)
         far = np.max(np.abs(solved - placed[:unknowns]), initial=0.0)
-        return bool(far > JUMPED[0] and far > JUMPED[1] * self.error(placed))
+        return bool(far > CLOSING_DISPLACEMENT_MAX and far > CLOSING_RATIO_MAX * self.error(placed))
 
     def error(self, values: np.ndarray) -> float:
         """Return the largest error of a constraint at given values of all columns."""
@@ -289,13 +293,13 @@ class Elimination:
                 part = lsqr(constraints, wanted, atol=1e-13, btol=1e-13)[0]
             largest = np.max(np.abs(part), initial=0.0)
             names.update((chosen[k][1], None) for k in np.flatnonzero(np.abs(part) > 1e-8 * largest).tolist())
-        return sorted(names, key=lambda name: not name.startswith(DRIVE))
+        return sorted(names, key=lambda name: not name.startswith(DRIVE_PREFIX))
 
 
 def contradiction(names: list[str], consequence: str = "") -> AssemblyError:
     """Return the error for parts that contradict each other."""
     names = list(dict.fromkeys(names))
-    drives = [name for name in names if name.startswith(DRIVE)]
+    drives = [name for name in names if name.startswith(DRIVE_PREFIX)]
     through = f" ({consequence})" if consequence else ""
     if len(drives) > 1:
         ties = [name for name in names if name not in drives]

@@ -29,7 +29,7 @@ def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
 
 
 def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
-    """Return the bodies with a direction of their own: parts other than joints act on it, or they are more than a section."""
+    """Return the cross-sections whose direction is a coordinate: a part acts on it, or more than one bar is fixed to it."""
     bars = flexible_bars(mechanism)
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
     clamped = {drive.body for drive in mechanism.drives}
@@ -68,8 +68,8 @@ class Axis:
 
     bar: FlexibleBar
     shapes: Shapes
-    first: np.ndarray  # (count,) Natural coordinate of the x component of each shape's vector; y follows
-    # (count,) Angle from the natural vector to that of the shape [rad], for directions of cross-sections at an angle
+    first: np.ndarray  # (count,) Natural coordinate of the x component of each shape vector; y follows
+    # (count,) Angle from the natural vector to the shape vector [rad], for directions of cross-sections at an angle
     turned: np.ndarray
     # Cross-sections with a direction of their own; a slope at other ones, if it is a coordinate, has any length
     directed: tuple[int, ...]
@@ -89,7 +89,7 @@ class Axis:
 
     @property
     def slopes(self) -> list[int]:
-        """Natural vectors that are slopes at cross-sections without a direction of their own."""
+        """Natural coordinates of the slopes at cross-sections without a direction of their own."""
         slopes = self.first[len(self.bar.sections) : self.shapes.held]
         return [p for p, k in zip(slopes.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
 
@@ -99,7 +99,7 @@ class Axis:
         return list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
 
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
-        """Return a combination of the vectors of the shapes, in natural coordinates."""
+        """Return a linear combination of the shape vectors, in natural coordinates."""
         x: Expression = {}
         y: Expression = {}
         for k, p, angle in self.terms:
@@ -111,7 +111,7 @@ class Axis:
         return x, y
 
     def vectors(self, natural: np.ndarray) -> np.ndarray:
-        """Return the vectors of the shapes, shape (..., count, 2), from natural coordinates, shape (..., nZ)."""
+        """Return the shape vectors (..., count, 2) for natural coordinates (..., nZ)."""
         x, y, cos, sin = natural[..., self.first], natural[..., self.first + 1], np.cos(self.turned), np.sin(self.turned)
         return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
 
@@ -120,7 +120,7 @@ class Axis:
         return np.asarray(self.shapes.mean @ self.vectors(natural)[: self.shapes.held])
 
     def add_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
-        """Add forces on the vectors, shape (..., count, 2), to forces on natural coordinates, shape (..., nZ)."""
+        """Add forces on the shape vectors (..., count, 2) to forces on natural coordinates (..., nZ)."""
         for k, p, angle in self.terms:
             cos, sin = math.cos(angle), math.sin(angle)
             target[..., p] += cos * forces[..., k, 0] + sin * forces[..., k, 1]
@@ -187,7 +187,7 @@ def modes_below(bar: FlexibleBar, frequency: float) -> int:
 
 
 def axes_of(mechanism: Mechanism, offsets: dict[str, int], clamped: frozenset[str], first: int) -> tuple[tuple[Axis, ...], int]:
-    """Return the flexible bars, whose further vectors start at a natural coordinate, and the total number of coordinates."""
+    """Return the flexible bars, with their slopes and modes numbered from `first` on, and the total number of coordinates."""
     axes = []
     for bar in flexible_bars(mechanism):
         clamped_at = tuple(k for k, name in enumerate(bar.sections) if name in clamped)

@@ -21,11 +21,11 @@ from scissordyn.plan.ordering import members, narrow, pairs_of, reach
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, pointers, row_of
 
-CONSTANT = ("beam", "force", "torque", "constant_force_spring")
-"""Components whose force does not depend on a speed, and flexible bars, whose damping is weak."""
+SPEED_INDEPENDENT = ("beam", "force", "torque", "constant_force_spring")
+"""Components without damping rows: their force does not depend on a speed, or their damping is weak (beams)."""
 
-OF_ROWS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields with one value per row
-OF_STATES = ("kept_slope", "slope", "middle", "scratch")  # Fields with one value per state
+ROW_FIELDS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields of `HardWork` by rows of equations
+STATE_FIELDS = ("kept_slope", "slope", "middle", "scratch")  # Fields of `HardState` and `HardWork` by entries of the state y
 ELEMENT_ROWS_MAX = 3  # Largest number of rows of a force element: N and T of a contact, damped directions of a component
 
 
@@ -46,7 +46,11 @@ def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
 def damped_components(plan: Plan) -> list[tuple[int, int]]:
     """Return component index and row index of each velocity-dependent force row."""
     kinds = [part.declaration for part in plan.components]
-    damped = [(i, min(len(kind.port.forces), ELEMENT_ROWS_MAX)) for i, kind in enumerate(kinds) if kind.section not in CONSTANT]
+    damped = [
+        (i, min(len(kind.port.forces), ELEMENT_ROWS_MAX))
+        for i, kind in enumerate(kinds)
+        if kind.section not in SPEED_INDEPENDENT
+    ]
     return [(i, axis) for i, rows in damped for axis in range(rows)]
 
 
@@ -73,8 +77,8 @@ def hard_contacts(plan: Plan) -> HardContacts:
     product_start, products = _products(entries, pairs)
     shapes: dict[str, Any] = {
         **dict.fromkeys((*HardParameters._fields, *HardState._fields, *HardWork._fields), count),
-        **dict.fromkeys(OF_ROWS, rows),
-        **dict.fromkeys(OF_STATES, states),
+        **dict.fromkeys(ROW_FIELDS, rows),
+        **dict.fromkeys(STATE_FIELDS, states),
         **dict.fromkeys(("size", "since", "locate", "longest", "drive_work"), 1),
         "ahead": 2,
         "elastic": (count, ELEMENT_PARAMETERS_MAX),

@@ -22,7 +22,10 @@ from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
 COUPLED_STATES_MAX = 40
-"""States up to which implicit steps include how reactions depend on them, at two evaluations for each."""
+"""Largest number of states with which implicit steps include the derivatives of reactions by the states.
+
+They cost two evaluations of the equations of motion for each state.
+"""
 
 
 def make_friction_workspace(
@@ -107,7 +110,10 @@ def _reactions_of_guide(
             if not guide.aligned:
                 return (force, -1), 0.0
             if not part.length > 0.0:
-                raise InputError(f"{label} without length, but guide '{guide.name}' keeps its follower aligned", "a length")
+                raise InputError(
+                    f"{label} has no length, but guide '{guide.name}' keeps its follower aligned by a moment",
+                    "length, the distance between the edges at which the guide presses on its follower",
+                )
             moment = [other.name for other in guides_with_moment(mechanism)].index(guide.name)
             # the unknown moment is in units of the balance's length
             return (force, int(balance.order[balance.guide_moments[0] + moment])), 2.0 * balance.length / part.length

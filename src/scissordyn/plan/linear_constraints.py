@@ -32,10 +32,11 @@ from scissordyn.tolerance import ASSEMBLY_TOL
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-REMAINDERS = ASSEMBLY_TOL, 1e-6, 1e-4, 3e-3, 1e-2
-"""Relative remainders of redundant constraints, tried in order: round-off, then numbers given with fewer and fewer digits.
+REMAINDER_TOLS = ASSEMBLY_TOL, 1e-6, 1e-4, 3e-3, 1e-2
+"""Tolerances below which the remainder of a linear constraint is zero and the constraint is redundant, tried in order.
 
-A larger remainder is tried if the joints hold only far from where the bodies are placed.
+The first is round-off, the others suit lengths given with fewer and fewer digits. A larger one is tried if the joints hold only
+far from where the bodies are placed.
 """
 
 
@@ -117,7 +118,7 @@ def eliminated(
     placed = natural.placed()[0]
     placed[origins(natural)] /= mechanism.size
     placed = np.concatenate([placed, basis_of(_angles_of_drives(mechanism, natural))])
-    for nothing_left in REMAINDERS:
+    for nothing_left in REMAINDER_TOLS:
         try:
             rows = elimination.rows(nothing_left)
         except InputError:

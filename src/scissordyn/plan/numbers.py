@@ -120,7 +120,9 @@ def worn_bearings(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
     hard = [part.name for part in contacts if part.clearance is not None and part.clearance.contact == "hard"]
     if hard:
         raise InputError(
-            f"a worn bearing beside hard contact at '{hard[0]}'", "compliant contacts only", 'contact = "compliant"'
+            f"a mechanism with a worn bearing has hard contact at '{hard[0]}'",
+            "compliant contacts only",
+            'contact = "compliant"',
         )
     pressures = {j: pressure_table(clearance.stiffness, clearance.surfaces) for j, clearance in worn.items()}
     contour = np.zeros((len(contacts), counts.pop(), 3))

@@ -25,7 +25,11 @@ class Ordering(NamedTuple):
 def order_unknowns(
     free: int, constraints: Sequence[Constraint], latched: set[int], elements: Sequence[np.ndarray], states: Sequence[int]
 ) -> Ordering:
-    """Return the rows of the step matrix for accelerations, multipliers and internal states."""
+    """Return an order of accelerations, multipliers and internal states in which the step matrix has a narrow band.
+
+    `latched` are the constraints of latches, `elements` the free columns of each force element, `states` its number of internal
+    states.
+    """
     m, first = len(constraints), free + len(constraints)
     size = first + sum(states)
     if size <= 12:  # a small step matrix is full
@@ -72,7 +76,7 @@ def _pairs(
 
 
 def narrow(groups: Iterable[np.ndarray], size: int) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the unknowns coupled with each one through groups, and positions in which coupled unknowns are close."""
+    """Return the unknowns that share a group with each unknown, and positions of all in which coupled ones are close."""
     near, place = coupled([*groups, *np.arange(size)[:, None]], size), np.empty(size, np.int64)
     place[reverse_cuthill_mckee(near)] = np.arange(size)
     return near, place

@@ -19,7 +19,7 @@ Angles = Mapping[str, float]  # Angle of each rotating body [rad]
 
 
 class Side(NamedTuple):
-    """Two joints of a body, the vector between them in the body's frame, and its round-off [m]."""
+    """Side of a quadrilateral of joints: the vector between two joints of a body, in its frame, and its round-off [m]."""
 
     body: str
     vector: Point
@@ -31,7 +31,7 @@ class Side(NamedTuple):
         return math.hypot(*self.vector)
 
     def equals(self, other: Side, allowed: float) -> bool:
-        """Return whether another side has the same length, within round-off and `allowed` [m]."""
+        """Return whether another side of the quadrilateral is equally long, within round-off and `allowed` [m]."""
         return abs(self.length - other.length) <= allowed + self.rounding + other.rounding
 
     def at(self, angles: Angles) -> Point:

@@ -38,13 +38,13 @@ from scissordyn.plan.numbers import make_parameters
 from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-ENTIRE = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
-"""Fields of a mechanism that enter the tables completely."""
+TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
+"""Fields of a mechanism with no value that could change without a new compilation of its tables."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Compiled mechanism: tables that follow from its parts, and their names.
+    """Compiled mechanism: the tables that kernels read, which follow from its parts, and the names of their rows.
 
     Tables are never modified. Cases that differ only in parameters outside the tables share them (`fits`, `case`).
     """
@@ -199,19 +199,19 @@ def plan(mechanism: Mechanism) -> Plan:
     Compilation takes a fifth of the time of a short run. The last plans are kept; a mechanism that differs from one of them
     only in parameters of the case shares its tables.
     """
-    kept = list(RECENT)
+    kept = list(RECENT_PLANS)
     for known, made in kept:
         if known is mechanism:
             return made
     whole = with_mode_counts(mechanism)
     shared = next((made for _, made in kept if made.fits(whole)), None)
     made = compiled(whole) if shared is None else shared.case(whole)
-    RECENT.appendleft((mechanism, made))
+    RECENT_PLANS.appendleft((mechanism, made))
     return made
 
 
-RECENT: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
-"""Last compiled mechanisms and their plans; a run has up to five, for example with ideal joints or rigid bars."""
+RECENT_PLANS: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
+"""Last compiled mechanisms and their plans; one run needs up to five, for example with ideal joints or rigid bars."""
 
 
 def compiled(mechanism: Mechanism) -> Plan:
@@ -243,7 +243,7 @@ def _table_entries(mechanism: Mechanism) -> list[Any]:
 
     A value that might enter, such as a length or mass, causes a new compilation; that costs only time.
     """
-    entire = [getattr(mechanism, name) for name in ENTIRE]
+    entire = [getattr(mechanism, name) for name in TABLE_FIELDS]
     driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
     joints = [(joint.name, joint.journal, joint.bearing, _gap_entries(joint.clearance)) for joint in mechanism.joints]
     components = [_component_entries(part) for part in mechanism.components]
@@ -256,7 +256,7 @@ def _is_same(one: Any, other: Any) -> bool:
 
 
 def _gap_entries(gap: Clearance | None) -> Any:
-    """Return contact kind, internal states, and whether the parts that add rows to the tables are present."""
+    """Return the properties of a clearance that decide the rows of the tables: contact kind, internal states, oil, friction."""
     return gap and (gap.contact, contact_states(gap), gap.lubrication is None, isinstance(gap.friction, NoFriction))
 
 

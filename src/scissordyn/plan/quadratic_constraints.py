@@ -76,8 +76,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
     """Return the length of a direction that depends on b(t) only; NaN if it varies with the drives.
 
     |d|^2 = b^T Q b is constant for all angles th_i if Q does not couple 1 with the drives or two drives, and is a multiple of
-    the
-    identity for each drive. It is then the sum of these multiples.
+    the identity for each drive. It is then the sum of these multiples.
     """
     basis = direction.columns - coordinates.free
     full = np.zeros((coordinates.basis, coordinates.basis))
@@ -96,7 +95,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
 def _wrong_length(
     coordinates: Coordinates, elimination: Elimination | None, body: str, length: float, twin: str = ""
 ) -> InputError:
-    """Return the error for a body whose direction would need another length; `twin` is a parallel body."""
+    """Return the error for a body whose unit direction would need another length than one; `twin` is a parallel body."""
     assert elimination is not None
     d = coordinates.natural.offsets[body] + 2
     relation: list[Expression] = [{d: 1.0}, {d + 1: 1.0}]

@@ -15,13 +15,13 @@ from scissordyn.plan.flexible import Axis
 
 
 class Rails(NamedTuple):
-    """Tables of the components that run along flexible bars."""
+    """Tables of rollers, the components that run along flexible bars."""
 
     maps: list[PointMap]  # Maps of the components; those on a rail include the columns of the bar
     bars: dict[int, int]  # Bar of each component on a rail
     rows: np.ndarray  # (components, 4) `system.Model.rail`
-    table: np.ndarray
-    places: np.ndarray
+    table: np.ndarray  # `system.Model.rail_table`
+    places: np.ndarray  # `system.Model.rail_place`
 
 
 def axis_of(axes: Sequence[Axis], component: Any) -> int:

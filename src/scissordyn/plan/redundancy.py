@@ -8,20 +8,20 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.plan.coordinates import Constraint, Coordinates
-from scissordyn.plan.elimination import JUMPED, in_words
+from scissordyn.plan.elimination import CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX, in_words
 from scissordyn.plan.gradients import Gradients, guesses, least_change
 from scissordyn.plan.quadratic_constraints import order_constraints
 from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL, SINGULAR_VALUE_MIN
 
-EXACT = 1e-7, 1e-8
+EXACT_TOLS = 1e-7, 1e-8
 """Tolerances for exact numbers: remainder of a dependent gradient, residual of a redundant constraint after a move.
 
 A unit gradient is dependent if its remainder after projection on the others is below the first value. The constraint is
 redundant if its residual stays below the second one after a move guided only by the others.
 """
 
-ROUNDED = (1e-2, 1e-4), (1e-2, 3e-3)
-"""The same tolerances for lengths and positions given with few digits, which contradict each other."""
+ROUNDED_TOLS = (1e-2, 1e-4), (1e-2, 3e-3)
+"""Tolerances as in `EXACT_TOLS`, tried in order, for lengths and positions that are rounded and contradict each other."""
 
 MOVE_SIZE = 0.1  # Size of the random move, in maps of the order of one
 
@@ -48,7 +48,7 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
     # drop rods first, because the multiplier of a length is not reported; couplings last
     order = np.argsort([2 if constraint.linear else not constraint.name for constraint in holding], kind="stable")
     values, left = gradients.value.copy(), dict[int, float]()
-    for dependent, follows, near in ((*EXACT, True), *((*level, False) for level in ROUNDED), (*EXACT, False)):
+    for dependent, follows, near in ((*EXACT_TOLS, True), *((*level, False) for level in ROUNDED_TOLS), (*EXACT_TOLS, False)):
         gradients.value[:] = values  # reset the drives to the start
         left = _redundant(gradients, x, angles, order, dependent, follows, near=near)
         if left:
@@ -60,9 +60,13 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
         return coordinates
     for k in left:
         if holding[k].linear and not lenient:
-            raise InputError(f"{holding[k].subject} follows from other couplings and parts", "a mechanism without it")
+            raise InputError(
+                f"{holding[k].subject} is redundant: it follows from other couplings and parts", "a mechanism without it"
+            )
         if holding[k].name and not holding[k].linear:
-            raise InputError(f"{holding[k].subject} keeps a distance that other parts already keep", "a mechanism without it")
+            raise InputError(
+                f"{holding[k].subject} is redundant: other parts already keep its distance", "a mechanism without it"
+            )
     names = tuple(holding[k].subject for k in left)
     stay = [constraint for k, constraint in enumerate(holding) if k not in left]
     stay += [constraint for constraint in coordinates.constraints if constraint.latch]
@@ -86,7 +90,7 @@ def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) 
     largest = np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=ASSEMBLY_TOL)
     aside[: gradients.free] += MOVE_SIZE * step / largest
     unit = gradients.unit(aside)
-    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT[0])
+    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT_TOLS[0])
     for k in left:
         if gradients.linear[k]:
             raise InputError(
@@ -105,17 +109,20 @@ def _redundant(
     *,
     near: bool,
 ) -> dict[int, float]:
-    """Return the redundant constraints and their residuals (criteria in `independent`).
+    """Return the indices of redundant constraints and their residuals after a move, by the method of `independent`.
 
-    With `near`, return none if the constraints are met only far from x.
+    `dependent` and `follows` are the tolerances in `EXACT_TOLS`. Constraints that come first in `order` are kept. If `near`,
+    return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
-    met = ROUND_OFF_TOL if dependent == EXACT[0] else follows
+    met = ROUND_OFF_TOL if dependent == EXACT_TOLS[0] else follows
     x_start = _close(gradients, everything, x, b, met)
     if x_start is None:
         return {}  # the assembly reports the reason
     far = float(np.max(np.abs(gradients.maps[:, : x.size] @ (x_start - x)), initial=0.0))
-    if near and far > max(JUMPED[0], JUMPED[1] * float(np.max(np.abs(gradients.residual(np.append(x, b)))))):
+    if near and far > max(
+        CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX * float(np.max(np.abs(gradients.residual(np.append(x, b)))))
+    ):
         return {}
     moved = _move(gradients, everything, x_start, angles, random, met)
     if moved is None:
@@ -176,7 +183,7 @@ def _close(
         if np.max(np.abs(residual)) < near:
             return x
         # contradictions of rounded numbers must not cause large changes
-        cut = ASSEMBLY_TOL if near == ROUND_OFF_TOL else ROUNDED[0][0]
+        cut = ASSEMBLY_TOL if near == ROUND_OFF_TOL else ROUNDED_TOLS[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
@@ -199,7 +206,10 @@ def _move(
 
 
 def _pivots(rows: np.ndarray, order: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
-    """Split rows into independent ones and combinations of them; the first in `order` are kept."""
+    """Split rows into independent ones and linear combinations of them; rows that come first in `order` are kept.
+
+    `dependent` is the length of a remainder below which a unit row counts as a combination of the kept ones.
+    """
     kept: list[int] = []
     left: list[int] = []
     basis = np.zeros(rows.shape)

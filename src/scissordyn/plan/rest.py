@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
-NOT_TURNED: Mapping[str, float] = MappingProxyType({})
+NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Angles by which bodies have turned since the start: none
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:
@@ -41,7 +41,7 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
     return dataclasses.replace(mechanism, joints=joints, guides=guides)
 
 
-def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NOT_TURNED) -> Plan:
+def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NO_TURNS) -> Plan:
     """Return the plan with drives, prescribed distances and coordinates locked at their values at a time [s]."""
     starts = {constraint.name: constraint.start for constraint in whole.coordinates.constraints}
     inputs = [(drive.motion, whole.mechanism.body(drive.body).placed_angle) for drive in whole.drives]

@@ -256,7 +256,10 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
         return
     if isinstance(transmission, Belt | Screw):
         what = "a belt" if isinstance(transmission, Belt) else "a screw"
-        raise InputError(f"{label}: {what} with bearings that move relative to its base", "ideal bearings on a rigid base")
+        raise InputError(
+            f"{label}: the bearings of {what} move relative to its base, by a clearance or because bars bend",
+            "ideal bearings on a rigid base",
+        )
     if isinstance(transmission, Teeth) and transmission.pressure_angle > 0.0 and not transmission.flank:
         raise InputError(
             f"{label}: teeth with movable centres (a bearing has clearance, or a bar bends) need the loaded flank",

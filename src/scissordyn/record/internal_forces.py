@@ -16,7 +16,7 @@ from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
-from scissordyn.plan.bending import HERMITE, beams_of
+from scissordyn.plan.bending import HERMITE_MASS, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.record.bars import SPAN_PARTS, extreme_fibre, marks_of, part_names
 from scissordyn.record.results import Variables, described, labels
@@ -356,7 +356,7 @@ class _Shape:
     def at_end(self) -> tuple[np.ndarray, np.ndarray]:
         """Return force [N] along and across the chord, and moment [N m], of the next part on the end of the element."""
         axial, first, last = self.elastic
-        consistent = self.beam.mass_per_length * self.beam.length / 420.0 * HERMITE
+        consistent = self.beam.mass_per_length * self.beam.length / 420.0 * HERMITE_MASS
         place, direction = (np.einsum("h,hta->at", consistent[k], self.moved) for k in (2, 3))
         cos, sin = np.cos(self.p2), np.sin(self.p2)
         moment = last + self.beam.length * (cos * direction[1] - sin * direction[0])

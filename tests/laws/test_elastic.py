@@ -141,7 +141,7 @@ def test_pieces_of_the_logarithm() -> None:
     with mp.workdps(40):
         for k, piece in enumerate(logarithmic._PIECES.tolist()):
             for place in x[k == 0 :]:
-                level = ((k + (mp.mpf(place) + 1) / 2) / logarithmic.STEPS) ** 2 + 1
+                level = ((k + (mp.mpf(place) + 1) / 2) / logarithmic.PIECES_PER_UNIT) ** 2 + 1
                 value = mp.polyval([mp.mpf(c) for c in reversed(piece)], mp.mpf(place))
                 assert abs(value / -mp.lambertw(-mp.exp(-level), -1) - 1) < 1.1e-16
 

@@ -19,7 +19,7 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.evaluate import elastic_force, friction_force, normal_force
 from scissordyn.laws.friction.coulomb import Coulomb
-from scissordyn.laws.trial import doubts, tried
+from scissordyn.laws.trial import doubts, trial_forces
 from scissordyn.plugin.element import element, element_class
 from scissordyn.run.simulate import replay
 from scissordyn.units import Quantity, quantities
@@ -122,13 +122,13 @@ def unknown_name(indentation):
 def test_laws_that_cannot_be_compiled(function, says):
     """Contract: a law that returns no number or cannot be compiled is refused in one line with its name and the cause."""
     with one_line_error(says):
-        tried(stiffness(function), JOINT)
+        trial_forces(stiffness(function), JOINT)
 
 
 def test_exception_inside_a_run_is_nan():
     """Contract: a law that passes the trial and raises later gives NaN; no exception leaves a kernel."""
     law = stiffness(lambda indentation: indentation if indentation < 0.1 else 1.0 / math.sqrt(-indentation))
-    tried(law, JOINT)
+    trial_forces(law, JOINT)
     assert math.isnan(elastic_force(at(law), 0.2, row(law)))
 
 
@@ -211,14 +211,14 @@ def nothing(indentation):
 def test_stiffness_that_is_refused_in_its_joint(function, says):
     """Contract: a stiffness law that pulls, pushes without indentation or gives NaN up to the clearance is refused."""
     with one_line_error(f"stiffness law '{function.__name__}'", says):
-        tried(stiffness(function), JOINT)
+        trial_forces(stiffness(function), JOINT)
 
 
 def test_stiffness_is_tried_up_to_the_clearance():
     """Contract: a pull beyond the clearance is accepted; at a guide surface the corner radius is the limit."""
-    tried(stiffness(pulls), replace(JOINT, clearance=1e-4, journal_radius=1e-3))
+    trial_forces(stiffness(pulls), replace(JOINT, clearance=1e-4, journal_radius=1e-3))
     with one_line_error("a push at one corner radius"):
-        tried(stiffness(pulls), replace(JOINT, clearance=math.inf, journal_radius=2e-3))
+        trial_forces(stiffness(pulls), replace(JOINT, clearance=math.inf, journal_radius=2e-3))
 
 
 def repelled(slip_speed, normal_force):
@@ -248,7 +248,7 @@ def repelled(slip_speed, normal_force):
 def test_damping_and_friction_that_are_refused(slot, function, says):
     """Contract: damping that gives NaN for some arguments, and friction that drives the sliding, are refused."""
     with one_line_error(says):
-        tried(made_of(slot, function), JOINT)
+        trial_forces(made_of(slot, function), JOINT)
 
 
 @pytest.mark.parametrize(

@@ -100,8 +100,8 @@ class TangentElastic(Elastic):
 class Damping(Part):
     """Base of damping laws: the normal force [N] from the elastic force [N], delta [m], delta' and delta'(-) [m/s].
 
-    A pull is cut off. Internal states are zero at the start of a contact. Where surfaces rest on each other, the kernel
-    `settled` computes them from the elastic force and delta.
+    A tensile force is cut off. Internal states are zero at the start of a contact. Where surfaces rest on each other, the
+    kernel `settled` computes them from the elastic force and delta.
     """
 
     slot = Slot(

@@ -30,8 +30,8 @@ def elastic_energy(pointer: int, force_pointer: int, delta: float, p: F1) -> flo
 def rate_in_range(rate, approach):
     """Return the rate of the indentation [m/s] at which the damping law of a contact is evaluated.
 
-    A damping factor is derived for rates up to the speed v at which the contact began. Of a contact that is closed from rest
-    `approach` is -v, with v next to nothing: its damping is at most that of the rate v.
+    A damping factor is derived for rates up to the speed v at which the contact began. For a contact that closed from rest,
+    `approach` is -v with a tiny v; its damping is at most that of the rate v.
     """
     if approach >= 0.0:
         return rate
@@ -43,12 +43,12 @@ def rate_in_range(rate, approach):
 def reference_speed(elastic: float, delta: float, rate: float, approach: float, mass: float) -> float:
     r"""Return the speed [m/s] to which damping relates the rate of the indentation.
 
-    It is the approach speed v0 until the motion and the strain of the contact are worth twice that speed:
+    It is the approach speed v0 until the kinetic and elastic energy of the contact correspond to more than twice that speed:
 
     .. math:: v = \max(v_0, \tfrac{1}{2}\sqrt{\dot\delta^2 + F_{el}\,\delta/m})
 
-    No free impact gets there. `mass` is the effective mass m at the onset [kg]. 0 keeps v0 at all times; `approach` may then be
-    negative, see `rate_in_range`.
+    A free impact never reaches that. `mass` is the effective mass m at the onset [kg]. A mass of 0 keeps v0 at all times;
+    `approach` may then be negative, see `rate_in_range`.
     """
     if mass == 0.0:
         return approach

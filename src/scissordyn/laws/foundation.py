@@ -27,7 +27,8 @@ from scissordyn.laws.evaluate import elastic_force
 from scissordyn.plugin.element import pointers, row_of
 
 PIECES_PER_FACTOR = 8  # pieces of the table for each factor of e in the indentation
-LEAST, MOST = 1e-8, 2.0  # [clearances] range of the table; its first and last power laws continue beyond
+# [clearances] smallest and largest indentation of the table; its first and last power laws continue beyond them
+INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX = 1e-8, 2.0
 PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION = range(5)
 """Columns of the table: p at the start of a piece, exponent of p in the piece, first and second integral of p, w there."""
 
@@ -47,12 +48,12 @@ def pressure_table(law: Elastic, joint: JointContact) -> np.ndarray:
     InputError
         If the law's force does not follow from a pressure that grows with the indentation.
     """
-    pieces = math.ceil(PIECES_PER_FACTOR * math.log(MOST / LEAST))
-    w = joint.clearance * np.geomspace(LEAST, MOST, pieces + 1)
+    pieces = math.ceil(PIECES_PER_FACTOR * math.log(INDENTATION_RATIO_MAX / INDENTATION_RATIO_MIN))
+    w = joint.clearance * np.geomspace(INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX, pieces + 1)
     p = _pressures(law, joint, w)
     if not (np.all(np.isfinite(p)) and np.all(p > 0.0) and np.all(np.diff(p) > 0.0)):
         raise InputError(
-            f"stiffness law '{law.name}': no pressure that grows with the indentation gives its force",
+            f"stiffness law '{law.name}' in a worn bearing: no pressure that grows with the indentation gives its force",
             "a law whose force grows faster than the square root of the indentation",
             'stiffness = "liu"',
         )

@@ -30,6 +30,7 @@ class Material:
         return (1.0 - self.poisson_ratio**2) / self.youngs_modulus
 
 
+# Sources of the constants of materials
 METALS = "ASM Handbook 2, 1990, doi:10.31399/asm.hb.v02.9781627081627"
 PLASTICS = "Brydson 1999, Plastics Materials"
 

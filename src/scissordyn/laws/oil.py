@@ -12,13 +12,13 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 COLD, HOT = 313.15, 373.15  # Temperatures of stated oil viscosities [K]: 40 and 100 deg C
-RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils solidify, or evaporate and age
-VISCOSITY = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the standard has further terms
+TEMPERATURE_RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils solidify, or evaporate and age
+VISCOSITY_BOUNDS = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the equation of ASTM D341 has further terms
 
 
 VISCOSITY_MIN = 2.0  # [mm^2/s] viscosity at 100 deg C below which the index is not defined
 
-_RANGES = (
+INDEX_COEFFICIENTS = (
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
     (4.4, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
     (5.0, 2.5, -7.2143, 13.812, 0.82143, 1.5679, 0.119),
@@ -36,12 +36,12 @@ _RANGES = (
     (70.0, 0.85921, 11.1009, -83.19, 0.1713, 11.368, -76.94),
     (float("inf"), 0.83531, 14.6731, -216.246, 0.16841, 11.8493, -96.947),
 )
-"""Largest viscosity at 100 deg C of each range, and coefficients of L and H, the parabolas of the standard [mm^2/s]."""
+"""Rows of ASTM D2270: largest viscosity at 100 deg C [mm^2/s], then coefficients of the parabolas L and H (`_references`)."""
 
 
 def _references(hot: float) -> tuple[float, float]:
     """Return L and H: viscosities at 40 deg C of the oils of index 0 and 100 with this viscosity at 100 deg C [mm^2/s]."""
-    _, a, b, c, d, e, f = next(row for row in _RANGES if hot <= row[0])
+    _, a, b, c, d, e, f = next(row for row in INDEX_COEFFICIENTS if hot <= row[0])
     return a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
 
 
@@ -88,8 +88,8 @@ class Oil:
     """
 
     name: str
-    viscosity_40: Annotated[float, Quantity("m^2/s", **VISCOSITY, help="kinematic viscosity nu at 40 deg C")]
-    viscosity_100: Annotated[float, Quantity("m^2/s", **VISCOSITY, help="kinematic viscosity nu at 100 deg C")]
+    viscosity_40: Annotated[float, Quantity("m^2/s", **VISCOSITY_BOUNDS, help="kinematic viscosity nu at 40 deg C")]
+    viscosity_100: Annotated[float, Quantity("m^2/s", **VISCOSITY_BOUNDS, help="kinematic viscosity nu at 100 deg C")]
     density: Annotated[float, Quantity("kg/m^3", minimum=500.0, maximum=2500.0, help="density rho")] = 870.0
     source: Annotated[str, Meaning("source of the numbers")] = ""
 

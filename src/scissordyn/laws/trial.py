@@ -15,11 +15,12 @@ from scissordyn.laws.contact import Damping, Elastic, JointContact
 from scissordyn.plugin.element import arguments_of, pointers, row_of
 from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
+# Test values of laws: approach speeds and rates [m/s], normal forces [N], slip speeds [m/s]
 APPROACHES = (1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0)
 RATES = (*(-np.logspace(1, -6, 8)).tolist(), 0.0, *np.logspace(-6, 1, 8).tolist())
 FORCES = (0.0, *np.logspace(-3, 6, 10).tolist())
 SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).tolist())
-"""Test values of a law: rest to 10 m/s in both directions, no force to 1 MN."""
+"""Test values of laws: speeds from rest to 10 m/s in both directions, forces from zero to 1 MN."""
 
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
 """Test indentations of a stiffness law, in clearances (in corner radii at a plane guide surface)."""
@@ -27,18 +28,18 @@ DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspa
 COEFFICIENT_MAX = 10.0  # [-] ratio F_t/F_n above which there is a warning; the bound of the package's laws
 
 
-def _reach(joint: JointContact) -> tuple[float, str]:
-    """Return the largest test indentation of a law in a joint [m], and its name."""
+def _largest_depth(joint: JointContact) -> tuple[float, str]:
+    """Return the largest test indentation of a law in a joint [m]: the clearance or the corner radius, and which of them."""
     return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
 
 
 @lru_cache(maxsize=256)
-def tried(law: Any, joint: JointContact) -> np.ndarray:
+def trial_forces(law: Any, joint: JointContact) -> np.ndarray:
     """Return the forces [N] of a law without states at all test points of a joint.
 
     Raise `InputError` at the first point with a force that is not finite, pulls, acts at zero indentation, or drives the slip.
     """
-    size, what = _reach(joint)
+    size, what = _largest_depth(joint)
     allowed = "a finite number there"
     if isinstance(law, Elastic):
         points: Any = DEPTHS[:, None] * size
@@ -48,7 +49,7 @@ def tried(law: Any, joint: JointContact) -> np.ndarray:
         points = list(itertools.product(SPEEDS, FORCES))
     points = np.array(points, float)
     forces = np.empty(len(points))
-    _answers(pointers(law)["force"], points, row_of(law, joint), forces)
+    _evaluate_all(pointers(law)["force"], points, row_of(law, joint), forces)
     wrong = ~np.isfinite(forces)
     if isinstance(law, Elastic) and not wrong.any():
         allowed = f"a push up to the {what}: 0 N or more, and 0 N at 0 m"
@@ -61,12 +62,14 @@ def tried(law: Any, joint: JointContact) -> np.ndarray:
         first = int(np.argmax(wrong))
         at = dict(zip(law.slot.inputs, points[first].tolist(), strict=True))
         where = ", ".join(f"{name} = {value:g}" for name, value in at.items())
-        raise InputError(f"{law.slot.title} '{law.name}' {_answer(law, joint, at, float(forces[first]))} at {where}", allowed)
+        raise InputError(
+            f"{law.slot.title} '{law.name}' {_describe_result(law, joint, at, float(forces[first]))} at {where}", allowed
+        )
     return forces
 
 
-def _answer(law: Any, joint: JointContact, at: dict[str, float], force: float) -> str:
-    """Return the result of a law's kernel in Python as text."""
+def _describe_result(law: Any, joint: JointContact, at: dict[str, float], force: float) -> str:
+    """Describe what a law's kernel gives or raises at a test point, evaluated in Python."""
     kernel = law.declaration.kernels["force"]
     values = at | dict(zip(law.declaration.numbers, law.parameters(joint), strict=True))
     try:
@@ -76,26 +79,26 @@ def _answer(law: Any, joint: JointContact, at: dict[str, float], force: float) -
 
 
 @entry
-def _answers(pointer: int, points: F2, numbers: F1, forces: F1) -> None:
+def _evaluate_all(pointer: int, points: F2, numbers: F1, forces: F1) -> None:
     for k in range(forces.size):
         forces[k] = call_at(pointer, points[k], (), (), (), numbers, ())
 
 
 def doubts(law: Any, joint: JointContact) -> list[str]:
-    """Return the doubts about a user-defined law in a joint, one clause each; laws with states are not tested."""
+    """Return reasons to doubt a user-defined law in a joint, as clauses for warnings; laws with states are not tested."""
     if getattr(law, "states", ()):
         return []
-    forces = tried(law, joint)
+    forces = trial_forces(law, joint)
     if isinstance(law, Elastic):
-        return _of_stiffness(forces, joint)
+        return _stiffness_doubts(forces, joint)
     if isinstance(law, Damping):
-        return _of_damping(forces.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
-    return _of_friction(np.abs(forces.reshape(len(SPEEDS), len(FORCES))))
+        return _damping_doubts(forces.reshape(len(FORCES), -1, len(RATES), len(APPROACHES)))
+    return _friction_doubts(np.abs(forces.reshape(len(SPEEDS), len(FORCES))))
 
 
-def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
-    """Return the doubts about elastic forces [N] at `DEPTHS`."""
-    size, what = _reach(joint)
+def _stiffness_doubts(force: np.ndarray, joint: JointContact) -> list[str]:
+    """Return reasons to doubt a stiffness law, from its forces [N] at the indentations `DEPTHS`."""
+    size, what = _largest_depth(joint)
     falls = np.flatnonzero(np.diff(force) <= 0.0)
     if not falls.size:
         return []
@@ -103,8 +106,8 @@ def _of_stiffness(force: np.ndarray, joint: JointContact) -> list[str]:
     return [f"the force does not grow from {low:.4g} mm to {high:.4g} mm of indentation (tried up to the {what})"]
 
 
-def _of_damping(force: np.ndarray) -> list[str]:
-    """Return the doubts about normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
+def _damping_doubts(force: np.ndarray) -> list[str]:
+    """Return reasons to doubt a damping law, from its normal forces [N], shape (FORCES, depths, RATES, APPROACHES)."""
     elastic = np.array(FORCES)[:, None, None, None]
     rate = np.array(RATES)[None, None, :, None]
     # the kernels cut off a pull
@@ -116,8 +119,8 @@ def _of_damping(force: np.ndarray) -> list[str]:
     return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
 
 
-def _of_friction(force: np.ndarray) -> list[str]:
-    """Return the doubts about magnitudes of tangential forces [N], shape (SPEEDS, FORCES)."""
+def _friction_doubts(force: np.ndarray) -> list[str]:
+    """Return reasons to doubt a friction law, from the magnitudes of its forces [N], shape (SPEEDS, FORCES)."""
     without = ["it gives a force where the normal force is zero"] if np.any(force[:, 0] > 0.0) else []
     largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
     high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > COEFFICIENT_MAX else []

@@ -18,7 +18,7 @@ from scissordyn.warning import RunWarning, warning
 SPEED_RATIO_MAX = 1e-5
 """Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
 
-LAW_SAMPLES = 400  # [samples] of a law over the indentation or the speed, between which its values are interpolated
+LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
 
 DEPTH_RATIO_MAX = 0.2  # [-] indentation over clearance above which a contact is not small compared with the radii
 RESTITUTION_TOL = 0.05  # [-] difference of the given and the obtained restitution coefficient above which there is a warning
@@ -50,7 +50,7 @@ def loading_warnings(
     mass: np.ndarray,
     force: np.ndarray,
 ) -> list[RunWarning]:
-    """Warning about the contact of a joint that was loaded farthest beyond an impact at the speed at which it began.
+    """Return a warning about the contact of a joint whose load exceeds that of an impact at its approach speed the most.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def loading_warnings(
 
     Notes
     -----
-    The strain of the contact is worth the speed sqrt(F_el delta/m). In an impact F_el is at least F/(1 + xi), and that speed is
-    below twice the approach speed.
+    The elastic energy of the contact corresponds to the speed sqrt(F_el delta/m). In an impact F_el is at least F/(1 + xi), and
+    that speed is below twice the approach speed. There is no warning if no contact exceeds it.
     """
     if not isinstance(damping, DampingFactor) or not damping.factor > 0.0 or not force.size:
         return []

@@ -20,16 +20,16 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.friction.coefficients import static_coefficient
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
-from scissordyn.laws.oil import COLD, RANGE, Oil, oil_of
+from scissordyn.laws.oil import COLD, TEMPERATURE_RANGE, Oil, oil_of
 from scissordyn.model.body import Body, check_place
 from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities, documented, quantities
 
 if TYPE_CHECKING:
     from scissordyn.model.joint import Guide
 
-SHORTEST, LONGEST = 0.25, 4.0  # Range of length over diameter in the table of finite bearings
+LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Smallest and largest length over diameter in the table of finite bearings
 
-ROUGH = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
+ROUGHNESS = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
 ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
 ROUGHNESS_RATIO_MAX = 0.1  # Largest roughness over the clearance; the asperities' force is a series in this ratio
@@ -52,8 +52,10 @@ class Lubrication:
 
     oil: Annotated[Oil | None, Meaning("an oil by name, or its viscosities", '"ISO VG 46"')] = None
     viscosity: Annotated[float | None, Quantity("Pa s", above=0.0, maximum=1e4, help="dynamic viscosity mu")] = None
-    temperature: Annotated[float, Quantity("K", minimum=RANGE[0], maximum=RANGE[1], help="temperature of the oil")] = COLD
-    roughness: Annotated[float, ROUGH] = 1e-6
+    temperature: Annotated[
+        float, Quantity("K", minimum=TEMPERATURE_RANGE[0], maximum=TEMPERATURE_RANGE[1], help="temperature of the oil")
+    ] = COLD
+    roughness: Annotated[float, ROUGHNESS] = 1e-6
     asperities: Annotated[float, ASPERITIES] = ASPERITY_STIFFNESS
     bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, as under a high ambient pressure")] = False
@@ -94,11 +96,11 @@ class Lubrication:
                 Sample("roughness", 0.01 * clearance, "m"),
             )
         ratio = 0.5 * length / radius
-        if self.bearing == "finite" and not SHORTEST <= ratio <= LONGEST:
-            other = "short" if ratio < SHORTEST else "long"
+        if self.bearing == "finite" and not LENGTH_RATIO_MIN <= ratio <= LENGTH_RATIO_MAX:
+            other = "short" if ratio < LENGTH_RATIO_MIN else "long"
             raise InputError(
                 f'bearing = "finite": the bearing is {ratio:.3g} diameters long',
-                f"{SHORTEST:g} to {LONGEST:g} diameters",
+                f"{LENGTH_RATIO_MIN:g} to {LENGTH_RATIO_MAX:g} diameters",
                 f'bearing="{other}"',
             )
 
@@ -116,10 +118,10 @@ ContactKind = Annotated[
 MEAN_FRICTION = State("mean_friction", "N", scale=1.0)
 """Internal state of a hard contact: mean friction force over the last step."""
 
-STORED = State("stored_energy", "J", scale=1.0)  # Internal state: elastic energy of a hard contact at the end of a step
-HARD_STATES = (MEAN_FRICTION, STORED)  # Internal states of a hard contact, in order
+STORED_ENERGY = State("stored_energy", "J", scale=1.0)  # Internal state: elastic energy of a hard contact at the end of a step
+HARD_STATES = (MEAN_FRICTION, STORED_ENERGY)  # Internal states of a hard contact, in order
 
-_TAKEN = ("kinetic", "static")
+_HARD_COEFFICIENTS = ("kinetic", "static")  # Parameters of a friction law that a hard contact uses
 
 
 class HardNumbers(NamedTuple):
@@ -148,7 +150,7 @@ def check_hard(clearance: Clearance | GuideClearance) -> None:
     part: Any = friction
     for parameter in dataclasses.fields(part):
         value = getattr(friction, parameter.name)
-        if parameter.name not in _TAKEN and value != parameter.default:
+        if parameter.name not in _HARD_COEFFICIENTS and value != parameter.default:
             raise _unsupported(f"{parameter.name} = {value!r} of friction law '{friction.name}'", "kinetic and static only")
 
 
@@ -182,7 +184,7 @@ ReferenceKind = Annotated[
 ]
 
 
-ANGLES_MIN = 90  # smallest number of depths of a contour: the arcs of loaded contacts span several degrees
+ANGLES_MIN = 90  # Smallest number of angles at which the depth of a worn bearing is given: a loaded arc spans several degrees
 
 CONTOUR = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
 WEAR = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
@@ -236,7 +238,7 @@ class Clearance:
         check_hard(self)
 
     def _check_contour(self) -> None:
-        """Raise `InputError` for a worn contour that the contact cannot have."""
+        """Raise `InputError` for too few or impossible depths of a worn bearing, or a contact without wear."""
         if len(self.contour) < ANGLES_MIN:
             raise InputError(f"contour: {len(self.contour)} depths", f"at least {ANGLES_MIN} depths, at equally spaced angles")
         if not all(0.0 <= depth < self.journal_radius for depth in self.contour):
@@ -244,7 +246,7 @@ class Clearance:
         self.check_worn("contour")
 
     def check_worn(self, what: str) -> None:
-        """Raise `InputError` if the contact cannot have a worn bearing; `what` is worn."""
+        """Raise `InputError` if bearings with this contact cannot wear; `what` names the joint or the option in the message."""
         if self.contact == "hard" or self.lubrication is not None or self.slip != "surfaces":
             raise InputError(
                 f"{what}: wear of a joint with hard contact, lubrication or slip of the contact points",

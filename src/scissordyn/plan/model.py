@@ -27,7 +27,7 @@ from scissordyn.mechanics.monitored import (
     TRACK_DEVIATION,
 )
 from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, Model
-from scissordyn.model.clearance import HARD_STATES, STORED, ContactPoint
+from scissordyn.model.clearance import HARD_STATES, STORED_ENERGY, ContactPoint
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, states_of, time_functions
@@ -249,7 +249,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
 def _elastic_states(free: int, contacts: Sequence[Revolute | ContactPoint], start: np.ndarray) -> np.ndarray:
     """Return the index of each hard contact's elastic energy in the state y; -1 for a compliant contact."""
     hard = [part.clearance is not None and part.clearance.contact == "hard" for part in contacts]
-    return np.where(hard, 2 * free + start[: len(hard)] + HARD_STATES.index(STORED), -1).astype(np.int64)
+    return np.where(hard, 2 * free + start[: len(hard)] + HARD_STATES.index(STORED_ENERGY), -1).astype(np.int64)
 
 
 def _travel(component: Any) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from scissordyn.components.declaration import Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
-from scissordyn.laws.trial import tried
+from scissordyn.laws.trial import trial_forces
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import PIECE_COLUMNS, breaks_of, function_rows
 from scissordyn.model.clearance import HARD_STATES, Clearance, ContactPoint
@@ -57,7 +57,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
             if not is_ours(chosen) and not getattr(chosen, "states", None):
-                tried(chosen, joint)
+                trial_forces(chosen, joint)
             tables[which, j] = row_of(chosen, joint)
             for name, pointer in pointers(chosen).items():
                 if name != "steady":

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from scissordyn.integrate.integration import Samples
-from scissordyn.laws.oil import RANGE
+from scissordyn.laws.oil import TEMPERATURE_RANGE
 from scissordyn.mechanics.monitored import JOINT_FORCE
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.clearance import Clearance, Lubrication
@@ -162,8 +162,8 @@ def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
     if not np.isfinite(rise):
         return []
     temperature = oil.temperature + rise
-    if temperature > RANGE[1]:
-        return [warning("oil boils off", name, rise=rise, limit=RANGE[1] - 273.15)]
+    if temperature > TEMPERATURE_RANGE[1]:
+        return [warning("oil boils off", name, rise=rise, limit=TEMPERATURE_RANGE[1] - 273.15)]
     if oil.oil is None:
         return []
     before, after = oil.dynamic_viscosity, oil.oil.viscosity(temperature)

@@ -35,5 +35,5 @@ class Anagnostopoulos(Damping):
         return loss / math.hypot(math.pi, loss)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """C [N s/m]."""
+        """Return C [N s/m]."""
         return (2.0 * self.damping_ratio * math.sqrt(self.stiffness * self.mass),)

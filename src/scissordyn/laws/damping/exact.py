@@ -10,14 +10,13 @@ from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitut
 from scissordyn.plugin.element import element
 
 EXPONENT_MAX = 700.0
-"""The roots are sought in u, where s = 1 - e^-u, which resolves the end near 1 where they lie for soft contacts; e^-700 is
-about the last normal number."""
+"""Largest u of the search for s = 1 - e^-u: u resolves the roots near s = 1 of soft contacts, and e^-700 is a normal number."""
 
 SERIES_ARGUMENT_MAX = 0.1  # [-] below, x - ln(1+x) loses digits and a series replaces it
 
 
 def _excess(x: float) -> float:
-    """X - ln(1+x) without cancellation."""
+    """Return x - ln(1+x) without cancellation."""
     if abs(x) > SERIES_ARGUMENT_MAX:
         return x - math.log1p(x)
     r = x / (2.0 + x)  # ln(1+x) = 2 artanh r, and x - 2 r = x r
@@ -25,7 +24,7 @@ def _excess(x: float) -> float:
 
 
 def _root(factor_of: Callable[[float], float]) -> float:
-    """The s = xi e in [0, 1) at which s + ln(1-s) = ln(1+xi) - xi, xi as it goes with s."""
+    """Return the s = xi c_e in [0, 1) with s + ln(1-s) = ln(1+xi) - xi; `factor_of` gives xi for s."""
     low, high = 0.0, EXPONENT_MAX
     for _ in range(80):
         u = 0.5 * (low + high)
@@ -40,7 +39,7 @@ def _root(factor_of: Callable[[float], float]) -> float:
 
 @cache
 def exact_factor(restitution: float) -> float:
-    """The root xi in (0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e); zero for c_e = 1.
+    """Return the root xi in (0, 1/c_e) of ln[(1+xi)/(1-xi c_e)] = xi (1+c_e); zero for c_e = 1.
 
     Notes
     -----
@@ -51,7 +50,7 @@ def exact_factor(restitution: float) -> float:
 
 @cache
 def returned_restitution(factor: float) -> float:
-    """The restitution coefficient of a damping factor for a free body and any elastic part, from the same equation."""
+    """Return the restitution coefficient of a free body with a damping factor, from the equation of `exact_factor`."""
     return 1.0 if factor == 0.0 else _root(lambda s: factor) / factor
 
 

@@ -7,8 +7,11 @@ import math
 from scissordyn.laws.damping.proportional import DampingFactor, PositiveRestitution
 from scissordyn.plugin.element import element
 
-WHOLE = (0.0, 1.0)
-"""A source that offers its factor for every restitution; one that speaks of high restitution without a number has None."""
+ALL_RESTITUTIONS = (0.0, 1.0)
+"""`restitution_range` of a law whose source gives its factor for every restitution coefficient.
+
+A law whose source says "high restitution" without a number has None.
+"""
 
 
 @element(name="hunt-crossley", source="Hunt, Crossley 1975, doi:10.1115/1.3423596")
@@ -65,7 +68,7 @@ class LankaraniNikravesh(DampingFactor):
 
 @element(
     name="zhiying-qishao",
-    restitution_range=WHOLE,
+    restitution_range=ALL_RESTITUTIONS,
     source="Qin (Zhiying), Lu (Qishao) 2006, Journal of Dynamics and Control 4, 294-298",
 )
 class ZhiyingQishao(DampingFactor):
@@ -81,7 +84,7 @@ class ZhiyingQishao(DampingFactor):
         return 0.75 * (1.0 - c**2) * math.exp(2.0 * (1.0 - c))
 
 
-@element(name="flores", restitution_range=WHOLE, source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4")
+@element(name="flores", restitution_range=ALL_RESTITUTIONS, source="Flores et al. 2011, doi:10.1007/s11044-010-9237-4")
 class Flores(DampingFactor):
     r"""Damping for the whole range of restitution, soft contacts too.
 
@@ -95,7 +98,7 @@ class Flores(DampingFactor):
         return 8.0 * (1.0 - c) / (5.0 * c)
 
 
-@element(name="hu-guo", restitution_range=WHOLE, source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z")
+@element(name="hu-guo", restitution_range=ALL_RESTITUTIONS, source="Hu, Guo 2015, doi:10.1007/s11044-015-9453-z")
 class HuGuo(DampingFactor):
     r"""Damping for the whole range of restitution, its energy balance taken over approach and rebound.
 
@@ -113,7 +116,9 @@ class HuGuo(DampingFactor):
 
 
 @element(
-    name="carvalho-martins", restitution_range=WHOLE, source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028"
+    name="carvalho-martins",
+    restitution_range=ALL_RESTITUTIONS,
+    source="Carvalho, Martins 2019, doi:10.1016/j.mechmachtheory.2019.03.028",
 )
 class CarvalhoMartins(DampingFactor):
     r"""A rational fit of the exact factor.
@@ -128,7 +133,7 @@ class CarvalhoMartins(DampingFactor):
 
 @element(
     name="safaeifar-farshidianfar",
-    restitution_range=WHOLE,
+    restitution_range=ALL_RESTITUTIONS,
     source="Safaeifar, Farshidianfar 2020, doi:10.1007/s11044-020-09732-2",
 )
 class SafaeifarFarshidianfar(DampingFactor):

@@ -13,7 +13,7 @@ class Gonthier(DampingFactor):
 
     .. math:: \xi = d/c_e,\quad \frac{1 + d/c_e}{1 - d} = e^{d(1 + 1/c_e)}
 
-    This is the exact factor in other letters. The common approximation is d = 1 - c_e^2.
+    This is the factor of the law "exact", written with d. The common approximation is d = 1 - c_e^2.
     """
 
     restitution: PositiveRestitution = 0.9

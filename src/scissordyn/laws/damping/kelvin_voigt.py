@@ -10,7 +10,7 @@ from scissordyn.units import Quantity
 
 
 def force(elastic, rate, coefficient):
-    """Normal force [N], not yet clipped, from the elastic part [N] and delta' [m/s]."""
+    """Return the normal force [N] from the elastic part [N] and delta' [m/s]; tension is cut off later."""
     return elastic + coefficient * rate
 
 

@@ -17,5 +17,5 @@ class NoDamping(Damping):
         return 0.0
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Damping factor xi [1]."""
+        """Return the damping factor xi [1]."""
         return (self.factor,)

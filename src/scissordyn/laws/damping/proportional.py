@@ -16,13 +16,13 @@ PositiveRestitution = Annotated[float, Quantity("1", minimum=1e-3, maximum=1.0, 
 
 
 def force(elastic, rate, approach, factor):
-    """Normal force [N], not yet clipped, from the elastic part [N], delta' [m/s] and delta'(-) [m/s]."""
+    """Return the normal force [N] from the elastic part [N], delta' and delta'(-) [m/s]; tension is cut off later."""
     return elastic * (1.0 + factor * rate / approach)
 
 
 @dataclass(frozen=True)
 class DampingFactor(Damping):
-    """A damping factor found from a restitution; a law adds its name, source, range and formula."""
+    """Base of laws that find a damping factor from a restitution coefficient; each adds name, source, range and formula."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {"force": force}
 
@@ -38,5 +38,5 @@ class DampingFactor(Damping):
         return self._xi(self.restitution)
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Damping factor xi [1]."""
+        """Return the damping factor xi [1]."""
         return (self.factor,)

@@ -10,13 +10,13 @@ from scissordyn.units import Quantity, State
 
 
 def force(elastic, relaxed_force, ratio, relaxation_time):
-    """Normal force [N] and z' [N/s]."""
+    """Return the normal force [N] and z' [N/s], the rate of the relaxed force."""
     lag = elastic - relaxed_force
     return elastic + ratio * lag, lag / relaxation_time
 
 
 def settled(elastic):
-    """Return the relaxed part of the force under a lasting penetration: all of it."""
+    """Return the relaxed force z [N] at a constant indentation: the elastic force."""
     return elastic
 
 

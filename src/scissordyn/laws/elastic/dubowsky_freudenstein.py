@@ -30,7 +30,7 @@ class DubowskyFreudenstein(Logarithmic):
     length_exponent: Annotated[float, Quantity("1", minimum=0.0, maximum=4.0, help="exponent m of the bearing length")] = 3.0
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the kernel parameters from A and G."""
+        """Return the kernel's parameters for delta = A F ln(G/F)."""
         softness = joint.compliance / (math.pi * joint.length)
         geometry = (
             joint.length ** (self.length_exponent - 1.0) * joint.clearance / (joint.bearing_radius * joint.journal_radius)

@@ -23,6 +23,6 @@ class Esdu(Logarithmic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the kernel parameters from A and G."""
+        """Return the kernel's parameters for delta = A F ln(G/F)."""
         softness = joint.compliance / (math.pi * joint.length)
         return row(softness, 4.0 * joint.clearance * math.e / softness)

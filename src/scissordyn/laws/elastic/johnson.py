@@ -19,6 +19,6 @@ class Johnson(Logarithmic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the kernel parameters from A and G."""
+        """Return the kernel's parameters for delta = A F ln(G/F)."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
         return row(softness, 4.0 * joint.clearance / (softness * math.e))

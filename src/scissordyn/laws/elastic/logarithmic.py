@@ -20,44 +20,46 @@ from scissordyn.kernel import kernel
 from scissordyn.laws.contact import TangentElastic
 from scissordyn.plugin.element import Kernel
 
-TURN = 1.25
-"""t from which on the tangent continues the curve. At t = 1 the laws have their largest indentation and an infinite stiffness;
-up to here, 97 % of it, they are exact to round-off."""
+TANGENT_T = 1.25
+"""Smallest t of the laws themselves; for larger indentations they continue along the tangent at this t.
+
+At t = 1 the laws have their largest indentation and an infinite stiffness. The tangent begins at 97 % of that indentation.
+"""
 
 
 def row(compliance: float, ceiling: float) -> tuple[float, ...]:
     """Return the kernel parameters for delta = A F ln(G/F)."""
-    w = math.exp(-TURN)
+    w = math.exp(-TANGENT_T)
     return (
         1.0 / (compliance * ceiling),
         ceiling,
-        compliance * ceiling * TURN * w,
+        compliance * ceiling * TANGENT_T * w,
         ceiling * w,
-        1.0 / (compliance * (TURN - 1.0)),
+        1.0 / (compliance * (TANGENT_T - 1.0)),
     )
 
 
-STEPS, LAST, DEGREE = 8, 8, 8
-"""Pieces of the table per unit of s = sqrt(L - 1), where L = -ln y; largest s; degree of each piece."""
+PIECES_PER_UNIT, S_MAX, DEGREE = 8, 8, 8
+"""Table of t over s = sqrt(L - 1) with L = -ln y: number of polynomials per unit of s, largest s, degree of the polynomials."""
 
 
-TERMS = 20  # of Taylor series: the remainder is 1e-23 at the middle of the next piece, 1e-29 at the end of its own
+TAYLOR_TERMS = 20  # Terms of a Taylor series: its remainder is 1e-29 at the end of a piece, 1e-23 at the middle of the next
 
 
 def _pieces() -> np.ndarray:
-    """Return coefficients of t as a function of s, by pieces: shape (STEPS * LAST, DEGREE + 1).
+    """Return the coefficients of the polynomials for t over s, shape (PIECES_PER_UNIT * S_MAX, DEGREE + 1).
 
-    t is analytic in s, its branch point having become t = 1 + sqrt(2) s + ...; the nearest singularities, at L = 1 +- 2 pi i,
-    are 1.77 off the real axis, fourteen pieces. Chebyshev interpolation loses a factor of 57 with each degree.
+    t is analytic in s: its branch point becomes t = 1 + sqrt(2) s + ... The nearest singularities, at L = 1 +- 2 pi i, are 1.77
+    away from the real axis, the width of fourteen pieces. Each degree reduces the error of Chebyshev interpolation by 57.
     """
     pieces = []
     with localcontext(EXTENDED):
-        half = Decimal(1) / (2 * STEPS)
+        half = Decimal(1) / (2 * PIECES_PER_UNIT)
         s = half
         rest = Decimal(2).sqrt() * s + s * s  # t - 1; from above Newton's method falls without overshooting
         for _ in range(6):
             rest -= (rest - (1 + rest).ln() - s * s) * (1 + rest) / rest
-        for _ in range(STEPS * LAST):
+        for _ in range(PIECES_PER_UNIT * S_MAX):
             series = _taylor(s, rest, half)
             pieces.append(_interpolant(series))
             rest = sum(term * 2**n for n, term in enumerate(series)) - 1
@@ -68,7 +70,7 @@ def _pieces() -> np.ndarray:
 def _taylor(s: Decimal, rest: Decimal, half: Decimal) -> list[Decimal]:
     """Return the Taylor series of t in x = -1 .. 1 across a piece about s, of (r^2)' = 4 s t where r = t - 1."""
     series = [1 + rest, 2 * half * s * (1 + rest) / rest]
-    for n in range(2, TERMS):
+    for n in range(2, TAYLOR_TERMS):
         square = 4 * half * (s * series[n - 1] + half * series[n - 2]) / n  # term of r^2
         products = sum(map(mul, series[1:n], series[n - 1 : 0 : -1]))
         series.append((square - products) / (2 * rest))
@@ -98,11 +100,11 @@ def force(indentation, inverse, ceiling, deepest, last_force, last_stiffness):
         return last_force + last_stiffness * (indentation - deepest)
     y = indentation * inverse
     level = -math.log(y)
-    s = STEPS * math.sqrt(level - 1.0)
-    if s < STEPS * LAST:
+    s = PIECES_PER_UNIT * math.sqrt(level - 1.0)
+    if s < PIECES_PER_UNIT * S_MAX:
         k = int(s)
         x = 2.0 * (s - k) - 1.0
-        # by halves, which a processor works out side by side
+        # even and odd halves of the polynomial, which a processor computes at the same time
         x2 = x * x
         x4 = x2 * x2
         low = (_PIECES[k, 0] + _PIECES[k, 1] * x) + (_PIECES[k, 2] + _PIECES[k, 3] * x) * x2

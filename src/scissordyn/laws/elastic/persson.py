@@ -9,7 +9,7 @@ from scissordyn.laws.elastic.quadrature import NODES, WEIGHTS
 from scissordyn.plugin.element import element
 
 QUADRATURE_PIECES = 3  # Number of quadrature intervals of b^2; with one interval the pole costs six digits
-LAST_ARC = 0.75  # b^2 beyond which the law continues along its tangent; its pole is at 0.834, about ten clearances
+ARC_MAX = 0.75  # Largest b^2 of the law itself; beyond, it continues along its tangent (its pole is at 0.834, delta = 10 c)
 
 
 def force(indentation, scale, clearance, deepest, last_force, last_stiffness):
@@ -50,7 +50,7 @@ class Persson(TangentElastic):
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
         """Return the scale pi L_b E* c [N], c [m], and the tangent's indentation [m], force [N] and stiffness [N/m]."""
-        q, c = LAST_ARC, joint.clearance
+        q, c = ARC_MAX, joint.clearance
         scale = math.pi * joint.length * joint.modulus * c
         below = 2.0 - math.log1p(q) - 2.0 * q * q
         ratio = q * (q + 1.0) / below

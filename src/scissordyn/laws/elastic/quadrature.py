@@ -8,9 +8,9 @@ from scissordyn.kernel import call_at, kernel
 NODES, WEIGHTS = gauss_rule(16)
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""
 
-ROUNDING = 1e-14  # Relative difference of two halves and the whole interval that counts as round-off
-DEEPEST_LEVEL = 40  # Largest number of bisections: the smallest interval is 2^-40 of the range
-MOST_PIECES = 4000  # Largest number of intervals
+HALVES_TOL = 1e-14  # Largest difference of the integrals over an interval and over its halves, relative to the whole integral
+LEVEL_MAX = 40  # Largest number of bisections of an interval; the smallest is 2^-40 of the range
+PIECES_MAX = 4000  # Largest number of intervals
 
 
 @kernel
@@ -30,7 +30,7 @@ def quadrature_energy(pointer, delta, p):
     The intervals are [k, k + 1]/2^level. After one is done, the next begins at the end of the largest interval that it
     completes.
     """
-    tolerance = ROUNDING * abs(piece(pointer, 0.0, 1.0, delta, p))
+    tolerance = HALVES_TOL * abs(piece(pointer, 0.0, 1.0, delta, p))
     total, level, k, count = 0.0, 0, 0, 0
     while True:
         width = 0.5**level
@@ -39,7 +39,7 @@ def quadrature_energy(pointer, delta, p):
         halves = piece(pointer, low, low + 0.5 * width, delta, p) + piece(pointer, low + 0.5 * width, low + width, delta, p)
         count += 1
         # a NaN compares as false and ends the halving
-        if abs(halves - whole) > tolerance and level < DEEPEST_LEVEL and count < MOST_PIECES:
+        if abs(halves - whole) > tolerance and level < LEVEL_MAX and count < PIECES_MAX:
             level += 1
             k *= 2
             continue

@@ -24,9 +24,9 @@ from scissordyn.units import Quantity, State
 PRESLIDING_SPEED = 1e-3
 """Slip speed [m/s] that separates presliding from sliding in a law without a Stribeck speed: the usual Stribeck speed."""
 
-CONSTANT_DAMPING = 1e6  # Damping speed [m/s] with which sigma_1 is constant to round-off in any machine
+DAMPING_SPEED_MAX = 1e6  # [m/s] largest v_d; it makes sigma_1 constant up to round-off at all slip speeds of machines
 
-DEFLECTION = State("bristle_deflection", "m")
+DEFLECTION = State("bristle_deflection", "m")  # Internal state z of bristle laws
 
 BristleStiffness = Annotated[float, Quantity("1/m", minimum=1.0, maximum=1e9, help="sigma_0 per unit normal force")]
 BristleDamping = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e6, help="sigma_1 per unit normal force")]
@@ -35,15 +35,15 @@ DampingSpeed = Annotated[
     Quantity(
         "m/s",
         minimum=1e-9,
-        maximum=CONSTANT_DAMPING,
-        help="v_d, over which sigma_1 fades; unless given so small that friction keeps to mu_s; 1e6 is a constant sigma_1",
+        maximum=DAMPING_SPEED_MAX,
+        help="v_d, over which sigma_1 fades; by default so small that friction stays within mu_s; with 1e6 sigma_1 is constant",
     ),
 ]
 
 
 def fading_speed(largest: float, bristle_damping: float) -> float:
     """Return the slip speed v_d [m/s] for which the maximum of sigma_1 |v| exp(-(v/v_d)^2) is a given coefficient."""
-    return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else CONSTANT_DAMPING
+    return math.sqrt(2.0 * math.e) * largest / bristle_damping if bristle_damping > 0.0 else DAMPING_SPEED_MAX
 
 
 @kernel

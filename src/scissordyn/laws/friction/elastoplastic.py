@@ -28,7 +28,7 @@ def force(
     damping_speed,
     breakaway,
 ):
-    """Return the tangential force [N] and z' [m/s]."""
+    """Return the tangential force [N] and z' [m/s], the rate of the bristle deflection."""
     farthest = sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent) / bristle_stiffness  # z_max
     bend = abs(bristle_deflection)
     slipping = 0.0  # alpha
@@ -69,7 +69,7 @@ class ElastoPlastic(BristleFriction):
     ] = 0.7
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the kernel's parameters; by default mu_s and v_d are computed. z_ba is in m."""
+        """Return the kernel's parameters, with z_ba in m; by default mu_s and v_d are computed from the other fields."""
         static = self._static_coefficient()
         fading = self.damping_speed or fading_speed(self._largest(static), self.bristle_damping)
         breakaway = self.breakaway * self.kinetic / self.bristle_stiffness

@@ -33,7 +33,7 @@ def force(
     bristle_damping,
     viscous,
 ):
-    """Return the tangential force [N], z' [m/s] and w' [1/s]."""
+    """Return the tangential force [N], and the rates of the bristle deflection z [m/s] and of the dwell w [1/s]."""
     x = slip_speed / stribeck_speed
     stick = math.exp(-x * x)
     slide = -math.expm1(-x * x)

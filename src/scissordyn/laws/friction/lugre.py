@@ -21,7 +21,7 @@ def force(
     viscous,
     damping_speed,
 ):
-    """Return the tangential force [N] and z' [m/s]."""
+    """Return the tangential force [N] and z' [m/s], the rate of the bristle deflection."""
     rate = slip_speed - bristle_stiffness * abs(slip_speed) * bristle_deflection / sliding_coefficient(
         slip_speed, kinetic, static, stribeck_speed, stribeck_exponent
     )

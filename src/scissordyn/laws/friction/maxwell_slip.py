@@ -12,7 +12,7 @@ from scissordyn.units import Quantity, State
 
 
 def force(slip_speed, normal_force, first_deflection, second_deflection, kinetic, share, first_stiffness, second_stiffness):
-    """Return the tangential force [N] and both z' [m/s]."""
+    """Return the tangential force [N] and the rates of the deflections of both elements [m/s]."""
     first = slip_speed - abs(slip_speed) * first_stiffness * first_deflection / (share * kinetic)
     second = slip_speed - abs(slip_speed) * second_stiffness * second_deflection / ((1.0 - share) * kinetic)
     return normal_force * (first_stiffness * first_deflection + second_stiffness * second_deflection), first, second

@@ -109,7 +109,7 @@ PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)  # 
             lambda: sd.simulate(gear_pair().with_parts({"couplings": (PUSHED,)}), until=0.1),
             "coupling 'mesh': one coordinate cannot move, so it holds the other one; expected two that can move",
         ),
-        (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "coupling 'gear'; expected one of mesh"),
+        (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "no coupling 'gear'; expected one of mesh"),
         (lambda: sd.with_backlash(gear_pair(), "mesh", 0.0), "backlash = 0"),
         (
             lambda: sd.with_backlash(dataclasses.replace(gear_pair(), joints=()), "mesh", 0.01),

@@ -31,7 +31,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import MATERIALS
 from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
-from scissordyn.model.addition import closed
+from scissordyn.model.addition import without_backlash
 from scissordyn.model.body import Body, bar_points, uniform_inertia
 from scissordyn.model.coupling import Coordinate, Coupling, Distance, Slide
 from scissordyn.model.mechanism import Mechanism
@@ -120,7 +120,7 @@ def _run(options: Options) -> Entries:
 def _tables(mechanism: Mechanism, code: Code) -> Entries:
     """Return all tables except [run], in the order of a case file."""
     fields, structure = declared(Mechanism), {"kind": "mechanism"}
-    mechanism, backlashes = closed(mechanism)
+    mechanism, backlashes = without_backlash(mechanism)
     for name in ("gravity", "gravity_direction", "input_body", "output_body", "source"):
         value = getattr(mechanism, name)
         if value not in (None, ""):

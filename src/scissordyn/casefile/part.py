@@ -34,7 +34,7 @@ from scissordyn.components.declaration import Declaration
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.components.time_function import TimeFunction
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.addition import closed, with_backlash
+from scissordyn.model.addition import with_backlash, without_backlash
 from scissordyn.model.body import Body, Track, bar
 from scissordyn.model.coupling import (
     Belt,
@@ -194,7 +194,7 @@ COORDINATE_DRIVE: Hints = (
 
 def coupling_lines(mechanism: Mechanism) -> list[str]:
     """Return one line of text for each coupling, in the terms of a case file."""
-    lines, (bare, backlashes) = [], closed(mechanism)
+    lines, (bare, backlashes) = [], without_backlash(mechanism)
     for part in bare.couplings:
         unit, name = ratio_unit(part.output, part.input), part.name
         ratio = written(part.ratio, unit) if unit == "1" else exact((part.ratio,), unit)

@@ -47,7 +47,7 @@ from scissordyn.config.variation import (
 from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.model.parameter_path import EACH_SAMPLE, number, single
+from scissordyn.model.parameter_path import EACH_EXAMPLE, number, single
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Names, Variation
@@ -223,7 +223,7 @@ def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
     if isinstance(values, list) and "each" not in table:
         return make_names(values, table.get("probabilities", ()))
     if not isinstance(apart, bool) or not isinstance(values, str) or "probabilities" in table:
-        raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_SAMPLE)
+        raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_EXAMPLE)
     return f"{values}, each" if apart else values
 
 

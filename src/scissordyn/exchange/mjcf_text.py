@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.model.addition import closed
+from scissordyn.model.addition import without_backlash
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Guide, Revolute, Weld
@@ -61,7 +61,7 @@ class _Placed:
 
 def mjcf(mechanism: Mechanism) -> Model:
     """Return the mechanism with ideal joints in MJCF, as assembled at its start."""
-    ideal, backlashes = closed(mechanism.ideal())
+    ideal, backlashes = without_backlash(mechanism.ideal())
     refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches)
     if refused:
         raise InputError(f"MJCF cannot represent '{refused[0].name}'", "joints, guides, welds and couplings")

@@ -128,7 +128,7 @@ def _with_bodies(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
     return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))
 
 
-_PIN = quantities(PinFriction)
+_PIN_QUANTITIES = quantities(PinFriction)  # Units and bounds of the parameters of friction in a pin
 
 
 @documented
@@ -139,11 +139,11 @@ def with_joint_friction(
         str | Iterable[str], Meaning('names of ideal pins, "all", "pivots", "ends", or patterns as ``"unit 3/*"``', '"pivots"')
     ] = "all",
     *,
-    radius: Annotated[float, _PIN["radius"]],
-    kinetic: Annotated[float, _PIN["kinetic"]],
-    static: Annotated[float, _PIN["static"]] = 0.0,
-    stribeck_speed: Annotated[float, _PIN["stribeck_speed"]] = 0.01,
-    transition: Annotated[float, _PIN["transition"]] = 1e-3,
+    radius: Annotated[float, _PIN_QUANTITIES["radius"]],
+    kinetic: Annotated[float, _PIN_QUANTITIES["kinetic"]],
+    static: Annotated[float, _PIN_QUANTITIES["static"]] = 0.0,
+    stribeck_speed: Annotated[float, _PIN_QUANTITIES["stribeck_speed"]] = 0.01,
+    transition: Annotated[float, _PIN_QUANTITIES["transition"]] = 1e-3,
     bristle_stiffness: Annotated[
         float, Quantity("1/m", minimum=0.0, maximum=1e9, help="sigma_0 of LuGre's bristles; 0: none, friction is smooth")
     ] = 0.0,
@@ -186,7 +186,7 @@ def _rotating_body(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
     return "", ""
 
 
-_STOP = quantities(AngleStop)
+_STOP_QUANTITIES = quantities(AngleStop)  # Units and bounds of the parameters of an end stop
 
 FLANKS = " flanks"  # Suffix of the name of the body that carries the flanks of a coupling
 
@@ -198,9 +198,9 @@ def with_backlash(
     coupling: Annotated[str, Meaning("name of the coupling")],
     backlash: Annotated[float, Quantity("rad", above=0.0, help="angle that the wheel can turn between both flanks")],
     *,
-    stiffness: Annotated[float, _STOP["stiffness"]] = 1e6,
-    exponent: Annotated[float, _STOP["exponent"]] = 1.5,
-    restitution: Annotated[float, _STOP["restitution"]] = 0.5,
+    stiffness: Annotated[float, _STOP_QUANTITIES["stiffness"]] = 1e6,
+    exponent: Annotated[float, _STOP_QUANTITIES["exponent"]] = 1.5,
+    restitution: Annotated[float, _STOP_QUANTITIES["restitution"]] = 0.5,
     share: Annotated[
         float, Quantity("1", above=0.0, maximum=0.5, help="fraction of the wheel's mass and inertia that the flanks have")
     ] = 0.01,
@@ -217,7 +217,7 @@ def with_backlash(
     """
     named = {part.name: part for part in mechanism.couplings}
     if coupling not in named:
-        raise InputError(f"coupling '{coupling}'", "one of " + (", ".join(named) or "none"))
+        raise InputError(f"no coupling '{coupling}'", "one of " + (", ".join(named) or "none"))
     part = named[coupling]
     end = next((end for end in ("output", "input") if isinstance(getattr(part, end), RelativeAngle)), None)
     angle = getattr(part, end) if end else None
@@ -251,8 +251,11 @@ def with_backlash(
     )
 
 
-def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]]:
-    """Return the mechanism before `with_backlash` and its arguments by coupling; unchanged if they do not reproduce it."""
+def without_backlash(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]]:
+    """Return the mechanism before `with_backlash`, and the arguments of that call for each coupling with backlash.
+
+    If the parts have been changed since then, return the mechanism itself and no arguments.
+    """
     before, numbers = mechanism, dict[str, dict[str, float]]()
     for part in reversed(mechanism.couplings):
         stops: list[Any] = [other for other in before.components if other.name in _flanks(part.name)]
@@ -284,7 +287,7 @@ def closed(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]
 
 
 def _wheel_in_mesh(mechanism: Mechanism, part: Coupling, angle: RelativeAngle) -> Body:
-    """Return the wheel, turned to the middle of the flanks that the offset of the coupling gives."""
+    """Return the wheel of a coupling, turned to the angle that the coupling's offset gives: midway between both flanks."""
     wheel = mechanism.body(angle.body)
     if part.offset is None or wheel.inertia is None:
         return wheel

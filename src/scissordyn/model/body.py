@@ -19,7 +19,7 @@ def check_place(label: str, place: Point) -> None:
         raise InputError(f"{label} = {place!r}", f"two numbers {PLACE.bounds}")
 
 
-PLACE = Quantity("m")
+PLACE = Quantity("m")  # Bounds of a position [m]
 
 
 @documented

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
-"""Dimensions of every run; a section of components cannot have these names."""
+"""Dimensions of the data set of every run; the section name of a component class must differ from them."""
 
 
 def check_parts(mechanism: Mechanism) -> None:
@@ -232,9 +232,9 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
 
 
 def loose_bodies(mechanism: Mechanism) -> list[str]:
-    """Return warnings of bodies that nothing connects to the rest of a mechanism or to the ground.
+    """Return a warning for each body or group of bodies that nothing connects to the rest of a mechanism or to the ground.
 
-    A mechanism all of whose bodies are connected may be free as a whole.
+    If all bodies of a mechanism are connected to each other, it may be free as a whole: there is no warning.
     """
     names = {body.name for body in mechanism.bodies}
     pairs = [
@@ -261,7 +261,7 @@ def loose_bodies(mechanism: Mechanism) -> list[str]:
 
 
 def _bodies_in(component: object, names: set[str]) -> tuple[str, ...]:
-    """Return the bodies, and the ground, that the fields of a component refer to, at least one."""
+    """Return the names of bodies, and of the ground, that occur in the fields of a component; the ground if there are none."""
 
     def texts(value: object) -> Iterator[str]:
         if isinstance(value, str):

@@ -18,7 +18,7 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
-MASS_FRACTION_MIN = 1e-9  # Fraction of a cross-section's mass that remains with it, as a body must have a mass
+MASS_FRACTION_MIN = 1e-9  # Smallest fraction of its mass that a cross-section of a rigid bar keeps: a body must have a mass
 
 Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, float]
 """Name, start and end (body, position in its frame), angles of the bar to both, length, mass per length."""

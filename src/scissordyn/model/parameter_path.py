@@ -26,7 +26,7 @@ GROUPS = {
     "pivots": ("*/pivot",),
     "ends": ("*/upper", "*/lower", "*/left", "*/right"),
 }
-"""Groups of joints of an array: all joints, those inside the units, those between units."""
+"""Name patterns of groups of joints in an array: all joints, those inside the units, those between units."""
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -34,7 +34,7 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
     wanted: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
         if not isinstance(pattern, str):
-            raise InputError(f"{what} {pattern!r}", "a text: a name or a pattern")
+            raise InputError(f"{what} {pattern!r} is not a name or a pattern", "a text", f"'{names[0]}'" if names else "'all'")
         shapes = (pattern,) if pattern in names else GROUPS.get(pattern, (pattern,))
         matches = {name for name in names if name == pattern}
         matches = matches or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
@@ -50,21 +50,21 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
     return tuple(name for name in names if name in wanted)
 
 
-DRIVE = "drive"
+DRIVE = "drive"  # Kind of a drive in a parameter path
 
-INSIDE = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
-"""Field of a part whose fields a parameter path continues with."""
+INNER_FIELDS = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
+"""Field of a part whose own fields follow the name of the part in a parameter path, as in ``A.restitution``."""
 
 KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
 KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
-"""Field of the mechanism for each kind of part; rods, latches and components use their section names."""
+"""Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names."""
 
-OF_LAWS = {"restitution": "damping"}  # Keys of a case file that belong to a law, with the name of that law
+LAW_OF_KEY = {"restitution": "damping"}  # Fields of a law that a path can name without the law, and the law's field
 AXES = ("x", "y")  # Coordinates of a point
 
-EACH_SAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
+EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
-SAMPLE = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
+PATH_EXAMPLES = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
 
 def find(mechanism: Mechanism, parameter: str) -> list[Place]:
@@ -75,7 +75,7 @@ def find(mechanism: Mechanism, parameter: str) -> list[Place]:
         if "each" not in parameter.split(".")[1:]:
             raise
         allowed = "'all' as the name, and each = true next to the values of a study, for values that vary independently"
-        raise InputError(f"'{parameter}': 'each' is not a name", allowed, EACH_SAMPLE) from None
+        raise InputError(f"'{parameter}': 'each' is not a name", allowed, EACH_EXAMPLE) from None
 
 
 def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
@@ -96,7 +96,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
         raise InputError(
             f"no part '{name}' for '{parameter}'{did_you_mean(name, [*names, *near])}",
             "one of " + ", ".join(names),
-            f"a parameter path such as {SAMPLE}",
+            f"a parameter path such as {PATH_EXAMPLES}",
         )
     return [_place(mechanism, path, parameter) for path in routes]
 
@@ -109,7 +109,7 @@ def number(mechanism: Mechanism, parameter: str) -> Place:
     if first.quantity is None or isinstance(first.value, bool) or not isinstance(first.value, int | float):
         fields = _numbers(at(mechanism, first.path[:-1]))
         raise InputError(
-            f"'{parameter}' is not a number with a unit", ", ".join(fields) or f"a parameter path such as {SAMPLE}"
+            f"'{parameter}' is not a number with a unit", ", ".join(fields) or f"a parameter path such as {PATH_EXAMPLES}"
         )
     _check_independent(first, parameter)
     return first
@@ -124,7 +124,7 @@ def single(mechanism: Mechanism, parameter: str) -> list[str]:
     for place in places:
         field, index, *rest = place.path
         part = getattr(mechanism, str(field))[index]
-        path = rest[1:] if str(field) in INSIDE else rest
+        path = rest[1:] if str(field) in INNER_FIELDS else rest
         words = (AXES[step] if isinstance(step, int) else step for step in path)
         parameters.append(".".join([kind, part.name, *words]))
     return parameters
@@ -136,7 +136,7 @@ def every_number(mechanism: Mechanism) -> list[str]:
     paths = [name for name, field in declared(type(mechanism)).items() if _is_free(getattr(mechanism, name), field.quantity)]
     for name, field, index, kind in _named(mechanism):
         part = getattr(mechanism, field)[index]
-        inside = getattr(part, INSIDE[field]) if field in INSIDE else part
+        inside = getattr(part, INNER_FIELDS[field]) if field in INNER_FIELDS else part
         if inside is not None:
             before = f"{kind}.{name}" if kind in kinds else name
             paths += [f"{before}.{path}" for path in _paths(inside, None)]
@@ -209,7 +209,7 @@ def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
 
 
 def _kinds(mechanism: Mechanism) -> dict[str, None]:
-    """Return the kinds that may precede the name of a part."""
+    """Return the kinds ("joint", "body", ...) that may precede the name of a part in a parameter path of a mechanism."""
     return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
 
 
@@ -265,12 +265,12 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
     """Return whether a part has a field."""
     part = getattr(mechanism, field)[index]
-    return OF_LAWS.get(name, name) in _fields(getattr(part, INSIDE[field], None) if field in INSIDE else part)
+    return LAW_OF_KEY.get(name, name) in _fields(getattr(part, INNER_FIELDS[field], None) if field in INNER_FIELDS else part)
 
 
 def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
     """Return the place at the end of a route; raise `InputError` if a field does not exist or is None."""
-    inside = INSIDE.get(str(path[0]))
+    inside = INNER_FIELDS.get(str(path[0]))
     if inside is not None:
         part = at(mechanism, path[:2])
         path = (*path[:2], inside, *path[2:])
@@ -281,8 +281,8 @@ def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
         owner = at(mechanism, walked)
         if owner is None:
             raise _not_given(parameter)
-        if word in OF_LAWS and word not in _fields(owner) and OF_LAWS[str(word)] in _fields(owner):
-            walked = (*walked, OF_LAWS[str(word)])
+        if word in LAW_OF_KEY and word not in _fields(owner) and LAW_OF_KEY[str(word)] in _fields(owner):
+            walked = (*walked, LAW_OF_KEY[str(word)])
             owner = at(mechanism, walked)
         step, quantity = _step(owner, str(word), quantity, parameter)
         walked = (*walked, step)
@@ -306,7 +306,7 @@ def _step(owner: Any, word: str, quantity: Quantity | None, parameter: str) -> t
         steps, kind, step = tuple(fields), type(owner).__name__, word
         inner = fields[word].quantity if word in fields else None
     if word not in steps and not steps:
-        raise InputError(f"'{parameter}': a number or text has no field '{word}'", "a path that ends before it")
+        raise InputError(f"'{parameter}': '{word}' follows a number or a text, which has no fields", f"a path without '{word}'")
     if word not in steps:
         raise InputError(
             f"'{parameter}': no field '{word}' in {kind}{did_you_mean(word, steps)}", ", ".join(steps) or "no field"

@@ -15,7 +15,7 @@ from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.user_file import origin_of
 
 PACKAGE = "scissordyn"
-KIND = "kind"
+KIND = "kind"  # Key for the class of a description
 FUNCTION, CLASS = "function", "class"
 """Values of the key "kind" for a Python function, and for a class, that are in no file."""
 
@@ -43,7 +43,7 @@ def to_plain(described: Any) -> Any:
     if callable(described):
         name = getattr(described, "__name__", repr(described))
         return {KIND: FUNCTION, "name": name, "source": source_of(described), DIGEST: code_digest(described)}
-    raise InputError(f"a {type(described).__name__} inside a description", "values that can be written to a file")
+    raise InputError(f"a {type(described).__name__} in a mechanism or its options", "values that can be written to a file")
 
 
 def _head_of(described: Any) -> dict[str, Any]:
@@ -68,11 +68,11 @@ def first_difference(first: Any, second: Any, place: str = "") -> tuple[str, Any
 
 
 def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
-    """Return a tree's entries by key or index."""
+    """Return the entries of a dictionary or list by key or index."""
     return tree if isinstance(tree, dict) else dict(enumerate(tree))
 
 
-_SCALARS = (str, int, float, bool, type(None))
+_SCALARS = (str, int, float, bool, type(None))  # Types of values that plain data contain unchanged
 _SCALAR_TYPES = frozenset(_SCALARS)
 
 

@@ -108,10 +108,10 @@ SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = Mappi
         "strip": ({2: _rectangle}, "strip 30x2 mm (width, thickness in the plane)"),
     }
 )
-"""Text forms of sections and functions by number of dimensions; the depth lies in the plane of motion."""
+"""Functions that make a section of a kind, by number of dimensions, and its text form; depths lie in the plane of motion."""
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
-PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Units of a section's dimensions [m]
+SECTION_PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
 
 
 def read_section(text: str | Section) -> Section:
@@ -138,7 +138,7 @@ def with_dimension(text: str, name: str, value: float) -> str:
 
 def _parse_section(text: str) -> tuple[Callable[..., Section], list[float], str]:
     """Split the text of a section into its function, dimensions and unit."""
-    match = PATTERN.fullmatch(str(text))
+    match = SECTION_PATTERN.fullmatch(str(text))
     kind = match[1] if match else str(text).split(" ")[0]
     allowed = "; ".join(sample for _, sample in SECTIONS.values())
     if kind not in SECTIONS:

@@ -18,23 +18,20 @@ POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  
 
 @dataclass(frozen=True)
 class Declared:
-    """Declared field of a description.
-
-    Its hint has no annotations; these are the extras. A field without default has `dataclasses.MISSING`.
-    """
+    """Field of a class of descriptions (see `model`), as its annotation declares it."""
 
     name: str
-    hint: Any
-    extras: tuple[Any, ...]
-    quantity: Quantity | None
-    default: Any
+    hint: Any  # Type, without the extras of `Annotated`
+    extras: tuple[Any, ...]  # Extras of `Annotated`, such as a `Quantity` or a `Meaning`
+    quantity: Quantity | None  # Unit and bounds, if it is a number
+    default: Any  # `dataclasses.MISSING` for a required field
 
 
 @dataclass(frozen=True)
 class Place:
-    """Value in a description, with its declared unit, bounds and meaning if there are any."""
+    """Value inside a description: where it is, and the unit, bounds and meaning that its field declares."""
 
-    path: Route
+    path: Route  # Fields, keys and indices that lead to it from the top of the description
     value: Any
     quantity: Quantity | None
 

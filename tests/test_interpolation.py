@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from scissordyn.components.film.impedance import DIRECTION_WIDTH, WIDEST
+from scissordyn.components.film.impedance import DIRECTION_SPAN, DIRECTION_WIDTH
 from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM
 from scissordyn.interpolation import gauss_rule, lagrange_polynomials
 
@@ -44,4 +44,4 @@ def test_transform_inverts_the_powers_of_its_nodes() -> None:
 
 def test_range_of_directions() -> None:
     """Closed form: the nodes of the film's table reach a quarter turn to both sides."""
-    assert DIRECTION_WIDTH * math.sinh(WIDEST) == pytest.approx(0.5 * math.pi, rel=1e-15)
+    assert DIRECTION_WIDTH * math.sinh(DIRECTION_SPAN) == pytest.approx(0.5 * math.pi, rel=1e-15)

@@ -1,4 +1,4 @@
-"""Components: springs, loads, motors, stops, latches and others; one file has a component's description and kernel.
+"""Components: springs, loads, motors, stops, latches and others; each file has the fields and the kernels of one component.
 
 The package is callable: ``sd.component(port=..., force=...)`` is the decorator `declaration.component`, which has the same
 name.

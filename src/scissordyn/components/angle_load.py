@@ -20,7 +20,10 @@ FIRST_KNOT = 4  # Index of the first knot among the parameters
 
 @kernel
 def force(angle, speed, factor, acts, transition, periodic, count, table):
-    """Return the torque [N m], and the excess of the angle beyond the curve [rad]."""
+    """Return the torque [N m], and the distance of the angle from the ends of the curve, 0 within it [rad].
+
+    `factor` is the value of the time function, `acts` an index of `curve.ACTS`.
+    """
     place, knots = angle, int(count)
     if periodic == 1.0:
         start, end = table[FIRST_KNOT], table[FIRST_KNOT + KNOT_SIZE * (knots - 1)]

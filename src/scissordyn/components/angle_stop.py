@@ -42,9 +42,9 @@ class AngleStop:
 
     .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
 
-    with delta the angle beyond the stop, v its rate at the touch, or more where the stop is loaded later, and the damping
-    factor of Flores et al. 2011 for the restitution coefficient. The side from which the stop is reached is the one the
-    bodies start on; turns are counted.
+    delta is the angle beyond the stop. v is its rate at the touch, or more where the stop is loaded later. xi is the damping
+    factor of Flores et al. 2011 for the restitution coefficient. The bodies reach the stop from the side on which they start;
+    turns are counted.
     """
 
     name: str
@@ -56,6 +56,6 @@ class AngleStop:
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """K, n, xi, the angle [rad], and the sense of rotation in which it is reached."""
+        """Return K, n, xi, the angle [rad], and the sense of rotation in which it is reached (1 or -1)."""
         side = math.copysign(1.0, self.angle - start[0])
         return self.stiffness, self.exponent, stop_damping(self.restitution), self.angle, side

@@ -38,10 +38,11 @@ def force(
     modulus,
     strength,
 ):
-    """Force [N] and torque [N m] on the end, stored energy [J], dissipated, supplied power [W], axial force [N], moments [N m].
+    """Return force [N] and torque [N m] on the end, stored energy [J], dissipated and supplied power [W], then the outputs.
 
-    The rotation of the cross-sections relative to the chord is psi(xi) = p1 b1 + p2 b2 + a b3. p1 and p2 are its end values; a
-    follows from the end of the chord: int sin psi = 0.
+    `factor` is the value of the time function, which multiplies the thermal strain and curvature. The rotation of the
+    cross-sections relative to the chord is psi(xi) = p1 b1 + p2 b2 + a b3. p1 and p2 are its end values; a follows from the end
+    of the chord: int sin psi = 0.
     """
     chord, turn = math.hypot(x, y), math.atan2(y, x)
     p1, p2 = -turn, angle - turn
@@ -129,10 +130,10 @@ class Beam:
     .. math:: U = \tfrac12 EA\,l\,\varepsilon^2 + \frac{EI}{2 l}\int_0^1 \psi'^2\,d\xi,\qquad
         \varepsilon = \frac{c}{l\int\cos\psi\,d\xi} - 1,\quad \int\sin\psi\,d\xi = 0
 
-    c is the chord, psi the rotation of the cross-sections against it, quadratic in xi but for the part that the condition adds;
-    the axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes. Heated, the strain and the
-    curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is E (strain + tau strain rate). The x
-    axes of both bodies are along the unbent bar.
+    c is the chord. psi is the rotation of the cross-sections relative to it: quadratic in xi, plus a term that meets the second
+    condition. The axial force stiffens or softens bending. The mass is distributed with cubic (Hermite) shapes. A heated bar
+    has no stress at the strain alpha Delta T and the curvature alpha Delta T_h/h. With damping, the stress is
+    E (strain + tau strain rate). The x axes of both bodies are along the unbent bar.
     """
 
     name: str
@@ -143,7 +144,7 @@ class Beam:
     bending_stiffness: elastic.BendingStiffness
     mass_per_length: Annotated[
         float,
-        Quantity("kg/m", minimum=0.0, help="mass per length, shared by both bodies", tied=elastic.OF_SECTIONS),
+        Quantity("kg/m", minimum=0.0, help="mass per length, shared by both bodies", tied=elastic.SECTION_OR_MATERIAL),
     ]
     depth: elastic.Depth = 0.0
     youngs_modulus: elastic.Modulus = 0.0

@@ -20,10 +20,8 @@ from scissordyn.units import Meaning, Pairs, Quantity
 PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over the angle from its body's x axis, a whole turn")
 
 
-PITCH_NODES, PROFILE_POINTS = (
-    720,
-    5760,
-)  # Nodes of the pitch curve in the kernels' table, and points of the profile from which they are made
+PITCH_NODES = 720  # Number of nodes of the pitch curve in the table of the kernels
+PROFILE_POINTS = 5760  # Number of points of the profile from which the pitch curve is computed
 START_DEPTH_FRACTION = 0.01  # Largest initial depth of a follower in the profile, as a fraction of the radius
 
 
@@ -66,7 +64,7 @@ def gap(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_mass
 
 @kernel
 def force(x, y, angle, x_rate, y_rate, speed, mode, approach_speed, effective_mass, stiffness, exponent, damping, count, table):
-    """Force on the follower in the cam's frame [N], no torque, elastic energy [J], dissipated power [W], normal force [N]."""
+    """Return force on the follower in the cam's frame [N], zero torque, elastic energy [J], dissipated power, normal force."""
     depth, gx, gy = depth_at(x, y, table, int(count))
     rate = gx * x_rate + gy * y_rate
     normal, energy, lost = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
@@ -133,7 +131,7 @@ class Cam:
         if there - here > START_DEPTH_FRACTION * there:
             raise InputError(
                 f"cam '{self.name}': its follower starts {here:.6g} m from the centre, within the cam",
-                f"about {there:.6g} m there, where it touches, or more",
+                f"about {there:.6g} m or more in that direction; there it touches the cam",
             )
         return self.stiffness, self.exponent, stop_damping(self.restitution), float(PITCH_NODES), *table.tolist()
 

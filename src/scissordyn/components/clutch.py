@@ -12,7 +12,7 @@ from scissordyn.units import Quantity, State
 
 
 def force(speed, load, factor, capacity, yield_angle):
-    """Return torque [N m], stored energy [J], dissipated power [W] and the rate of the load [1/s]."""
+    """Return torque [N m], stored energy [J], dissipated power [W] and s' [1/s]; `load` is s, the used part of the capacity."""
     torque = factor * capacity * load
     return -torque, 0.0, torque * speed, (speed - abs(speed) * load) / yield_angle
 

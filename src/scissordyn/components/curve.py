@@ -12,16 +12,16 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs
 
-KNOT_SIZE = 4  # Numbers per knot: place, value, slope, and integral from the first knot
+KNOT_SIZE = 4  # Number of values per knot: place, value, slope, and integral from the first knot
 
-ACTS = ("both", "forward", "backward")
+ACTS = ("both", "forward", "backward")  # Senses of motion in which a load acts; kernels get the index
 
 Acts = Annotated[Literal["both", "forward", "backward"], Meaning("in both senses of the motion, or in one")]
 
 
 @kernel
 def active_fraction(speed, acts, transition):
-    """Return the fraction of a load that acts at a speed: all of it, or only in one direction of the motion."""
+    """Return the fraction of a load that acts at a speed; `acts` is an index of `ACTS`, `transition` a speed."""
     if acts == 0.0:
         return 1.0
     sense = 1.0 if acts == 1.0 else -1.0

@@ -36,9 +36,10 @@ moment of inertia [kg m^2] along the gap at the last rise.
 ENERGY = ("energy", "dissipation")
 """Results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
 
+# Source of the equations of motion, which each component without a source of its own cites
 TEXTBOOK = "García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0"
 
-POINT = 'a point, as "BODY.POINT" or "ground.POINT"'
+POINT = 'a point, as "BODY.POINT" or "ground.POINT"'  # Meaning of a field that names a point
 MEANINGS: Mapping[str, str] = {
     "name": "name, unique among its kind",
     **dict.fromkeys(("start", "end", "point", "sensor", "sensor_origin"), POINT),
@@ -49,7 +50,8 @@ MEANINGS: Mapping[str, str] = {
 }
 """Meanings of fields that several components have, unless an annotation gives another one."""
 
-SUPPLY = ("supply",)  # Next result of a supplied component: the power [W] from its time function
+SUPPLY = ("supply",)
+"""Result of a supplied component's kernel after `ENERGY`: the power [W] that its time function gives to the component."""
 
 
 @dataclass(frozen=True)
@@ -76,14 +78,14 @@ class Declaration:
     events: tuple[str, str]  # Names of a fall and a rise of its guard
     # True if its power is that of a motor, whose rotor turns with the body of a hinge; requires a field `inertia` [kg m^2]
     motor: bool = False
-    # True if it is passive except for its time function, which changes the stored energy at a given position. The kernel then
+    # True if it is passive except for its time function, which changes the stored energy at a fixed position. The kernel then
     # returns this power [W] after the dissipated power, and it counts as the work of a load
     supplied: bool = False
     numbers: tuple[str, ...] = ()  # Names of the values of `parameters`, except tables
 
     @property
     def places(self) -> dict[str, str]:
-        """Place of each possible kernel argument."""
+        """Expression in C of each possible kernel argument: an entry of the arrays of `compiler.recipe.SIGNATURE`."""
         states = tuple(state.name for state in self.states)
         rows = {"q": self.port.coordinates, "v": self.port.rates, "z": states, "p": self.numbers}
         places = {name: f"{row}[{k}]" for row, names in rows.items() for k, name in enumerate(names)}
@@ -205,7 +207,7 @@ def component(
     states : tuple of State
         Internal states, which start at zero.
     context : tuple of str
-        What the kernels name of `CONTEXT`: time, factor, mode, approach_speed, effective_mass and so on.
+        Names from `CONTEXT` that the kernels have as arguments: time, factor, mode, approach_speed, effective_mass and so on.
     passive : bool
         True if it stores and dissipates energy; otherwise its power is the work of a load.
     symbol : str, optional
@@ -278,7 +280,7 @@ def _check_fields(described: Any) -> None:
         )
     if declaration.port is TRAVEL and declaration.symbol == "stop" and "limit" not in names:
         raise InputError(
-            f"component '{described.__name__}', drawn as a stop, has no field 'limit'",
+            f"component '{described.__name__}' with symbol = 'stop' has no field 'limit'",
             "a field 'limit', the position of the stop [m]",
         )
     for state in declaration.states:
@@ -298,7 +300,7 @@ def _numbers_of(described: Any) -> tuple[str, ...]:
     """Return the kernel arguments of a component class that are parameters."""
     if described.parameters is _own_parameters:
         return tuple(quantities(described))
-    kernel = next(iter(described.declaration.kernels.values()), None)  # of a class that says itself what its kernels read
+    kernel = next(iter(described.declaration.kernels.values()), None)  # of a class with its own method `parameters`
     places = described.declaration.places
     return () if kernel is None else tuple(name for name in arguments_of(kernel) if name not in places)
 
@@ -322,7 +324,7 @@ def recipes_of(described: type[Component]) -> dict[str, Recipe]:
 
 
 def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...] | None = None) -> tuple[float, ...]:
-    """Evaluate the force kernel of a component at rest in Python."""
+    """Return the results of a component's force kernel at rest, evaluated in Python."""
     declaration = component.declaration
     if declaration.force is None:
         return ()

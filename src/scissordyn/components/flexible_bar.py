@@ -1,4 +1,4 @@
-"""Straight bending bar as one part: cross-sections at chosen places, and bending modes between them."""
+"""Straight flexible bar as one component: cross-sections at chosen positions, and bending modes between them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MODES = Quantity(
     "1",
     minimum=0,
     maximum=40,
-    help="bending modes with cross-sections held, or up to the frequency of contacts",
+    help="number of bending modes with cross-sections held; by default those up to the frequency of contacts",
 )
 
 
@@ -42,15 +42,15 @@ class FlexibleBar:
     .. math:: r(s) = \sum_i N_i(s)\,p_i + \sum_k \varphi_k(s)\,a_k,\qquad
         U = \tfrac12 \int EI\,(|r''|^2 - \varepsilon'^2) + EA\,\varepsilon^2\,ds,\quad \varepsilon = |r'| - 1
 
-    p are the points of the cross-sections (and the directions of those that something clamps), a vector amplitudes of the
-    lowest bending modes with these held; the mass matrix is constant. The bracket is the squared curvature but for strains.
-    Heated, the strain and the curvature without stress are alpha Delta T and alpha Delta T_h/h; damped, the stress is
+    p are the points of the cross-sections, and the directions of clamped ones; a are the vector amplitudes of the lowest
+    bending modes with these held. The mass matrix is constant. The bracket is the squared curvature if the strain is neglected.
+    A heated bar has no stress at the strain alpha Delta T and the curvature alpha Delta T_h/h. With damping, the stress is
     E (strain + tau strain rate).
     """
 
     name: str
     sections: Annotated[tuple[str, ...], Meaning("bodies with their origins on its axis, from one end to the other")]
-    places: Annotated[tuple[float, ...], Quantity("m", help="where the cross-sections are along the bar")]
+    places: Annotated[tuple[float, ...], Quantity("m", help="positions of the cross-sections along the bar")]
     axial_stiffness: elastic.AxialStiffness
     bending_stiffness: elastic.BendingStiffness
     mass_per_length: Annotated[
@@ -59,7 +59,7 @@ class FlexibleBar:
             "kg/m",
             above=0.0,
             help="mass per length, part of the cross-sections'",
-            tied=elastic.OF_SECTIONS,
+            tied=elastic.SECTION_OR_MATERIAL,
         ),
     ]
     modes: Annotated[int | None, MODES] = None
@@ -80,7 +80,10 @@ class FlexibleBar:
                 f"flexible bar '{self.name}' has {count} sections and {len(self.places)} places", "at least two of both"
             )
         if any(b <= a for a, b in zip(self.places, self.places[1:], strict=False)):
-            raise InputError(f"flexible bar '{self.name}' has places that do not increase", "places from one end to the other")
+            raise InputError(
+                f"flexible bar '{self.name}': the places of its cross-sections do not increase",
+                "positions along the bar from one end to the other",
+            )
         if self.turned and len(self.turned) != count:
             raise InputError(f"flexible bar '{self.name}' has {len(self.turned)} angles", f"none, or {count}")
         elastic.check_depth(self, f"flexible bar '{self.name}'")

@@ -45,7 +45,7 @@ class Latch:
     base: str = GROUND
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the angle [rad], and the direction of rotation in which it is reached."""
+        """Return the angle [rad] at which the latch locks, and the sense of rotation in which it is reached (1 or -1)."""
         if abs(self.angle - start[0]) < DATA_TOL:
             raise InputError(f"latch '{self.name}' is at its angle at the start", "a weld, or another angle")
         return self.angle, math.copysign(1.0, self.angle - start[0])

@@ -113,7 +113,7 @@ def guide_force(
     along_x,
     along_y,
 ):
-    """Force along the guide [N], stored energy [J], dissipated power [W], the normal force [N], the rate of the bristles."""
+    """Return force along the guide [N], stored energy [J], dissipated power [W], normal force [N] and the bristles' rate."""
     slip = along_x * x_rate + along_y * y_rate
     ratio, rate = bristle_ratio(slip, bristles, kinetic, static, stribeck_speed, stiffness, damping, viscous, damping_speed)
     friction = reaction * ratio

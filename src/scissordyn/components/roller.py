@@ -1,4 +1,4 @@
-"""Roller, or block in a guide with clearance, on a bending bar."""
+"""Roller on a flexible bar, or guide with clearance that runs along it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.units import Meaning, Quantity
 
 @kernel
 def limit(gap, gap_rate, mode, approach_speed, effective_mass, stiffness, damping, clearance, factor):
-    """Return a point's depth in the nearer side [m] and its rate [m/s]."""
+    """Return the distance [m] by which the point is beyond the clearance on the nearer side of the bar, and its rate [m/s]."""
     if clearance == 0.0:
         return -1.0, 0.0
     side = 1.0 if gap > 0.0 else -1.0
@@ -55,8 +55,12 @@ class Roller:
     name: str
     point: BodyPoint
     rail: Annotated[str, Meaning("the bar, which bends as one part")]
-    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="K, of the rollers against the bar")] = 1e7
-    damping: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="D, of the rollers, without clearance")] = 0.0
+    stiffness: Annotated[float, Quantity("N/m", above=0.0, maximum=1e12, help="stiffness K of the rollers against the bar")] = (
+        1e7
+    )
+    damping: Annotated[
+        float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="damping D of the rollers, without clearance")
+    ] = 0.0
     clearance: Annotated[float, Quantity("m", minimum=0.0, maximum=1.0, help="clearance c on either side of the bar")] = 0.0
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient, with clearance")] = (
         0.5

@@ -9,11 +9,12 @@ from scissordyn.laws.evaluate import reference_speed
 
 @kernel
 def push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping):
-    r"""Force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
+    r"""Return the force or torque of an end stop, its elastic energy [J] and the dissipated power [W].
 
     .. math:: F = K \delta^n (1 + \xi \delta'/v)
 
-    never a pull; v is the speed at the touch, or more where the stop is loaded later, see `laws.evaluate.reference_speed`.
+    A negative force is cut off. v is the speed at the touch, or more where the stop is loaded later
+    (`laws.evaluate.reference_speed`).
     """
     if mode == 0.0 or depth <= 0.0:
         return 0.0, 0.0, 0.0

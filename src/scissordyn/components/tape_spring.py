@@ -149,7 +149,7 @@ class TapeSpring:
     name: str
     body: str
     base: str = GROUND
-    stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e9, help="of the straight tape")] = 0.0
+    stiffness: Annotated[float, Quantity("N m/rad", minimum=0.0, maximum=1e9, help="stiffness of the straight tape")] = 0.0
     peak_moment: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="positive moment of the snap")] = 0.0
     steady_moment: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="positive moment of the fold")] = 0.0
     peak_moment_equal: Annotated[float, Quantity("N m", minimum=0.0, maximum=1e6, help="negative moment of the snap")] = 0.0

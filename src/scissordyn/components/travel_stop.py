@@ -55,5 +55,5 @@ class TravelStop:
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """K, n, xi and the limit [m]."""
+        """Return K, n, xi and the limit [m]."""
         return self.stiffness, self.exponent, stop_damping(self.restitution), self.limit

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from scissordyn.components.film.asperities import mean_gap
-from scissordyn.components.film.film import Film, thinned
+from scissordyn.components.film.film import Film, with_contact_damping
 from scissordyn.errors import InputError
 from scissordyn.integrate.advance import ADVANCING
 from scissordyn.kernel import Handle
@@ -224,7 +224,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
     for i, part in enumerate(plan.components):
         if isinstance(part, Film):
             thinnest = min(thinnest, mean_gap(0.0, part.roughness / part.clearance))
-            parameters[i] = thinned(parameters[i], content.work.coordinates[i])
+            parameters[i] = with_contact_damping(parameters[i], content.work.coordinates[i])
     decay, _ = fastest_modes(plan, system, y)
     parameters[...], modes[...] = kept
     return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABILITY_LIMIT)

@@ -18,7 +18,9 @@ from scissordyn.kernel import kernel
 ASPERITY_STIFFNESS = 16.0 * math.sqrt(2.0) * math.pi / 15.0 * 0.05**2 * math.sqrt(0.01)
 """K = (16 sqrt(2) pi/15) (eta beta sigma)^2 sqrt(sigma/beta) of usual ground surfaces [1].
 
-They have eta beta sigma = 0.05 and sigma/beta = 0.01, with the number eta of asperities per area and their tip radius beta."""
+They have eta beta sigma = 0.05 and sigma/beta = 0.01. eta is the number of asperities per area, beta their tip radius, sigma
+the rms roughness.
+"""
 
 
 @kernel
@@ -43,7 +45,7 @@ def asperity_contact(eccentricity, roughness):
     """
     e = min(eccentricity, 1.0)
     x = (1.0 - e) / roughness
-    if x > 8.0:  # the asperities carry less than 1e-16 of what they carry at contact
+    if x > 8.0:  # the asperities carry less than 1e-16 of their load at contact
         return 0.0, 0.0
     normal = math.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
     above = 0.5 * math.erfc(x / math.sqrt(2.0))

@@ -24,7 +24,7 @@ from scissordyn.components.port import FRAME, Output
 from scissordyn.laws.material import STEEL
 from scissordyn.units import Meaning, Quantity
 
-MODELS = ("finite", "short", "long")  # Bearing models: their place is the kernel's number for them
+MODELS = ("finite", "short", "long")  # Bearing models; the kernel gets the index
 FIRST_TABLE_VALUE = 8  # Index of the first number of the table among the parameters
 
 
@@ -46,16 +46,16 @@ def force(
     full,
     table,
 ):
-    """Return force [N] and torque [N m] on the journal, energy [J], power lost [W], then the outputs.
+    """Return force [N] and torque [N m] on the journal, energy [J], dissipated power [W], then the outputs.
 
-    `roughness` is over the clearance. The pressures are left out where differences of the forces are taken.
+    `roughness` is relative to the clearance. Pressures are not computed if `differences` is 1.
     """
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)
     gap = mean_gap(1.0 - eccentricity, roughness)
     e = 1.0 - gap
-    # what changes the thickness: 2 e'/c less the rotation that carries oil
+    # velocity that changes the film thickness: 2 e'/c minus the rotation, which carries oil along
     ux, uy = 2.0 * x_rate / clearance + speed * ey, 2.0 * y_rate / clearance - speed * ex
     size = math.sqrt(ux * ux + uy * uy)
     cosine, sine = ((nx * ux + ny * uy) / size, (nx * uy - ny * ux) / size) if size > 0.0 else (1.0, 0.0)
@@ -93,7 +93,7 @@ def force(
     return fx, fy, torque, energy, lost, thickness, pressure, lost, away, tension, squeeze, sliding, carried
 
 
-LENGTH = {"above": 0.0, "maximum": 10.0}
+LENGTH = {"above": 0.0, "maximum": 10.0}  # Bounds of lengths [m]
 
 
 @component(
@@ -122,9 +122,9 @@ class Film:
 
     .. math:: F = \mu R L \left(\frac{R}{c}\right)^2 \left|2\dot\varepsilon - \omega\times\varepsilon\right| W(\varepsilon,\psi)
 
-    with the impedance W of a short, a long or a finite bearing. Pressure counts where it is positive; the table of finite
-    bearings satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters. W is that of a smooth
-    bearing whose least film thickness is the mean gap of the rough surfaces. The asperities carry beside the film.
+    with the impedance W of a short, a long or a finite bearing. Only positive pressures count. The table of finite bearings
+    satisfies Reynolds' equation with that condition, for lengths of a quarter to four diameters. W is that of a smooth bearing
+    whose least film thickness is the mean gap of the rough surfaces. Film and asperities carry the load together.
     """
 
     name: str
@@ -142,7 +142,7 @@ class Film:
     full: Annotated[bool, Meaning("whether negative pressures count, too, as under high ambient pressure")] = False
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the numbers that the kernel reads, and the table of the bearing's length."""
+        """Return the parameters of the kernel, then the table of impedances for the length of the bearing."""
         ratio, model = 0.5 * self.length / self.radius, MODELS.index(self.model)
         table = pressure_table(self.model, ratio) if model else finite_table(ratio)
         oil = self.viscosity, self.clearance, self.radius, self.length
@@ -150,10 +150,10 @@ class Film:
         return (*oil, *surfaces, float(model), float(self.full), *padded(table).ravel().tolist())
 
 
-def thinned(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Return the parameters of an oil that damps at a place, on average, as the film damps an approach at contact.
+def with_contact_damping(parameters: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return the parameters of a film with a thicker oil and without asperities, which do not damp.
 
-    The asperities, which do not damp, are left out.
+    With the journal at `place`, it damps approach and separation, on average, as the given film damps an approach at contact.
     """
     viscosity, nearest = parameters[:2]
     without = np.concatenate([parameters[:5], [0.0], parameters[6:]])

@@ -1,7 +1,8 @@
 """Impedances of journal bearings: of short and long ones by their integrals, of finite ones by a table.
 
-With V the size of the velocity 2 e'/c - w x e/c (e the journal's place, w its angular speed, both as the bearing sees
-them), and psi its direction from e, the film exerts mu R L (R/c)^2 V (radial, tangential) on the journal.
+The film exerts the force mu R L (R/c)^2 V (radial, tangential) on the journal. V is the magnitude of 2 e'/c - w x e/c, with the
+position e and the angular velocity w of the journal relative to the bearing; psi is its direction from that of e. An impedance
+is the pair (radial, tangential), together with the largest pressure over mu (R/c)^2 V. Film thicknesses are over the clearance.
 """
 
 from __future__ import annotations
@@ -14,43 +15,47 @@ import numpy as np
 
 from scissordyn.kernel import kernel
 
-TABLE = Path(__file__).parent / "finite.npz"
+TABLE = Path(__file__).parent / "finite.npz"  # Impedances of finite bearings, computed by `reynolds`
 
 GAPS, DIRECTIONS = 20, 33
-"""Nodes over the root of the least film thickness, and over the direction psi of the velocity from 0 to pi."""
+"""Number of nodes of a table: by the square root of the least film thickness, and by the direction psi from 0 to pi."""
 
 TABLE_THICKNESS_MIN = 1e-3  # [clearances] least film thickness of the table; below, impedances grow as those of a long bearing
 
 POWERS = 1.5, 1.0, 2.0
-"""By which powers of the film thickness radial force, tangential force and pressure of the table are divided."""
+"""Powers of one over the film thickness with which radial force, tangential force and pressure grow towards contact.
+
+Tables contain the values without this growth.
+"""
 
 DIRECTION_WIDTH = 0.15  # [rad] range of psi about pi/2 with the closest nodes: there the film passes from one side to the other
 
-WIDEST = 3.0441218408957904  # asinh(pi / (2 DIRECTION_WIDTH))
+DIRECTION_SPAN = 3.0441218408957904
+"""asinh(pi/(2 DIRECTION_WIDTH)): half the range of asinh((psi - pi/2)/DIRECTION_WIDTH); columns are equally spaced in it."""
 
-ROOT = math.sqrt(TABLE_THICKNESS_MIN)
+THICKNESS_ROOT_MIN = math.sqrt(TABLE_THICKNESS_MIN)  # Square root of the least film thickness of the table
 
-TABLE_WIDTH = DIRECTIONS + 2  # Columns of a table with its neighbours on both sides
+TABLE_WIDTH = DIRECTIONS + 2  # Number of columns of a padded table (`padded`)
 
 
 def eccentricities() -> np.ndarray:
-    """Return eccentricities at equal steps of the root of the least film thickness, from contact on, shape (GAPS,)."""
+    """Return the eccentricities of a table's rows, from contact on: equally spaced in the root of the least film thickness."""
     return 1.0 - np.linspace(math.sqrt(TABLE_THICKNESS_MIN), 1.0, GAPS) ** 2
 
 
 def directions() -> np.ndarray:
-    """psi, shape (DIRECTIONS,) [rad]."""
-    return 0.5 * math.pi + DIRECTION_WIDTH * np.sinh(WIDEST * np.linspace(-1.0, 1.0, DIRECTIONS))
+    """Return the directions psi of a table's columns, shape (DIRECTIONS,) [rad]."""
+    return 0.5 * math.pi + DIRECTION_WIDTH * np.sinh(DIRECTION_SPAN * np.linspace(-1.0, 1.0, DIRECTIONS))
 
 
 def steepness(eccentricity: float | np.ndarray) -> np.ndarray:
-    """Return the divisors of the impedances, shape (..., 3): powers of the film thickness, as they grow towards contact."""
+    """Return the growth of impedances towards contact, shape (..., 3): the film thickness to the negative `POWERS`."""
     return np.asarray((1.0 - np.asarray(eccentricity))[..., None] ** -np.array(POWERS))
 
 
 @kernel
 def short_bearing(eccentricity, sine, cosine, full):
-    """Impedance of a short bearing (Ocvirk) over (L/D)^2, for the direction psi by its sine and cosine.
+    """Return the impedance of a short bearing (Ocvirk) over (L/D)^2; psi is given by its sine and cosine.
 
     The pressure is positive on the half where cos(theta - psi) < 0; with `full`, both halves count. The integrals over cos^2,
     sin^2 and their product over H^3 are those of trigonometric polynomials in Sommerfeld's angle s (Booker 1965), with
@@ -76,7 +81,7 @@ def short_bearing(eccentricity, sine, cosine, full):
 
 @kernel
 def long_end(e, sine, cosine):
-    """Return the end of the pressure that begins at theta = 0, for sin psi <= 0: Sommerfeld's angle, from 0 to 2 pi.
+    """Return the end of the pressure of a long bearing that begins at theta = 0, for sin psi <= 0, as Sommerfeld's angle.
 
     With t = tan(theta/2) the pressure has the factor a t^3 - b (2-e) t^2 + a (1+e) t - b (2+e). Its one real root has the size
     k g(t), k = |b/a|, g = ((2-e) t^2 + 2+e)/(t^2 + 1+e): g falls from (2+e)/(1+e) to 2-e, so that Newton's method for
@@ -95,7 +100,7 @@ def long_end(e, sine, cosine):
 
 @kernel
 def long_bearing(eccentricity, sine, cosine, full):
-    """Impedance of a long bearing, for the direction psi by its sine and cosine.
+    """Return the impedance of a long bearing; psi is given by its sine and cosine.
 
     The pressure counts where it is positive (Guembel), with `full` everywhere. It is zero at both ends of that part, so that
     its integrals over cos and sin are those of sin and cos with dp/dtheta = 6 (sin(theta - psi) + K)/h^3: trigonometric
@@ -135,29 +140,32 @@ def cubic_weights(f):
 
 @kernel
 def row_of(gap):
-    """Row of a cell of the table, and where in it a film thickness over the clearance lies."""
-    x = (math.sqrt(max(gap, TABLE_THICKNESS_MIN)) - ROOT) / (1.0 - ROOT) * (GAPS - 1)
+    """Return the row of the table's cell that contains a film thickness, and its position in the cell, from 0 to 1."""
+    x = (math.sqrt(max(gap, TABLE_THICKNESS_MIN)) - THICKNESS_ROOT_MIN) / (1.0 - THICKNESS_ROOT_MIN) * (GAPS - 1)
     row = min(max(int(x), 0), GAPS - 2)
     return row, x - row
 
 
 @kernel
 def column_of(direction):
-    """Column of a cell of the table, and where in it a direction lies."""
-    y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / DIRECTION_WIDTH) / WIDEST + 1.0) * (DIRECTIONS - 1)
+    """Return the column of the table's cell that contains a direction psi, and its position in the cell, from 0 to 1."""
+    y = 0.5 * (math.asinh((direction - 0.5 * math.pi) / DIRECTION_WIDTH) / DIRECTION_SPAN + 1.0) * (DIRECTIONS - 1)
     column = min(max(int(y), 0), DIRECTIONS - 2)
     return column, y - column
 
 
 @kernel
-def steepness_at(gap):
-    """Powers `POWERS` of a film thickness over the clearance."""
+def thickness_powers(gap):
+    """Return a film thickness to the `POWERS`, by which interpolated values of a table are divided."""
     return gap * math.sqrt(gap), gap, gap * gap
 
 
 @kernel
 def tabulated(table, first, gap, direction):
-    """Radial, tangential and pressure of a table at a film thickness over the clearance and a direction from 0 to pi."""
+    """Return the impedance (radial, tangential, pressure) that a padded table gives at a film thickness and a direction psi.
+
+    The table begins at index `first` of an array.
+    """
     (row, fx), (column, fy) = row_of(gap), column_of(direction)
     across, along = cubic_weights(fx), cubic_weights(fy)
     radial = tangential = pressure = 0.0
@@ -168,13 +176,13 @@ def tabulated(table, first, gap, direction):
             radial += weight * table[node]
             tangential += weight * table[node + 1]
             pressure += weight * table[node + 2]
-    by = steepness_at(gap)
+    by = thickness_powers(gap)
     return radial / by[0], tangential / by[1], pressure / by[2]
 
 
 @kernel
 def tabulated_pressure(table, first, gap, direction):
-    """The pressure alone."""
+    """Return the pressure of `tabulated` alone."""
     (row, fx), (column, fy) = row_of(gap), column_of(direction)
     across, along = cubic_weights(fx), cubic_weights(fy)
     pressure = 0.0
@@ -182,21 +190,21 @@ def tabulated_pressure(table, first, gap, direction):
         at = first + 3 * ((row + k) * TABLE_WIDTH + column) + 2
         for l in range(4):
             pressure += across[k] * along[l] * table[at + 3 * l]
-    return pressure / steepness_at(gap)[2]
+    return pressure / thickness_powers(gap)[2]
 
 
 @kernel
 def squeezed_pressure(table, first, gap):
-    """The pressure of pure approach, psi = 0, which is a column of the table."""
+    """Return the pressure of a pure approach, psi = 0, which is a column of the table."""
     row, fx = row_of(gap)
     across, pressure = cubic_weights(fx), 0.0
     for k in range(4):
         pressure += across[k] * table[first + 3 * ((row + k) * TABLE_WIDTH + 1) + 2]
-    return pressure / steepness_at(gap)[2]
+    return pressure / thickness_powers(gap)[2]
 
 
 def padded(table: np.ndarray) -> np.ndarray:
-    """The table with one more node on each side: by symmetry in psi, along a parabola in the film thickness.
+    """Return a table with one more node on each side: by symmetry in psi, along a parabola in the film thickness.
 
     Shapes: `table` (GAPS, DIRECTIONS, 3); returns (GAPS + 2, TABLE_WIDTH, 3).
     """
@@ -207,7 +215,7 @@ def padded(table: np.ndarray) -> np.ndarray:
 
 
 def looked_up(table: np.ndarray, eccentricity: float, direction: float) -> tuple[float, float, float]:
-    """Radial, tangential and pressure of a table at an eccentricity and a direction from 0 to pi [rad]."""
+    """Return the impedance (radial, tangential, pressure) of a table at an eccentricity and a direction from 0 to pi [rad]."""
     radial, tangential, pressure = tabulated(np.ravel(padded(table)), 0, 1.0 - eccentricity, direction)
     return float(radial), float(tangential), float(pressure)
 
@@ -220,7 +228,7 @@ def _stored() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def finite_table(ratio: float) -> np.ndarray:
-    """The table of a bearing of finite length, shape (GAPS, DIRECTIONS, 3)."""
+    """Return the table of a finite bearing with length over diameter `ratio`, shape (GAPS, DIRECTIONS, 3)."""
     from scipy.interpolate import CubicSpline
 
     ratios, values = _stored()
@@ -235,7 +243,7 @@ def finite_table(ratio: float) -> np.ndarray:
 
 @cache
 def pressure_table(model: str, ratio: float) -> np.ndarray:
-    """The table of a short or a long bearing, of which only the largest pressure is read, shape (GAPS, DIRECTIONS, 3)."""
+    """Return the table of a short or a long bearing, shape (GAPS, DIRECTIONS, 3); only its pressures are used."""
     theta = np.linspace(0.0, 2.0 * np.pi, 721)
     table = np.zeros((GAPS, DIRECTIONS, 3))
     for i, e in enumerate(eccentricities()):

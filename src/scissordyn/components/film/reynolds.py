@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 
 @dataclass(frozen=True)
 class Impedance:
-    """Forces on the journal and largest pressure, by the velocity V."""
+    """Forces on the journal and largest pressure per unit of the velocity V (see `impedance`)."""
 
     radial: float  # Force over mu R L (R/c)^2 V, along the eccentricity and across it
     tangential: float
@@ -27,7 +27,7 @@ class Impedance:
 
 
 class _Mesh:
-    """Cells in theta, finer where the film is thin, and in zeta, finer at the end; only half of the length."""
+    """Finite-volume mesh of half of the bearing's length: finer in theta where the film is thin, in zeta at the end."""
 
     def __init__(self, eccentricity: float, around: int, along: int) -> None:
         even = (np.arange(around) + 0.5) / around * 2.0 * np.pi - np.pi
@@ -43,7 +43,7 @@ class _Mesh:
 
 
 def _operator(mesh: _Mesh, eccentricity: float, ratio: float) -> sp.csc_matrix:
-    """The finite-volume matrix of the left-hand side; `ratio` is L/D."""
+    """Return the finite-volume matrix of the left-hand side of Reynolds' equation; `ratio` is L/D."""
     n, m = mesh.theta.size, mesh.zeta.size
     gap = np.diff(np.concatenate([mesh.theta[-1:] - 2.0 * np.pi, mesh.theta, mesh.theta[:1] + 2.0 * np.pi]))
     across = (1.0 + eccentricity * np.cos(mesh.edge)) ** 3 / gap
@@ -68,7 +68,7 @@ def _operator(mesh: _Mesh, eccentricity: float, ratio: float) -> sp.csc_matrix:
 def impedance(
     eccentricity: float, directions: np.ndarray, ratio: float, *, around: int = 160, along: int = 12
 ) -> list[Impedance]:
-    """The impedance of a bearing at one eccentricity for several directions of the velocity."""
+    """Return the impedances of a bearing at one eccentricity for several directions psi of the velocity."""
     mesh = _Mesh(eccentricity, around, along)
     matrix = _operator(mesh, eccentricity, ratio)
     area = np.outer(mesh.width, mesh.height)

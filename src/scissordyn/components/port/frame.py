@@ -43,6 +43,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
+# Spokes between the circles of a bushing [symbol sizes]
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
 FRAME = Port(
@@ -84,7 +85,10 @@ def sense(maps, angle, q, v):
 
 @kernel
 def forces(maps, q, out):
-    """Return the forces on the maps; the force turns with the start's body, which gets its moment."""
+    """Return the forces on the maps u, a and b for the force out[0:2] and the torque out[2].
+
+    The force is along the axes of the start's body; its moment about the start acts on that body.
+    """
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = maps
     fx, fy, torque = out[0] * bx - out[1] * by, out[0] * by + out[1] * bx, out[2]
     gx, gy = out[0] * ux + out[1] * uy, out[0] * uy - out[1] * ux

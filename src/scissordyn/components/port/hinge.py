@@ -29,6 +29,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return turned(strokes, where, angle, scene.size * enlarged), where
 
 
+# Strokes of symbols about the pivot [symbol sizes]: circle with the letter M, section of a tape spring, arrow head, latch
 _MOTOR = (arc(1.0, 0.0, 360.0, 37), np.array([[-0.4, -0.4], [-0.4, 0.4], [0.0, -0.1], [0.4, 0.4], [0.4, -0.4]]))
 _TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, -60.0, -59.0, 2)[:1]])
 _BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
@@ -79,7 +80,7 @@ ACTUATOR = dataclasses.replace(
     symbols={"motor": _MOTOR},
     attachments=actuator_attachments,
 )
-"""Port of a hinge with a controller, which may sense a further point."""
+"""Port of an actuator: a hinge with a controller, which may measure the position of a further point."""
 
 
 @kernel

@@ -33,6 +33,7 @@ def _coils() -> np.ndarray:
     return np.column_stack([part, np.zeros(part.size), aside])
 
 
+# Strokes of symbols on a line: fraction of the distance, then coordinates along and across it [symbol sizes]
 _STRAIGHT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 _DIAMOND = around(0.5, np.array([[-0.4, 0.0], [0.0, 0.3], [0.4, 0.0], [0.0, -0.3], [-0.4, 0.0]]))
 _EYE = arc(0.25, 0.0, 360.0)

@@ -12,6 +12,7 @@ Strokes = tuple[np.ndarray, ...]
 
 AXIS_POINTS = 9  # Number of points on the axis of a beam, or of each span of a flexible bar
 
+# Axis of an unbent beam, by fractions of its length
 AXIS_LINE = np.stack([np.linspace(0.0, 1.0, AXIS_POINTS), np.zeros(AXIS_POINTS)], axis=1)
 
 SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])  # [symbol sizes]

@@ -34,6 +34,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return turned(strokes, where, turn, scene.size), where
 
 
+# Strokes of an arrow along the direction of travel [symbol sizes]
 _SHAFT = np.array([[-1.5, 0.0], [1.5, 0.0]])
 _HEAD = np.array([[1.1, 0.25], [1.5, 0.0], [1.1, -0.25]])
 
@@ -73,7 +74,7 @@ def forces(maps, q, out):
 
 @kernel
 def wrench(maps, along, out, fx, fy):
-    """Return the force on the point along the direction."""
+    """Return the force out[0] on the point, along the unit vector `along` of its travel; there are no torques."""
     return out[0] * along[0], out[0] * along[1], 0.0, 0.0
 
 

@@ -8,7 +8,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.plugin.element import SLOTS, Part, Slot, arguments_of
 from scissordyn.units import State
 
-DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}  # Controllers without a delay use these values
+DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}  # Attributes of controllers without a delay
 
 
 class Controller(Part):
@@ -36,7 +36,7 @@ class Controller(Part):
 
     @property
     def states(self) -> tuple[State, ...]:
-        """Internal states; empty for none."""
+        """Internal states; empty if there are none."""
         states: tuple[State, ...] = self.declaration.states
         return states
 

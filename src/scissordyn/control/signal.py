@@ -49,7 +49,11 @@ Recorded = Annotated[
 
 @kernel
 def control_torque(pointer, t, recorded, q, z, dz, p):
-    """Return the torque [N m] of a controller at time t and signals q; write the rates of its internal states into dz."""
+    """Return the torque [N m] of the controller kernel at `pointer`; write the rates of its internal states z into dz.
+
+    t is the time, q the signals, `recorded` the present value of the recorded signal, p the parameters. Without a controller
+    (pointer 0) the torque is zero.
+    """
     if pointer == 0:
         return 0.0
     return call_at(pointer, q, (), z, (t, recorded), p, dz)
@@ -73,7 +77,7 @@ def limited(torque, limit):
 
 @kernel
 def ramped(t, begin, duration):
-    """Return 0 before `begin` and 1 after the duration, with a linear transition."""
+    """Return a factor that rises linearly from 0 at `begin` to 1 after `duration`."""
     if t < begin:
         return 0.0
     if t >= begin + duration:

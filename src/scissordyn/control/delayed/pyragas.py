@@ -1,4 +1,4 @@
-"""Delayed feedback of Pyragas, and the torque that its extension shares."""
+"""Delayed feedback of Pyragas, and the torque kernel and base class that it shares with extended delayed feedback."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scissordyn.units import Quantity, check_quantities
 
 
 def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
-    """Return the torque [N m]: K [(1-R) S(t-T) - y(t)] from the onset on."""
+    """Return the torque [N m] K [(1-R) S(t-T) - y(t)], zero before the onset, ramped and limited."""
     if time < onset:
         return 0.0
     command = gain * ((1.0 - recursion_gain) * delayed - recorded)
@@ -21,7 +21,7 @@ def torque(time, recorded, delayed, gain, recursion_gain, limit, onset, ramp):
 
 
 class DelayedFeedback(Controller):
-    """Base of delayed feedback: feedback of the change of a recorded signal after an onset, within a limit."""
+    """Base of controllers with delayed feedback: a limited torque from the change of a recorded signal over a delay."""
 
     kernels: ClassVar[Mapping[str, Kernel]] = {"torque": torque}
     onset: float | None
@@ -32,7 +32,7 @@ class DelayedFeedback(Controller):
         check_signal(type(self).__name__, self.recorded)
 
     def parameters(self) -> tuple[float, ...]:
-        """Return the kernel's parameters; by default the limit is infinite and the onset is one delay."""
+        """Return the kernel's parameters; by default the torque has no limit and the feedback begins after one delay."""
         onset = self.delay if self.onset is None else self.onset
         return numbers(self, limit=math.inf if self.limit is None else self.limit, onset=onset)
 

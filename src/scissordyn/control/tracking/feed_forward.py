@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from scissordyn.control.tracking.pid import INTEGRAL, PID, settled
+from scissordyn.control.tracking.pid import INTEGRAL_TORQUE, PID, add_integral
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -30,18 +30,18 @@ def torque(
     eccentricity_rate_damping,
     regularisation_length,
 ):
-    """Return the torque [N m] and z' [N m/s]."""
+    """Return the torque [N m] and the rate of its integral part z [N m/s]."""
     command = proportional * error + derivative * (reference_speed - speed) + feed_forward
     if eccentricity_rate_damping != 0.0:
         square = sensor_x * sensor_x + sensor_y * sensor_y + regularisation_length * regularisation_length
         command -= eccentricity_rate_damping * (sensor_x * sensor_rate_x + sensor_y * sensor_rate_y) / math.sqrt(square)
-    return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
+    return add_integral(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
 
 
 @element(
     name="feed-forward",
     torque=torque,
-    states=(INTEGRAL,),
+    states=(INTEGRAL_TORQUE,),
     source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7",
 )
 class FeedForward(PID):
@@ -65,5 +65,5 @@ class FeedForward(PID):
 
     @property
     def uses_sensor(self) -> bool:
-        """True if the rate damping is not zero."""
+        """True if k_s, the damping of the eccentricity's rate, is not zero."""
         return self.eccentricity_rate_damping != 0.0

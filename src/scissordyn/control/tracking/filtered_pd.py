@@ -12,7 +12,7 @@ from scissordyn.units import Quantity, State
 
 
 def torque(error, reference_speed, speed, filtered_rate, proportional, derivative, filter_time, limit):
-    """Return the torque [N m] and z' [rad/s^2]."""
+    """Return the torque [N m] and z' [rad/s^2], the rate of the filtered error rate."""
     command = proportional * error + derivative * filtered_rate
     return limited(command, limit), (reference_speed - speed - filtered_rate) / filter_time
 
@@ -38,5 +38,5 @@ class FilteredPD(Controller):
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
 
     def parameters(self) -> tuple[float, ...]:
-        """Return the kernel's parameters; by default the limit is infinite."""
+        """Return the kernel's parameters; by default the torque has no limit."""
         return numbers(self, limit=math.inf if self.limit is None else self.limit)

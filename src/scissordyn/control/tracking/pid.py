@@ -15,12 +15,12 @@ from scissordyn.kernel import kernel
 from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
-INTEGRAL = State("integral_torque", "N m", scale=1.0)
+INTEGRAL_TORQUE = State("integral_torque", "N m", scale=1.0)
 """Integral part of the torque; its errors are weighed by the mechanism's torques where these are smaller."""
 
 
 def feedback_numbers(described: Any) -> dict[str, float]:
-    """Return the limit and the inverse tracking time of a controller with these fields."""
+    """Return the limit [N m] and one over the tracking time [1/s] of a PID controller or one with the same fields."""
     name = type(described).__name__
     if described.ramp > 0.0 and described.limit is None:
         raise InputError(f"{name}: ramp = {described.ramp:g} s requires a limit", "a limit that the ramp raises from zero")
@@ -33,8 +33,8 @@ def feedback_numbers(described: Any) -> dict[str, float]:
 
 
 @kernel
-def settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
-    """Return the limited torque [N m] of a command and its integral part, and z' [N m/s]."""
+def add_integral(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
+    """Return the limited torque [N m] of a command plus the integral part z, and the rate of z [N m/s]."""
     command += integral_torque
     torque = limited(command, limit if ramp == 0.0 else limit * ramped(time, 0.0, ramp))
     return torque, integral * error + back_calculation * (torque - command)
@@ -43,12 +43,14 @@ def settled(time, command, error, integral_torque, integral, limit, ramp, back_c
 def torque(
     time, error, reference_speed, speed, integral_torque, proportional, derivative, integral, limit, ramp, back_calculation
 ):
-    """Return the torque [N m] and z' [N m/s]."""
+    """Return the torque [N m] and the rate of its integral part z [N m/s]."""
     command = proportional * error + derivative * (reference_speed - speed)
-    return settled(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
+    return add_integral(time, command, error, integral_torque, integral, limit, ramp, back_calculation)
 
 
-@element(name="pid", torque=torque, states=(INTEGRAL,), source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7")
+@element(
+    name="pid", torque=torque, states=(INTEGRAL_TORQUE,), source="Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7"
+)
 class PID(Controller):
     r"""Feedback of the angle error, its rate and its integral, within a limit.
 
@@ -74,7 +76,7 @@ class PID(Controller):
     @property
     def states(self) -> tuple[State, ...]:
         """Integral part of the torque; empty without integral gain."""
-        return (INTEGRAL,) if self.integral > 0.0 else ()
+        return (INTEGRAL_TORQUE,) if self.integral > 0.0 else ()
 
     def parameters(self) -> tuple[float, ...]:
         """Return the kernel's parameters: an infinite limit by default, and the inverse tracking time."""

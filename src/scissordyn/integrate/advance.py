@@ -74,7 +74,7 @@ MISSED_CROSSING_ERROR = 100.0  # Error of a step that is rejected because crossi
 
 @kernel
 def advance(problem, S, address, most_steps):
-    """Advance until the end of the clock, or for `most_steps` steps; return a status."""
+    """Advance the problem until `clock.end`, or for `most_steps` steps; return a status such as `FINISHED`."""
     r = open_integration(address)
     T, s, w = r.method, r.state, r.work
     clock = s.clock[0]

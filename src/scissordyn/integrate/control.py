@@ -16,11 +16,11 @@ _EXPLICIT = EXPLICIT
 SAFETY_FACTOR = 0.9  # Factor on the step size that the error estimate suggests
 STEP_FACTOR_MIN = 0.2  # Least ratio of successive step sizes
 STEP_FACTOR_MAX = 8.0  # Largest ratio of successive step sizes
-FALL_STEP_FACTOR = 1.3  # One step to the end of a contact may be this many times as long as the one that worked after its start
-FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's end that a step with even time covers
+FALL_STEP_FACTOR = 1.3  # Largest ratio of a step that ends on a contact's release to the last accepted step after its onset
+FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's release that a step with even time covers
 ATTEMPTS_MAX = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
 
-STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes without a state
+STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes of a problem without states, which has no error estimate
 
 STEP_MIN_FRACTION = 4e-16  # Least step size as a fraction of its instant: the clock does not resolve smaller ones
 
@@ -33,7 +33,7 @@ def first_step(problem, T, t, s, w, S):
     """
     size = s.y.size
     if size == 0:
-        # no error controls the step: it follows the speed at the start, which may be rest
+        # without states there is no error estimate, and the motion may start from rest
         return SHORT_STEP_FRACTION * (s.clock[0].end - t)
     value = slope = bend = 0.0
     for g in range(w.group.size - 1):

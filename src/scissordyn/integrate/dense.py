@@ -102,7 +102,7 @@ def inside_at(T, theta, row, s, w):
 
 @kernel
 def guard_at(problem, T, k, theta, t, h, s, w, S):
-    """Compute guard k on the dense output at theta, into w.value and w.rate."""
+    """Evaluate guard k on the dense output at theta; write its value to w.value[k] and its rate to w.rate[k]."""
     inside_at(T, theta, k, s, w)
     problem.guard(t + fraction(w.scaling[0], theta) * h, w.inside, k, S, w.value, w.rate)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import explicit_tableau
 
+# DOP853: coefficients of the stages, of further stages for the dense output, nodes, weights of the error, dense output
 _A8 = (
     (0.05260015195876773,),
     (0.0197250569845379, 0.0591751709536137),
@@ -208,6 +209,7 @@ DOP853 = explicit_tableau(
     order=8.0, stages=12, rows=_A8, further=_FURTHER8, idle=_IDLE8, nodes=_C8, error=(_FIFTH8_ERROR, _THIRD8_ERROR), dense=_D8
 )
 
+# DOPRI5: coefficients of the stages, nodes, weights of the error, dense output
 _A5 = (
     (1 / 5,),
     (3 / 40, 9 / 40),

@@ -129,7 +129,10 @@ def find_turning_point(problem, T, k, low, high, t, h, s, w, S, sign, wanted):
 
 @kernel
 def find_crossing(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign):
-    """Return where guard k is crossed between two places, from its values and rates there; -1 if they show no crossing."""
+    """Return theta at which guard k is crossed between `left` and `right`; -1 if its values and rates there show no crossing.
+
+    The values a, b and the slopes by time are those at `left` and `right`.
+    """
     if a > 0.0:
         if slope_a > 0.0:
             return left
@@ -172,7 +175,7 @@ def may_rise(a, slope_a, b, slope_b, error, precision):
 
 @kernel
 def find_hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, sign):
-    """Return where guard k rises between two places and falls again, from its values and rates there; -1 if it does not."""
+    """Return theta at which guard k rises between `left` and `right`, to fall again before `right`; -1 if it does not."""
     a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
     ends, scaling, depth = w.ends, w.scaling[0], 1
     ends[0, 0], ends[0, 1], ends[0, 2], ends[0, 3] = right, b, slope_b, math.inf
@@ -205,7 +208,10 @@ def find_hidden_crossing(problem, T, k, left, right, b, slope_b, t, h, s, w, S, 
 
 @kernel
 def find_next_crossing(problem, T, k, left, right, t, h, s, w, S, sign):
-    """Return where guard k is first crossed between two probes, from its values and rates there; -1 if it is not."""
+    """Return theta at which guard k is first crossed between the probes `left` and `right`; -1 if it is not.
+
+    Its values and rates at both probes are in w.left_value, w.left_rate, w.right_value and w.right_rate.
+    """
     a, slope_a = sign * w.left_value[k], sign * w.left_rate[k]
     b, slope_b = sign * w.right_value[k], sign * w.right_rate[k]
     theta = find_crossing(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)

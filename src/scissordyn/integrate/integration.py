@@ -29,7 +29,7 @@ The second value is the largest impact if the state jumps, otherwise that of the
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)  # Columns of `State.band`
 
-LOG_COLUMNS = ENDED + PEAK_COLUMNS
+LOG_COLUMNS = ENDED + PEAK_COLUMNS  # Number of columns of the event log
 
 NO_EVENT, FALL, RISE = -1, 0, 1  # Kinds of events; a rise ends in mode 1, a fall in mode 0
 
@@ -61,8 +61,8 @@ CLOCK = np.dtype(
 )
 COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
 
-C1 = Annotated[np.ndarray, ArrayType(CLOCK, 1)]
-N1 = Annotated[np.ndarray, ArrayType(COUNTS, 1)]
+ClockArray = Annotated[np.ndarray, ArrayType(CLOCK, 1)]
+CountsArray = Annotated[np.ndarray, ArrayType(COUNTS, 1)]
 
 
 class Problem(NamedTuple):
@@ -82,14 +82,15 @@ class Problem(NamedTuple):
 
 
 class State(NamedTuple):
-    """Complete state of an integration; `mode`, `memory`, `mass`, `reference` and the history are arrays of the problem.
+    """Complete state of an integration.
 
+    The arrays `mode`, `memory`, `mass`, `reference`, `history` and `history_length` belong to the problem, which shares them.
     Annotations give the sizes of arrays that are created here. A row of `monitored` is a guard or, after the guards, a
     quantity that is always monitored.
     """
 
-    clock: Annotated[C1, 1]
-    counts: Annotated[N1, 1]
+    clock: Annotated[ClockArray, 1]
+    counts: Annotated[CountsArray, 1]
     y: Annotated[F1, "y"]
     mode: I1  # (guards,) 0: the guard's value must rise through zero, 1: it must fall
     memory: F1  # (guards,) value that belongs to the mode
@@ -134,14 +135,14 @@ class Work(NamedTuple):
     right_rate: Annotated[F1, "guards"]
     end_value: Annotated[F1, "guards"]
     end_rate: Annotated[F1, "guards"]
-    # places still to be searched for a crossing: place, value, rate and the cubic's error
+    # intervals still to be searched for a crossing: theta at their ends, value, rate and the cubic's error
     ends: Annotated[F2, HALVINGS_MAX + 1, 4]
     saved_mode: Annotated[I1, "guards"]
     trial_mode: Annotated[I1, "guards"]
     trial_memory: Annotated[F1, "guards"]
     trial_mass: Annotated[F1, "guards"]
     crossing_guard: Annotated[I1, "crossings"]  # guards crossed inside the step, in order
-    crossing_place: Annotated[F1, "crossings"]  # places of these crossings in the step
+    crossing_place: Annotated[F1, "crossings"]  # theta of these crossings
     crossing_count: Annotated[I1, 1]
     rise_guard: Annotated[I1, "crossings"]  # guards that rise inside a step that crosses their roots
     rise_place: Annotated[F1, "crossings"]
@@ -176,7 +177,10 @@ class Samples(NamedTuple):
 
 
 class StepRecord(NamedTuple):
-    """Samples at ends of steps, before the events there, and at located instants inside steps; no rows if not wanted."""
+    """States recorded at ends of steps, before the events there, and at located instants inside steps.
+
+    The arrays have no rows if nothing is to be recorded.
+    """
 
     time: F1
     state: F2

@@ -43,7 +43,7 @@ MAXIMUM_TOL = 1e-7  # Accuracy of a maximum as a fraction of the step; the parab
 
 @kernel
 def begin_peak(now, guard, s, w):
-    """Restart the peak of a guard and of its companion."""
+    """Restart the largest values of a guard's row and of its companion, the row whose largest value is logged with it."""
     s.peak[guard, :] = 0.0
     s.peak[guard, WHEN] = now
     row = w.companion[guard]
@@ -53,7 +53,7 @@ def begin_peak(now, guard, s, w):
 
 @kernel
 def end_peak(guard, s, w, row):
-    """Write the peak of a guard and the largest value of its companion into a row of the event log."""
+    """Write the largest values of a guard's row and of its companion into a row of the event log."""
     other = w.companion[guard]
     if other >= 0:
         s.peak[guard, STRUCK], s.peak[guard, STRUCK + 1] = s.peak[other, LARGEST], s.peak[other, WHEN]
@@ -76,7 +76,7 @@ def step_integral(T, h, w, which):
 
 @kernel
 def is_monitored(row, s):
-    """Return whether a row is monitored now: a guard in mode 1, or a quantity that is always monitored."""
+    """Return whether a row of monitored values is in use: its guard is in mode 1, or its quantity is always monitored."""
     return row >= s.mode.size or s.mode[row] == 1
 
 
@@ -163,7 +163,7 @@ def may_have_maximum(T, row, largest, w):
 
 @kernel
 def probe_inside(problem, T, t, h, s, w, S):
-    """Compute the monitored values at points inside an explicit step, into the spare rows."""
+    """Compute the monitored values at `INNER_POINTS` points inside an explicit step, into the last rows of Work.monitored."""
     complete(problem, T, t, h, s, w, S)
     for point in range(INNER_POINTS):
         probe(problem, T, (point + 1.0) / (INNER_POINTS + 1.0), t, h, s, w, S, T.nodes.size + point)
@@ -195,7 +195,7 @@ def monitor_nodes(problem, T, t, h, s, w, S):
 
 @kernel
 def probe(problem, T, theta, t, h, s, w, S, place):
-    """Compute all monitored values at theta, into a place of Work.monitored."""
+    """Compute all monitored values at theta, into entry `place` of Work.monitored."""
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
     now = t + fraction(w.scaling[0], theta) * h
     problem.rate(now, w.inside, S, w.slope)
@@ -205,7 +205,7 @@ def probe(problem, T, theta, t, h, s, w, S, place):
 
 @kernel
 def probe_row(problem, T, row, theta, t, h, s, w, S):
-    """Compute one row of monitored values at theta into the last spare place; return its first value."""
+    """Compute one row of monitored values at theta into the last entry of Work.monitored; return its first value."""
     spare = w.monitored[w.monitored.shape[0] - 1, row]
     inside_at(T, theta, row, s, w)
     problem.probe(t + fraction(w.scaling[0], theta) * h, w.inside, row, S, w.slope, spare)
@@ -220,7 +220,7 @@ def last_point(T):
 
 @kernel
 def index_of(T, point):
-    """Return the index in Work.monitored of a point."""
+    """Return the index in Work.monitored of a point at which a maximum is searched (see `last_point`)."""
     if T.kind != _EXPLICIT:
         return point
     if point == 0:
@@ -230,7 +230,7 @@ def index_of(T, point):
 
 @kernel
 def place_of(T, point):
-    """Return the place of a point in the step."""
+    """Return theta of a point at which a maximum is searched: 0 at the start of the step, 1 at its end."""
     if T.kind == _EXPLICIT:
         return point / (INNER_POINTS + 1.0)
     if point == 0:
@@ -240,7 +240,7 @@ def place_of(T, point):
 
 @kernel
 def vertex(T, row, first, w):
-    """Return the abscissa of the vertex of the parabola through three neighbouring monitored values."""
+    """Return theta of the vertex of the parabola through the monitored values at point `first` and the two after it."""
     a, b, c = place_of(T, first), place_of(T, first + 1), place_of(T, first + 2)
     middle = w.monitored[index_of(T, first + 1), row, 0]
     left = (middle - w.monitored[index_of(T, first), row, 0]) / (b - a)
@@ -357,7 +357,7 @@ def follow_band(problem, T, row, t, h, s, w, S):
 
 @kernel
 def locate_band_exit(problem, T, row, low, high, limit, t, h, s, w, S):
-    """Return where a monitored value falls through its limit between two places, by bisection."""
+    """Return theta at which a monitored value falls through its limit between `low` and `high`, by bisection."""
     for _ in range(30):
         middle = 0.5 * (low + high)
         if probe_row(problem, T, row, middle, t, h, s, w, S) > limit:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from scissordyn.integrate.tableau import rosenbrock_tableau
 
+# RODAS5P: coefficients of the stages, couplings to earlier stages, nodes, time derivative, dense output
 _LAST5 = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
 _A5 = (
     (3.0,),
@@ -78,6 +79,7 @@ RODAS5P = rosenbrock_tableau(
     order=5.0, gamma=0.21193756319429014, rows=_A5, couplings=_COUPLINGS5, nodes=_NODES5, slopes=_SLOPES5, dense=_DENSE5
 )
 
+# RODAS4P, in the same order
 _LAST4 = (-7.170454962423024, -4.741636671481785, -16.31002631330971, -1.062004044111401)
 _A4 = (
     (3.0,),

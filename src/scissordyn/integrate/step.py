@@ -3,10 +3,8 @@
 Letters: T is the method, s the state and w the scratch of an integration, S the address passed to the problem's functions.
 
 Time runs evenly inside an explicit step, or slowly at the end where a contact begins or ends. The force of most contacts grows
-as the
-power 3/2 of the indentation, so a solution has half powers of the time from onset and to release. It is smooth in s =
-sqrt(time), and a
-method keeps its order: t = t0 + h s^2 after onset, t = t0 + h (1 - (1 - s)^2) before release, s = 0 .. 1.
+as the power 3/2 of the indentation, so a solution has half powers of the time from onset and to release. It is smooth in
+s = sqrt(time), and a method keeps its order: t = t0 + h s^2 after onset, t = t0 + h (1 - (1 - s)^2) before release, s = 0 .. 1.
 """
 
 from __future__ import annotations
@@ -120,7 +118,7 @@ def stage_state(T, stage, h, y, K, target):
 
 @kernel
 def explicit_stage(problem, T, stage, t, h, target, s, w, S):
-    """Compute slope and powers by s of a stage, at the state `target`."""
+    """Compute the slope of a stage and the powers there, both as derivatives by s, at the state `target`."""
     scaling = w.scaling[0]
     now = t + fraction(scaling, T.nodes[stage]) * h
     problem.rate(now, target, S, w.stages[stage])

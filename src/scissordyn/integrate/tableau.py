@@ -13,7 +13,7 @@ from scissordyn.kernel import F1, F2, I1, fields_of
 
 EXPLICIT, ROSENBROCK = range(2)  # Kinds of methods
 
-Rows = Sequence[Sequence[float]]
+Rows = Sequence[Sequence[float]]  # Rows of coefficients, without zeros at their ends
 
 
 class Tableau(NamedTuple):

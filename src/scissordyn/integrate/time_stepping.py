@@ -64,6 +64,8 @@ DRIVES, NORMAL_LOSSES, TANGENTIAL_LOSSES = range(3)
 
 
 class Jumps(NamedTuple):
+    """Functions of a problem whose state jumps, in addition to those of `Problem`."""
+
     step: Any
     restore: Any
     guards_ahead: Any
@@ -93,7 +95,7 @@ open_touching = opener(Touching)
 
 @kernel
 def advance(problem, jumps, S, H, touching, address, most_steps):
-    """Advance until the end of the clock, or for `most_steps` steps; return a status."""
+    """Advance the problem until `clock.end`, or for `most_steps` steps; return a status such as `FINISHED`."""
     r, K = open_integration(address), open_touching(touching)
     s, w = r.state, r.work
     clock = s.clock[0]
@@ -210,7 +212,7 @@ def accept_state(problem, now, y, w, S, K):
 
 @kernel
 def penetration_at_end(jumps, now, s, w, S, H, K):
-    """Return how far the step goes beyond the first root of a contact or another guard; negative if nothing is crossed.
+    """Return the largest value beyond zero of a guard that the step crosses, in the guard's unit; negative if there is none.
 
     Contacts that were open at the start count only if impacts are located.
     """
@@ -388,7 +390,7 @@ def update_monitored(t, h, s, w, K):
 
 @kernel
 def acts_in_step(row, s, w):
-    """Return whether a row belongs to a guard that is active in the step just made, or is always monitored."""
+    """Return whether a row of monitored values is in use: its guard is in mode 1 before or after the step, or it has none."""
     return row >= s.mode.size or s.mode[row] + w.saved_mode[row] > 0
 
 

@@ -13,17 +13,17 @@ from typing import Any, NamedTuple
 
 from scissordyn.integrate.dense import complete, dense_value, inside_at
 from scissordyn.integrate.integration import (
-    C1,
     DATA,
     ENDED,
     GUARD,
     INTEGRAL,
     LARGEST,
     MODE,
-    N1,
     RISE,
     TIME,
     WHEN,
+    ClockArray,
+    CountsArray,
     open_integration,
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored, step_integral
@@ -71,8 +71,8 @@ PEAK_ROOT_STEPS = 3  # Secant steps to the root of the slope
 class Watched(NamedTuple):
     """Arrays of the run in doubles, and what the repetition reports about it."""
 
-    clock: C1
-    counts: N1
+    clock: ClockArray
+    counts: CountsArray
     y: F1
     mode: I1
     memory: F1

@@ -26,7 +26,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.file.checksum import checksum_line
 from scissordyn.integrate import advance as loop
@@ -174,7 +174,7 @@ def in_c(function: Callable[..., Any]) -> Callable[..., Any]:
     if PYTHON:
         return entry
     unit.entry(entry)
-    return entry.bound(loaded(unit.text()))
+    return entry.bound(load_source(unit.text()))
 
 
 def loop_of(functions: Mapping[str, Any]) -> Callable[..., None]:

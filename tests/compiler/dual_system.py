@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks import bits
 
 import scissordyn as sd
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.kernel import Entry
 from scissordyn.mechanics import functions
@@ -49,7 +49,7 @@ class DualSystem:
         recipes = {pointer: RECIPES[pointer] for pointer in pointers if pointer}
         for recipe in recipes.values():
             unit.kernel(recipe)
-        compiled = loaded(unit.text(), *flags)
+        compiled = load_source(unit.text(), *flags)
         self.rate = getattr(compiled, entry.symbol)
         number, pointer, whole = number_type(DERIVATIVES), ctypes.c_void_p, ctypes.c_int64
         self.rate.argtypes, self.rate.restype = [number, pointer, whole, whole, pointer, whole], None

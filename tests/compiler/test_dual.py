@@ -15,7 +15,7 @@ import pytest
 from tests.compiler.dual_system import compare, mechanism_of
 from tests.compiler.test_c import KERNELS
 
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
@@ -42,7 +42,7 @@ def library_of(recipes: list[Recipe]) -> Mapping[Recipe, Callable[..., Dual]]:
     unit = Unit(derivatives=DERIVATIVES)
     for recipe in recipes:
         unit.kernel(recipe)
-    compiled, functions = loaded(unit.text(), "-O0"), {}
+    compiled, functions = load_source(unit.text(), "-O0"), {}
     for recipe in recipes:
         functions[recipe] = getattr(compiled, recipe.symbol)
         functions[recipe].restype, functions[recipe].argtypes = Dual, [ctypes.c_void_p] * 6

@@ -11,7 +11,7 @@ from tests.compiler.test_dual import elements, inputs_of
 from tests.compiler.test_dual import with_derivatives as slopes_of
 
 import scissordyn.components.time_function as sd_time
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.port import FRAME, HINGE, LINE, POINT, TRAVEL
@@ -67,7 +67,7 @@ def test_the_slopes_of_a_port_are_exact(name: str) -> None:
     port, random, count = PORTS[name], np.random.default_rng(4), len(PORTS[name].coordinates)
     unit, entry = Unit(derivatives=12), Entry(port_at)
     unit.entry(entry)
-    called = getattr(loaded(unit.text(), *QUICK), entry.symbol)
+    called = getattr(load_source(unit.text(), *QUICK), entry.symbol)
     maps, exerted = random.uniform(-1.0, 1.0, 12), random.uniform(-1.0, 1.0, 12)
     for k, angle in ((2, 0.7), (4, -1.9)):
         maps[k : k + 2] = math.cos(angle), math.sin(angle)
@@ -131,7 +131,7 @@ def test_the_derivatives_of_time_functions_are_their_slopes(kind: str) -> None:
     """Identity: each of three derivatives is the slope of the one before."""
     unit, entry = Unit(derivatives=2), Entry(function_at.python)
     unit.entry(entry)
-    called, rows = getattr(loaded(unit.text(), *QUICK), entry.symbol), function_rows(of_kinds()[kind], 0.7)
+    called, rows = getattr(load_source(unit.text(), *QUICK), entry.symbol), function_rows(of_kinds()[kind], 0.7)
     number = number_type(2)
     called.argtypes, called.restype = [number, ctypes.c_void_p, *[ctypes.c_int64] * 3, ctypes.c_void_p, ctypes.c_int64], None
     table, value = np.zeros((*rows.shape, 3)), np.zeros((4, 3))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import (
@@ -120,7 +120,7 @@ def repeat(watched: int, address: int, ball: int, seed: F1) -> int:
 def compiled(function: object, **options: object) -> ctypes._CFuncPtr:
     unit, entry = Unit(**options), Entry(function)  # type: ignore[arg-type]
     unit.entry(entry)
-    found = getattr(loaded(unit.text(), "-O0"), entry.symbol)
+    found = getattr(load_source(unit.text(), "-O0"), entry.symbol)
     found.restype = ctypes.c_int64
     return found
 

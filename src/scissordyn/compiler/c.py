@@ -58,8 +58,8 @@ def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, 
         compiled.replace(library)
 
 
-def loaded(source: str, *more: str) -> ctypes.CDLL:
-    """Return a library compiled from C source, with additional flags; it is kept as long as this process."""
+def load_source(source: str, *more: str) -> ctypes.CDLL:
+    """Compile C source with additional flags and load the library, which stays loaded until the process ends."""
     with tempfile.TemporaryDirectory(prefix="scissordyn-", ignore_cleanup_errors=True) as folder:
         target = Path(folder, "own.so")
         compile_library(source, target, (*FLAGS, *more))

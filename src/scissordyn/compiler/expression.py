@@ -35,17 +35,18 @@ from scissordyn.kernel import derivative, value_of, vanishes
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
 
-_NAMES = (
+# Functions of C's math.h with the same names in Python's math or in NumPy
+_MATH_FUNCTIONS = (
     *("sqrt", "cbrt", "cos", "sin", "tan", "acos", "asin", "atan", "atan2", "cosh", "sinh", "tanh", "acosh", "asinh", "atanh"),
     *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "pow", "hypot", "copysign", "fabs", "erf", "erfc", "fmod"),
 )
 
-_C = """
+_C_WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register restrict
 return short signed sizeof static struct switch typedef union unsigned void volatile while
 """
-_KEYWORDS = frozenset(_C.split())
-RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *_KEYWORDS, *_NAMES))
+_KEYWORDS = frozenset(_C_WORDS.split())
+RESERVED = frozenset(("floor", "ceil", "isnan", "isinf", "abs", "NAN", "INFINITY", "word", *_KEYWORDS, *_MATH_FUNCTIONS))
 """Names that a variable in C must not have."""
 
 _NUMPY = {
@@ -54,7 +55,7 @@ _NUMPY = {
     "minimum": "least_number", "maximum": "largest_number", "sign": "sign", "degrees": "degrees", "radians": "radians",
 }  # fmt: skip
 MATH: Mapping[Any, str] = {
-    **{getattr(module, name): name for name in _NAMES for module in (math, np) if hasattr(module, name)},
+    **{getattr(module, name): name for name in _MATH_FUNCTIONS for module in (math, np) if hasattr(module, name)},
     **{getattr(np, name): c for name, c in _NUMPY.items()},
     math.degrees: "degrees",
     math.radians: "radians",
@@ -357,7 +358,7 @@ class Expressions:
         number: Kind = DUAL if dual else FLOAT
         if function in (min, max):
             number = reduce(joined, kinds)
-            name = f"{_SMALLER[function]}_{'whole' if number not in (FLOAT, DUAL) else 'float_dual' if dual else 'float'}"
+            name = f"{EXTREMES[function]}_{'whole' if number not in (FLOAT, DUAL) else 'float_dual' if dual else 'float'}"
             return Value(reduce(lambda before, text: f"{name}({before}, {text})", texts), number)
         suffix = "_dual" if dual else ""
         if function is np.clip:
@@ -369,7 +370,7 @@ class Expressions:
         return Value(f"{called}{suffix}({', '.join(texts)})", number) if called else None
 
 
-_SMALLER: Mapping[Any, str] = {min: "least", max: "largest"}
+EXTREMES: Mapping[Any, str] = {min: "least", max: "largest"}  # First word of the names of min and max in arithmetic.c
 
 DUAL_OPERATIONS = {
     ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.FloorDiv: "floor_division_dual",
@@ -394,7 +395,7 @@ def _dual_operation(operator: ast.operator, left: Value, right: Value) -> Value:
 
 
 def place_of(base: Value, at: list[str]) -> str:
-    """Return the position of an entry among the numbers of an array."""
+    """Return the C expression of the index of an entry in the memory of an array, for its indices `at`."""
     if len(at) == 1:
         return at[0]
     if len(at) == 2:

@@ -128,7 +128,9 @@ class Body:
         """Convert the numbers of a tuple to other types."""
         assert isinstance(found.kind, Tuple)
         kept, old = self._kept(found), found.kind.items
-        return Value(kind.of(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items)), kind)
+        return Value(
+            kind.literal(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items)), kind
+        )
 
     def _raise(self, node: ast.Raise) -> None:
         """Translate an error to a NaN result."""

@@ -40,14 +40,14 @@ class Scalar:
 
     c: str
     letter: str
-    rank: int
+    rank: int  # Arithmetic of two numbers has the type of higher rank
 
 
 VOID = Scalar("void", "v", -1)
 BOOL = Scalar("int", "b", 0)
 INT = Scalar("int64_t", "i", 1)
 FLOAT = Scalar("double", "f", 2)
-DUAL = Scalar("dual", "d", 3)  # Value with derivatives, see dual.c
+DUAL = Scalar("dual", "d", 3)  # Dual number: a value with its derivatives, see dual.c
 
 
 @dataclass(frozen=True)
@@ -97,8 +97,8 @@ class Tuple:
     def c(self) -> str:
         return f"tuple_{len(self.items)}{self.items[0].letter}" if self.alike else f"tuple_{self.letter[1:]}"
 
-    def of(self, items: Iterable[str]) -> str:
-        """Return an expression for a tuple of the given items; "" if there are none."""
+    def literal(self, items: Iterable[str]) -> str:
+        """Return the C expression of a tuple of this type with the given items, which are C expressions; "" if it is empty."""
         inner = ", ".join(items)
         return f"({self.c}){{{{{inner}}}}}" if self.alike else f"({self.c}){{{inner}}}" if self.items else ""
 
@@ -152,8 +152,8 @@ class Value:
     constant: Any = None
 
 
-NUMBERS = {"f": FLOAT, "i": INT, "b": BOOL}
-SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}
+NUMBERS = {"f": FLOAT, "i": INT, "b": BOOL}  # Types of array entries by the kind of their NumPy dtype
+SCALARS = {int: INT, float: FLOAT, bool: BOOL, type(None): VOID}  # Types of numbers by their Python type
 
 
 def kind_of(value: Any, name: str = "", types: dict[Any, Any] | None = None) -> Kind:
@@ -194,7 +194,10 @@ def kind_of_hint(hint: Any, name: str, types: dict[Any, Any], number: Scalar = F
 
 
 def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar = FLOAT) -> Scalar | Record:
-    """Return the type of the entries of an array."""
+    """Return the type of the entries of an array with a NumPy dtype, with `number` instead of floats.
+
+    A new record type is named after `name` and added to `types`.
+    """
     kinds = {**NUMBERS, "f": number}
     if dtype.names is None:
         return kinds[dtype.kind]
@@ -228,7 +231,7 @@ def converted(value: Value, kind: Kind) -> Value:
         return Value(f"as_dual({value.c})", DUAL)
     old = Value("kept_0", value.kind)
     items = (converted(Value(item_of(old, k), value.kind.items[k]), item).c for k, item in enumerate(kind.items))
-    return Value(f"({{ {value.kind.c} kept_0 = {value.c}; {kind.of(items)}; }})", kind)
+    return Value(f"({{ {value.kind.c} kept_0 = {value.c}; {kind.literal(items)}; }})", kind)
 
 
 def item_of(base: Value, at: int) -> str:

@@ -12,17 +12,18 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+# Arguments in C of the function behind a kernel pointer: coordinates, rates, states, context, parameters, further results
 SIGNATURE = "double *q, double *v, double *z, double *x, double *p, double *out"
 
-ANSWER = "answer"  # Target of the value that the call itself returns
+ANSWER = "answer"  # Target of the result that the function returns; all other results are stored in arrays
 
 
 class Recipe(NamedTuple):
-    """Function, its arguments such as ``"q[0]"`` or ``"p[3]"``, and the targets of its results such as ``"out[0]"``."""
+    """Function behind a kernel pointer, and where its arguments and results are in the arrays of `SIGNATURE`."""
 
     function: Callable[..., Any]
-    handed: tuple[str, ...]
-    targets: tuple[str, ...]
+    handed: tuple[str, ...]  # Arguments, such as "q[0]" or "p[3]"
+    targets: tuple[str, ...]  # Targets of the results, such as "out[0]" or `ANSWER`
 
     @property
     def symbol(self) -> str:

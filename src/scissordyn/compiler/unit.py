@@ -106,7 +106,7 @@ class Unit:
             parts = [self.constant(part, name) for part in value]
             kind = Tuple(tuple(part.kind for part in parts))
             self.use(kind)
-            return Value(kind.of(part.c for part in parts), kind, value)
+            return Value(kind.literal(part.c for part in parts), kind, value)
         if isinstance(value, np.ndarray):
             return self._table(value, name)
         if value is None or isinstance(value, str):
@@ -120,7 +120,7 @@ class Unit:
         kind = Tuple(tuple(part.kind for part in parts))
         self.use(kind)
         constant = tuple(part.constant for part in parts) if all(part.constant is not None for part in parts) else None
-        return Value(kind.of(part.c for part in parts), kind, constant)
+        return Value(kind.literal(part.c for part in parts), kind, constant)
 
     def _table(self, value: np.ndarray, name: str) -> Value:
         kind = kind_of(value)

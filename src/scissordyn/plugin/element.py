@@ -21,7 +21,7 @@ from typing import Annotated, Any, ClassVar, Protocol, TypeVar, cast, dataclass_
 
 import numpy as np
 
-from scissordyn.compiler.c import loaded
+from scissordyn.compiler.c import load_source
 from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit
@@ -79,7 +79,7 @@ def _compiled(recipe: Recipe) -> Any:
     except SourceError:
         _KEPT.append(_POINTERS(_in_python(recipe)))
         return _KEPT[-1]
-    _KEPT.append(loaded(text))
+    _KEPT.append(load_source(text))
     return getattr(_KEPT[-1], recipe.symbol)
 
 

@@ -14,7 +14,7 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from scissordyn.compiler.c import FLAGS, compile_library, loaded
+from scissordyn.compiler.c import FLAGS, compile_library, load_source
 from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
 from scissordyn.compiler.unit import Unit
@@ -82,7 +82,7 @@ def _user_defined(recipe: Recipe) -> ctypes.CDLL:
     unit = Unit(derivatives=DERIVATIVES)
     unit.kernel(recipe)
     try:
-        return loaded(unit.text(), *_flags())
+        return load_source(unit.text(), *_flags())
     except SourceError as error:
         raise InputError(f"a user-defined element has no derivatives: {error.what}", error.expected) from None
 

@@ -15,7 +15,7 @@ from tests.build import EXAMPLES, chain, gears, planetary, wheel
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.catalogue import COMPONENTS
-from scissordyn.equilibrium.statics import SENSES as SENSITIVE
+from scissordyn.equilibrium.statics import SENSE_PARAMETERS as SENSITIVE
 from scissordyn.errors import InputError
 from scissordyn.model.commanded import rigid
 

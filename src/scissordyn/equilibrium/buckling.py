@@ -422,19 +422,26 @@ def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return int w'^2 ds of a cubic w, from the rotation of the chord and of the ends relative to it."""
+    """Return int w'^2 ds of a beam element with a cubic deflection w, as a quadratic form of the free coordinates.
+
+    `chord` is its length; `turned`, `first` and `last` are the derivatives of the rotation of the chord, and of the rotations
+    of both ends relative to it.
+    """
     ends = 4.0 * (np.outer(first, first) + np.outer(last, last)) - np.outer(first, last) - np.outer(last, first)
     return np.asarray(chord * (np.outer(turned, turned) + ends / 30.0))
 
 
 def frame_gradients(maps: np.ndarray) -> np.ndarray:
-    """Return the gradients of the coordinates of the port "frame" by its maps."""
+    """Return the derivatives of the coordinates (x, y, angle) of the port "frame" by its maps u, a and b, shape (3, 6)."""
     ux, uy, ax, ay, bx, by = maps
     return np.array([[bx, by, 0.0, 0.0, ux, uy], [-by, bx, 0.0, 0.0, uy, -ux], [0.0, 0.0, -ay, ax, by, -bx]])
 
 
 def _stiffness_of_turning_force(fx: float, fy: float, rows: np.ndarray) -> np.ndarray:
-    """Return the stiffness of a force on the end along the axes of the start's body."""
+    """Return the stiffness of a force (fx, fy) on the end that turns with the start's body, in the free coordinates.
+
+    `rows` are the derivatives of the maps u, a and b.
+    """
     turned = np.zeros((6, 6))
     turned[0, 4] = turned[1, 5] = fx
     turned[0, 5], turned[1, 4] = -fy, fy

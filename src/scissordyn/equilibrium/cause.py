@@ -21,7 +21,7 @@ from scissordyn.tolerance import SINGULAR_VALUE_MIN
 
 
 def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:
-    """Return [x; b(t)] of a state, shape (n + nb,)."""
+    """Return the columns [x; b(t)], shape (n + nb,): free coordinates of a state and directions of the drives at a time."""
     numbers, work = system.parameters, system.work
     basis = np.empty_like(work.basis)
     prescribe(time, time, numbers.motion, numbers.motion_start, basis, work.function_value)

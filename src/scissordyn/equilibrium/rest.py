@@ -28,7 +28,7 @@ from scissordyn.plan.system import guard_values
 STEP_MAX = 1e4  # [s] largest step size of the descent, at which its steps are those of Newton's method
 STEP_MIN = 1e-9  # [s] step size below which the descent is given up
 STEPS_MAX = 5000  # Largest number of steps of a descent
-DISPLACEMENT_MAX = 100.0  # [mechanism sizes] nothing holds a mechanism that has moved farther
+DISPLACEMENT_MAX = 100.0  # [mechanism sizes] displacement of a descent above which nothing holds the mechanism
 STEP_DISPLACEMENT_MAX = 0.3  # Largest displacement in one step, as a fraction of the mechanism's size
 # [-] round-off of a mechanism without weight, relative to that of its coordinates: angles and references are rounded too
 UNLOADED_ROUND_OFF_FACTOR = 100.0
@@ -343,7 +343,7 @@ class _Descent:
                 return
 
     def rounding(self) -> float:
-        """Return the round-off of the element forces; with a load only that of bars, by far the stiffest elements."""
+        """Return the round-off of the forces of elements [N]; with a load, only of bars, by far the stiffest elements."""
         X = self.system.work.X
         error = np.zeros(X.size)
         for e in self.stiff:
@@ -390,7 +390,7 @@ def turns(plan: Plan, system: System) -> dict[str, float]:
 
 
 def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None:
-    """Set the turns that a system counts from to the angles of `turned`, as returned by `turns`.
+    """Set the reference angles from which a system counts full turns, for bodies that have turned by `turned` (see `turns`).
 
     Angles are known up to full turns, and an angular spring that is off by a turn pulls the wrong way.
     """

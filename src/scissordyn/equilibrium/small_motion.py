@@ -21,7 +21,7 @@ from scissordyn.plan.system import make_system, rates
 
 Position = Literal["static", "concentric"]
 
-STATIC = "start = 'static': "
+STATIC_PREFIX = "start = 'static': "  # Beginning of the messages of `rest.equilibrium`, which other analyses leave out
 
 Still = Callable[[float, Mapping[str, float]], Plan]
 """Function that returns the plan of the mechanism locked at a time, given the angles by which its bodies have turned."""
@@ -81,7 +81,7 @@ def _reached(still: Still, position: Position, place: At | None, before: float, 
         except InputError as error:
             counted = any(constraint.turning for constraint in whole.coordinates.constraints)
             if place is None or not counted or end - before <= shortest:
-                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC)}", error.expected) from None
+                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC_PREFIX)}", error.expected) from None
             end = 0.5 * (before + end)
             continue
         if end == time:

@@ -293,7 +293,10 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
 
 
 def _hold_references(plan: Plan, system: System, holds: Held) -> None:
-    """Hold bodies at the angle and speed of the references they start on, and count their turns from there."""
+    """Hold the bodies of actuators with `start_on_reference` at the initial angle and speed of their references.
+
+    Their turns are counted from these angles.
+    """
     numbers, model, work = system.parameters, system.model, system.work
     for i, component in plan.actuators:
         if component.start_on_reference:
@@ -308,7 +311,10 @@ def _hold_references(plan: Plan, system: System, holds: Held) -> None:
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
-    """Return the state at rest nearest to natural coordinates, with rods in their given directions."""
+    """Return the assembled state at rest nearest to natural coordinates; rods have their given directions.
+
+    If `straight`, flexible bars are straight and undeformed.
+    """
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
     holds = held_rods(plan, system)
     if straight:

@@ -42,7 +42,7 @@ from scissordyn.warning import warning
 if TYPE_CHECKING:
     import xarray as xr
 
-TITLE = "scissordyn statics"
+TITLE = "scissordyn statics"  # Title of the data set
 
 POINTS, POINTS_MIN = 201, 51  # Default number of positions; smallest number for measures of many cases
 
@@ -55,22 +55,22 @@ TRANSITION_SPEED_MIN = 1e-30
 It is written into the kernel's parameters, as fields of components have a larger minimum.
 """
 
-SENSES: dict[str, tuple[str, tuple[str, ...]]] = {
+SENSE_PARAMETERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),
     "guide_friction": ("transition", ("kinetic", "static")),
     "gas_spring": ("friction_speed", ("friction",)),
     "stroke_load": ("transition", ()),
     "angle_load": ("transition", ()),
 }
-"""Components that depend on the sense of motion: transition-speed parameter, friction parameters."""
+"""Parameters of components that depend on the sense of motion, by section: transition speed, then friction."""
 
 Friction = Literal["none", "forward", "backward"]
 
-DYNAMIC = (
+MOTION_VARIABLES = (
     *("kinetic_energy", "elastic_energy", "dissipated_energy", "_loss", "_work", "_residual", "_power", "impulse"),
     *("peak_", "_peak", "contact_", "event_", "_speed"),
 )
-"""Parts of the names of variables that exist only for a motion."""
+"""Parts of the names of variables that a motion has but a static position does not."""
 
 
 @checked
@@ -124,7 +124,7 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
     path, rested = _equilibria(whole, inputs, times, friction)
     forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
     forces.variables |= bar_extremes(whole, path.samples, rested, forces.variables)
-    variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in DYNAMIC)}
+    variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in MOTION_VARIABLES)}
     variables |= _input_variables(inputs, times)
     variables |= _envelope(variables, times, [guide.name for guide in ideal.ideal_guides if guide.aligned])
     forces.variables = variables
@@ -136,7 +136,7 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
     """Return the largest magnitude of each force, torque and bar stress, with forward friction if there is any."""
     points = max(POINTS_MIN, 1 + math.ceil(rotations(mechanism, until)[-1] / INPUT_STEP_MAX))
     parts = frictionless(mechanism.ideal()).components
-    rubbing = any(getattr(part, name) for part in parts for name in SENSES.get(part.declaration.section, ("", ()))[1])
+    rubbing = any(getattr(part, name) for part in parts for name in SENSE_PARAMETERS.get(part.declaration.section, ("", ()))[1])
     forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
     sizes = np.maximum(np.abs(forces["least"].values), np.abs(forces["largest"].values))
     peaks = dict(zip(forces["quantity"].values.tolist(), sizes.tolist(), strict=True))
@@ -155,7 +155,7 @@ def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
 
 
 def check_stroke(mechanism: Mechanism) -> None:
-    """Raise `InputError` if nothing is prescribed."""
+    """Raise `InputError` if no drive, servo, rod or coordinate prescribes a motion, so that there is no stroke."""
     driven = commanded(mechanism)
     if not (driven.drives or driven.coordinate_drives or any(rod.motion for rod in driven.rods)):
         raise InputError(
@@ -212,8 +212,8 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
 
 def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
     """Return the rates of the inputs in a slow motion, shape (instants, inputs); None if no component needs them."""
-    parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSES]
-    friction_parts = [part for part in parts if SENSES[part.declaration.section][1]]
+    parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSE_PARAMETERS]
+    friction_parts = [part for part in parts if SENSE_PARAMETERS[part.declaration.section][1]]
     one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
     if friction != "none" and not friction_parts and not one_way:
         what = (
@@ -226,7 +226,9 @@ def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     if start_of(closure) is None or closure.mobility != 0:
         name = (one_way or friction_parts)[0].name
         allowed = "rigid bars" if bends(whole.mechanism) else "one more drive"
-        raise InputError(f"statics with '{name}': the drives do not determine the motion, so its sense is unknown", allowed)
+        raise InputError(
+            f"statics with '{name}', which depends on the sense of motion: the drives do not determine the motion", allowed
+        )
     rates = np.gradient(inputs.over(times), times, axis=0)
     fastest = np.abs(rates).max(axis=1, keepdims=True)
     sense = -1.0 if friction == "backward" else 1.0
@@ -240,8 +242,8 @@ def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[
     content = system.content
     count_turns(slow, content, turned)
     for i, part in enumerate(slow.components):
-        if part.declaration.section in SENSES:
-            speed, coefficients = SENSES[part.declaration.section]
+        if part.declaration.section in SENSE_PARAMETERS:
+            speed, coefficients = SENSE_PARAMETERS[part.declaration.section]
             row, numbers = content.parameters.component[i], part.declaration.numbers
             row[numbers.index(speed)] = TRANSITION_SPEED_MIN
             for name in coefficients:

@@ -34,7 +34,7 @@ from scissordyn.run.trajectory import RECORDED_STEPS_MAX, advance_to, describe_s
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 from scissordyn.tolerance import DATA_TOL
 
-TITLE = "scissordyn batch"
+TITLE = "scissordyn batch"  # Title of the data set
 
 GROUP_CASES_MAX = 16
 """Largest number of cases that are prepared one after the other.
@@ -147,7 +147,9 @@ def _broadcast_values(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> di
             raise InputError(f"'{parameter}': values of shape {column.shape}", "one dimension; ravel a grid")
     sizes = {column.size for column in columns.values()} - {1}
     if len(sizes) > 1:
-        raise InputError(f"columns of {', '.join(map(str, sorted(sizes)))} values", "columns of one length, or single numbers")
+        raise InputError(
+            f"the parameters have {' and '.join(map(str, sorted(sizes)))} values", "as many values of each, or single numbers"
+        )
     cases = max(sizes, default=1)
     return {parameter: np.broadcast_to(column, cases) for parameter, column in columns.items()}
 
@@ -265,7 +267,10 @@ class Worker:
         return statuses, seconds / len(drivers)
 
     def _advance(self, driver: Driver, status: int) -> tuple[str, float]:
-        """Advance to the end from the state that `_together` reached; return the cause of a failure and the time [s]."""
+        """Advance a driver that `_together` has started to the end of its run.
+
+        Return the cause of a failure, "" if there is none, and the computing time [s].
+        """
         began, options = clocks.perf_counter(), self.options
         try:
             cause = (
@@ -288,13 +293,15 @@ class Worker:
         return path
 
     def _warned(self, driver: Driver) -> list[str]:
-        """Return the warnings that the counters of a run give."""
+        """Return warnings from the counters of a run: roots ignored with fixed steps, impulses that are not solved."""
         if driver.stepping is None:
             return list(map(str, ignored_roots(driver.plan, self.options)))
         return list(map(str, stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))))
 
 
 class _Slot:
+    """Arrays of one case of a group, kept from group to group."""
+
     def __init__(self, plan: Plan) -> None:
         self.plan, self.system = plan, make_system(plan)
         self.driver: Driver | None = None

@@ -13,8 +13,11 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 from scissordyn.warning import RunWarning, warning
 
-# [Stribeck speeds] recoil speed at which 87 % of the static excess over kinetic friction holds a sudden load (decision 0006)
 HOLDING_RECOIL_FRACTION = 0.3
+"""[Stribeck speeds] recoil speed that bristles of the recommended stiffness have.
+
+They hold a suddenly applied load up to the friction coefficient mu_k + 0.87 (mu_s - mu_k) (decision 0006).
+"""
 
 
 def recoil_warnings(plan: Plan, system: Handle, instants: Iterable[tuple[float, np.ndarray]]) -> list[RunWarning]:

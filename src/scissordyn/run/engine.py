@@ -41,7 +41,7 @@ LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables that limit the threads of linear algebra libraries; by default each process starts one per processor.
 """
 
-END: Any = object()  # end of the tasks
+END: Any = object()  # mark of the end of the tasks
 
 UNGUARDED = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
 
@@ -136,9 +136,8 @@ def _compute_on(
     """Yield the outcomes of tasks that the workers of an executor compute.
 
     If a process of `Processes` dies, every submitted task is repeated, one at a time. The task whose process dies again has
-    failed.
-    An executor may have a method `watch`. It is called often with the number of finished tasks, and raises `EngineError` if no
-    worker is left for the others.
+    failed. An executor may have a method `watch`. It is called often with the number of finished tasks, and raises
+    `EngineError` if no worker is left for the others.
     """
     watch, finished = getattr(executor, "watch", None), 0
     stop, here = threading.Event(), isinstance(executor, ThreadPoolExecutor)

@@ -168,12 +168,12 @@ class Measure:
     recorded: bool = False  # True if the recorded ends of steps are needed
 
 
-def _of_bars(quantity: str, units: str, text: str) -> Measure:
+def _bar_measure(quantity: str, units: str, text: str) -> Measure:
     about = f"largest {text} of each bar that bends, among the samples"
     return Measure(units, about, ("bar",), lambda ended: ended.bars[f"bar_largest_{quantity}"], sampled=True)
 
 
-def _static(dim: str, text: str, units: str, *kinds: str) -> Measure:
+def _static_measure(dim: str, text: str, units: str, *kinds: str) -> Measure:
     """Return the measure of the largest static value of each part; statics names it by kind and part, or by kind alone."""
 
     def value(ended: Ended) -> np.ndarray:
@@ -195,35 +195,35 @@ def _component_names(part: Any) -> list[str]:
     return [f"{section} {kind} {part.name}" for kind in ("force", "torque")]
 
 
-def _energy(name: str) -> Measure:
+def _energy_measure(name: str) -> Measure:
     place = ACCOUNTS.index(name)
     words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
     text = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
     return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
 
 
-def _of_contacts(units: str, text: str, value: Callable[[np.recarray], float]) -> Measure:
+def _contact_measure(units: str, text: str, value: Callable[[np.recarray], float]) -> Measure:
     return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
 
 
-_APART = "distance of a tracked point from its position on the commanded path of the rigid ideal mechanism"
+_DEVIATION = "distance of a tracked point from its position on the commanded path of the rigid ideal mechanism"
 
 
-def _of_track(text: str, value: Callable[[Ended], np.ndarray], units: str = "m", *, sampled: bool = False) -> Measure:
+def _track_measure(text: str, value: Callable[[Ended], np.ndarray], units: str = "m", *, sampled: bool = False) -> Measure:
     return Measure(units, text, ("track",), value, compares=True, sampled=sampled)
 
 
-def _of_deviation(number: int, at_end: bool) -> Measure:
+def _deviation_measure(number: int, at_end: bool) -> Measure:
     words = f"deviation of a tracked point due to {('servos', 'bars that bend', 'clearance')[number]}"
 
     def value(ended: Ended) -> np.ndarray:
         sizes = ended.deviation_parts[number]
         return np.asarray(sizes[-1] if at_end else sizes.max(axis=0))
 
-    return _of_track(words + (", at the end" if at_end else ", the largest among the samples"), value, sampled=True)
+    return _track_measure(words + (", at the end" if at_end else ", the largest among the samples"), value, sampled=True)
 
 
-def _of_couplings(dim: str) -> Measure:
+def _coupling_measure(dim: str) -> Measure:
     def value(ended: Ended) -> np.ndarray:
         constraints = ended.plan.coordinates.constraints
         linear = [constraint for constraint in constraints if constraint.linear]
@@ -246,20 +246,20 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_force": Measure("N", _FORCE, _JOINT, Ended.largest_forces, recorded=True),
         "peak_force_estimate": Measure("N", _HARD_FORCE, _JOINT, Ended.estimated_forces),
         "peak_reaction": Measure("N", _REACTION, ("transmitting",), Ended.reactions, recorded=True),
-        "peak_approach_speed": _of_contacts(
+        "peak_approach_speed": _contact_measure(
             "m/s", "largest approach speed", lambda contacts: np.max(contacts["approach_speed"], initial=0.0)
         ),
-        "contact_count": _of_contacts("1", "contacts", len),
+        "contact_count": _contact_measure("1", "contacts", len),
         "contact_fraction": Measure(
             "1",
             "fraction of the time in contact",
             _JOINT,
             lambda e: e.per_joint(lambda contacts: sum(e.lasting(contacts).tolist())) / e.time,
         ),
-        "first_contact": _of_contacts(
+        "first_contact": _contact_measure(
             "s", "start of the first contact", lambda contacts: np.min(contacts["start"], initial=math.inf)
         ),
-        "impulse": _of_contacts("N s", "impulse of the normal forces", lambda contacts: sum(contacts["impulse"].tolist())),
+        "impulse": _contact_measure("N s", "impulse of the normal forces", lambda contacts: sum(contacts["impulse"].tolist())),
         "peak_pressure_velocity": Measure(
             "Pa m/s", f"largest {_WEAR}", _JOINT, lambda e: e.per_contact(e.peaks(PRESSURE_VELOCITY))
         ),
@@ -271,38 +271,38 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "N m", "root mean square of the driving torque", _DRIVE, lambda e: e.root_mean_squares(DRIVE_TORQUE)
         ),
         "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
-        "peak_track_deviation": _of_track(f"largest {_APART}", lambda e: e.peaks(TRACK_DEVIATION)),
-        "rms_track_deviation": _of_track(f"root mean square {_APART}", lambda e: e.root_mean_squares(TRACK_DEVIATION)),
-        "end_track_deviation": _of_track(f"{_APART} at the end", lambda e: e.at_end(TRACK_DEVIATION)),
-        **{f"{part}_deviation": _of_deviation(number, False) for number, part in enumerate(PARTS)},
-        **{f"end_{part}_deviation": _of_deviation(number, True) for number, part in enumerate(PARTS)},
-        "settling_time": _of_track(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
+        "peak_track_deviation": _track_measure(f"largest {_DEVIATION}", lambda e: e.peaks(TRACK_DEVIATION)),
+        "rms_track_deviation": _track_measure(f"root mean square {_DEVIATION}", lambda e: e.root_mean_squares(TRACK_DEVIATION)),
+        "end_track_deviation": _track_measure(f"{_DEVIATION} at the end", lambda e: e.at_end(TRACK_DEVIATION)),
+        **{f"{part}_deviation": _deviation_measure(number, False) for number, part in enumerate(PARTS)},
+        **{f"end_{part}_deviation": _deviation_measure(number, True) for number, part in enumerate(PARTS)},
+        "settling_time": _track_measure(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
         "deployment_time": Measure("s", "when the last latch has locked", (), Ended.deployed),
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
-        **{f"peak_{dim}_force": _of_couplings(dim) for dim in ("coupling", "coordinate_drive")},
-        "peak_bar_stress": _of_bars("stress", "Pa", "stress in the extreme fibre"),
-        "peak_utilisation": _of_bars("utilisation", "1", "stress divided by the yield strength"),
-        "peak_deflection": _of_bars("deflection", "m", "distance from the line through the ends"),
-        "peak_buckling_ratio": _of_bars(
+        **{f"peak_{dim}_force": _coupling_measure(dim) for dim in ("coupling", "coordinate_drive")},
+        "peak_bar_stress": _bar_measure("stress", "Pa", "stress in the extreme fibre"),
+        "peak_utilisation": _bar_measure("utilisation", "1", "stress divided by the yield strength"),
+        "peak_deflection": _bar_measure("deflection", "m", "distance from the line through the ends"),
+        "peak_buckling_ratio": _bar_measure(
             "buckling_ratio", "1", "compression divided by the buckling compression of the mechanism with locked drives"
         ),
-        "static_drive_torque": _static("drive", "driving torque", "N m", "drive torque"),
-        "static_rod_force": _static("rod", "force of a rod", "N", "rod force"),
-        "static_coordinate_drive_force": _static(
+        "static_drive_torque": _static_measure("drive", "driving torque", "N m", "drive torque"),
+        "static_rod_force": _static_measure("rod", "force of a rod", "N", "rod force"),
+        "static_coordinate_drive_force": _static_measure(
             "coordinate_drive",
             "force or torque of the drive of a coordinate",
             "N or N m",
             *("coordinate drive force", "coordinate drive torque"),
         ),
-        "static_coupling_force": _static(
+        "static_coupling_force": _static_measure(
             "coupling", "force or torque of a coupling on its output", "N or N m", "coupling force", "coupling torque"
         ),
-        "static_component_force": _static("component", "force or torque of a component", "N or N m"),
-        "static_reaction": _static("ideal_joint", "reaction of a joint or guide, taken as ideal,", "N", "reaction"),
-        "static_bar_stress": _static("bar", "stress in the extreme fibre of a bar that bends", "Pa", "bar stress"),
-        **{name: _energy(name) for name in POWERS},
+        "static_component_force": _static_measure("component", "force or torque of a component", "N or N m"),
+        "static_reaction": _static_measure("ideal_joint", "reaction of a joint or guide, taken as ideal,", "N", "reaction"),
+        "static_bar_stress": _static_measure("bar", "stress in the extreme fibre of a bar that bends", "Pa", "bar stress"),
+        **{name: _energy_measure(name) for name in POWERS},
         "mass": Measure(
             "kg", "mass of all bodies", (), lambda e: float(sum(body.mass for body in e.mechanism.bodies)), static=True
         ),
@@ -327,7 +327,7 @@ IDEAL_JOINTS = "ideal joints"
 
 
 def parts_of(mechanism: Mechanism) -> dict[str, list[str]]:
-    """Return the labels along each dimension of measures."""
+    """Return the names of a mechanism's parts along each dimension that a measure can have (`Measure.dims`)."""
     ideal = len(mechanism.ideal_joints) + len(mechanism.ideal_guides) + len(mechanism.welds)
     guides = len(mechanism.guides) - len(mechanism.ideal_guides)
     return {
@@ -349,7 +349,7 @@ BAR_PROPERTY = {
     "static_bar_stress": "youngs_modulus",
     "peak_utilisation": "yield_strength",
 }
-"""Bar property that a measure needs."""
+"""Property that all bars must have for a measure, by the name of the measure."""
 
 
 def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> None:

@@ -28,13 +28,14 @@ EXPLICIT, STIFF = "dop853", "rodas5p"
 STABILITY_LIMIT = 6.0
 
 DENSE_STATES_MAX = 400
-"""Largest number of states with a full eigenvalue computation; above, Arnoldi's method estimates the largest eigenvalues."""
+"""Largest number of states for which all eigenvalues of the Jacobian are computed; for more, Arnoldi's method estimates the
+largest ones.
+"""
 
-IMPLICIT_STEP_COST = (
-    10  # [explicit steps] cost of a linearly implicit step: 2 with 40 states, 10 with 100 to 250, by measurement
-)
+# [explicit steps] cost of a linearly implicit step: 2 with 40 states, 10 with 100 to 250, by measurement
+IMPLICIT_STEP_COST = 10
 
-TRIAL_STEPS = 500  # explicit steps within which a contact that is closed at the start must open, to count as not stiff
+TRIAL_STEPS = 500  # number of explicit steps within which a contact closed at the start must open; otherwise it is stiff
 
 
 def choose_method(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> Choice:

@@ -110,7 +110,10 @@ def _repeat_run(
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
 ) -> tuple[str, float, int]:
-    """Repeat the run piece by piece until it diverges; return the agreement, the time of divergence [s] and tried steps."""
+    """Repeat a run at a tighter tolerance, piece by piece, until both differ by more than the limits of divergence.
+
+    Return how far both agree ("diverged", "to the end", ...), the time of divergence [s], and the number of steps tried.
+    """
     times, states = compared
     driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
@@ -139,7 +142,10 @@ def _repeat_run(
 
 
 def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the largest distance between two trajectories divided by its divergence limit, at each time, shape (nt,)."""
+    """Return the distance between two trajectories at each time, shape (nt,), as a multiple of the limits of divergence.
+
+    The limits are `JOURNAL_DIVERGENCE` for journals in their bearings, `BODY_DIVERGENCE` for points of bodies.
+    """
     plan, system, n = path.plan, path.system.content, path.plan.coordinates.free
     difference = np.zeros((times.size, n + plan.coordinates.basis))  # both runs have the same drives
     difference[:, :n] = first[:, :n] - second[:, :n]

@@ -51,7 +51,7 @@ Located impacts would follow each other ever faster, since each one pushes other
 RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # recorded steps from which every second one is dropped
 RUN_PART = "run"  # name of the run itself in a checkpoint
 
-FAILED = "the contact model has failed"
+FAILED = "the contact model has failed"  # cause of a failed run
 
 INTERRUPTED = "interrupted"  # status of a run and cause of its end
 
@@ -84,7 +84,7 @@ def make_driver(
 
 
 def choose_crossing(plan: Plan, options: Options) -> int:
-    """Return how steps treat contacts that begin or end: `ENDS`, `CROSSES` or `IGNORES`."""
+    """Return how steps treat the onset and release of contacts: end there (`ENDS`), or one of `CROSSES` and `IGNORES`."""
     if options.step is not None and not plan.hard_places:
         return IGNORES
     across = options.events == "crossed"
@@ -108,7 +108,7 @@ def compute(
     ideal: IdealPath | None = None,
     keeper: Keeper | None = None,
 ) -> Trajectory:
-    """Simulate a mechanism; `curves` records the instants that `instants.with_recorded` adds to the samples."""
+    """Simulate a mechanism; `curves` records the instants that `instants.add_recorded_samples` adds."""
     driver, prepared, choice = make_driver(plan, options)
     content = driver.system.content
     still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))

@@ -1,8 +1,8 @@
 """Step across a change point, along the tangent and the curvature of the branch that the motion is on.
 
 Branches of the assembly meet at a change point, and the constraints do not determine all accelerations there. The accelerations
-along a smooth branch are smooth. A step from before the point to behind it follows position, velocity and acceleration. The
-step is projected only behind the point, where the branches are further apart than the error of the step.
+along a smooth branch are smooth. A step from a position before the point to one beyond it follows position, velocity and
+acceleration. The step is projected only beyond the point, where the branches are further apart than the error of the step.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def step_across(driver: Driver, until: float) -> bool:
     if driver.stepping is not None and np.any(state.mode[: len(driver.plan.contacts)]):
         return _step_beyond(driver, ahead, driver.stepping.size)
     h = min(2.0 * ahead, until - time, *driver.integration.content.work.delays.tolist())
-    reached = _find_state_behind(driver, time, h, before, slope)
+    reached = _find_state_beyond(driver, time, h, before, slope)
     if reached is not None:
         after, longest = reached
         end_slope, end_power = _project_and_differentiate(driver, time + h, after)
@@ -93,10 +93,10 @@ def replace_undefined(
 ) -> None:
     """Replace undefined recorded values at samples on change points by their limits from both sides.
 
-    `state` holds the samples' states before their projection. Means of two instants before and behind have errors of second
+    `state` holds the samples' states before their projection. Means of two instants before and after have errors of second
     order; their difference leaves errors of fourth order.
     """
-    offsets = np.array([-0.8, -0.4, 0.4, 0.8])  # [half steps] times before and behind the point
+    offsets = np.array([-0.8, -0.4, 0.4, 0.8])  # [half steps] times before and after the point
     weights = np.array([-1.0, 4.0, 4.0, -1.0]) / 6.0  # weights of these times in the limit
     for instant, width in passed:
         for k in np.flatnonzero(np.abs(samples.time - instant) < 0.05 * width).tolist():
@@ -151,16 +151,16 @@ def _is_smooth(driver: Driver, start: tuple[float, np.ndarray, np.ndarray], end:
     return bool(np.all(before == after))
 
 
-def _find_state_behind(
+def _find_state_beyond(
     driver: Driver, time: float, h: float, before: np.ndarray, slope: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """Return the state behind the point and the longest step that may follow; None if the state is not on the branch."""
+    """Return the state beyond the point and the longest step that may follow; None if the state is not on the branch."""
     n, answer = driver.plan.coordinates.free, np.zeros(2)
     v, a = before[n : 2 * n], slope[n : 2 * n]
     after_a, after_slope = a, slope
     # a projection that moves the state further has found another branch, or none
     allowed = 0.05 * h * float(np.max(np.abs(v)))
-    for _ in range(3):  # corrections of the acceleration behind the point
+    for _ in range(3):  # corrections of the acceleration beyond the point
         y = before + 0.5 * h * (slope + after_slope)
         y[:n] = before[:n] + h * v + h * h * (a / 3.0 + after_a / 6.0)
         predicted = y[:n].copy()

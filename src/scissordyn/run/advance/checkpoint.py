@@ -22,9 +22,9 @@ from scissordyn.model.record import DIGEST, first_difference
 from scissordyn.run.advance.driver import Driver
 from scissordyn.units import Quantity, check_quantities
 
-TITLE = "scissordyn checkpoint"
+TITLE = "scissordyn checkpoint"  # Title of the file
 
-EXAMPLE = "-o run.nc --checkpoint '60 s'"
+EXAMPLE = "-o run.nc --checkpoint '60 s'"  # Options of the command line, for error messages
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,8 @@ class Part(NamedTuple):
 
 @dataclass
 class Keeper:
+    """Checkpoint file of a run, with the states of all its computations."""
+
     checkpoint: Checkpoint
     attributes: Mapping[str, str]  # attributes of the file; a file with other attributes belongs to another run
     parts: dict[str, Part] = field(default_factory=dict)  # states as last written or read

@@ -37,7 +37,7 @@ from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
 from scissordyn.run.advance.tolerance import Tolerances
 
-FIRST_STEPS = 200  # first steps of a driver, before `loop.next_slice` sets their number
+FIRST_STEPS = 200  # number of steps in the first call of the loop; `loop.next_slice` gives that of later calls
 
 
 @dataclass(frozen=True)
@@ -72,17 +72,17 @@ class Snapshot:
 
     @classmethod
     def from_plain(cls, arrays: Mapping[str, np.ndarray]) -> Snapshot:
-        """Return the state from arrays that `plain` made."""
+        """Return the state from the arrays that `plain` has returned, for example from a file."""
         state: dict[str, np.ndarray] = {}
         for name, kind in STATE_TYPES.items():
             if name not in arrays:
-                raise InputError(f"a state without '{name}'", "a state that this version of scissordyn wrote")
+                raise InputError(f"the saved state has no '{name}'", "a state that this version of scissordyn wrote")
             part = np.asarray(arrays[name])
             if kind.names is None:
                 state[name] = np.ascontiguousarray(part, kind)
                 continue
             if part.shape != (len(kind.names),):
-                raise InputError(f"a state with shape {part.shape} for '{name}'", f"the shape ({len(kind.names)},)")
+                raise InputError(f"'{name}' of the saved state has the shape {part.shape}", f"the shape ({len(kind.names)},)")
             state[name] = np.zeros(1, kind)
             for field, number in zip(kind.names, part.tolist(), strict=True):
                 state[name][field] = number
@@ -103,6 +103,8 @@ class Choice:
 
 
 class Driver:
+    """Arrays and time loop of a mechanism that advances; a batch uses one driver for several cases."""
+
     def __init__(
         self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, *, loads: bool = False
     ) -> None:
@@ -346,7 +348,10 @@ class Driver:
         """Restore the arrays that `arrays` returned; the driver must be made in the same way and continues bit for bit."""
         names = self.arrays().keys()
         if arrays.keys() != names:
-            raise InputError(f"a state without '{min(names ^ arrays.keys())}'", "a state of the same version")
+            raise InputError(
+                f"the saved state and this run do not both have '{min(names ^ arrays.keys())}'",
+                "a state of the same mechanism, options and version",
+            )
         self._put(arrays)
 
     def _put(self, arrays: Mapping[str, np.ndarray]) -> None:
@@ -391,7 +396,7 @@ def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:
-    """Fill the history before the start with constant signals S = y + R S, from the recorder's answers to S = 0 and S = 1."""
+    """Fill the history before the start with the constant S = y + R S, from the recorded signals for S = 0 and S = 1."""
     past = system.content.state.initial_history
     answers = np.zeros((2, past.size))
     for value, answer in enumerate(answers):

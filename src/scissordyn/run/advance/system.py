@@ -67,7 +67,10 @@ class Stepping:
         return float(self.touching.content.size[0])
 
     def begin(self, plan: Plan, size: float, turn: tuple[float, float], *, located: bool) -> None:
-        """Begin a case of the same tables; `size` [s] is the step, which is shorter if bodies turn by more than `turn`."""
+        """Begin a case whose mechanism has the same tables.
+
+        `size` is the step size [s]. Steps are shorter if bodies rotate too far in them; `turn` has the limits (`Choice.turn`).
+        """
         self.plan = plan
         put_hard_numbers(self.content, plan)
         self.content.parameters.locate[0] = int(located)

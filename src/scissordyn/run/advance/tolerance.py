@@ -46,7 +46,10 @@ class Tolerances:
     time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return absolute weights, relative weights and rounding weights for a kind of method, each of shape (ny,)."""
+        """Return the absolute and relative error weights of the state, and its round-off, for a kind of method.
+
+        The kind is `EXPLICIT` or `ROSENBROCK`; the shapes are (ny,).
+        """
         rounding = np.zeros(self.rounding.size) if kind == EXPLICIT else self.rounding
         return self.absolute * self.vibration, self.relative * self.vibration, rounding
 

@@ -13,7 +13,7 @@ from tests.build import warnings_of
 import scissordyn as sd
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import instants, path_of
-from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR
+from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, NEAR_KIND
 from scissordyn.plan.plan import plan
 from scissordyn.plot.stroke import SINGULAR_LINE_STYLES, kinematics
 
@@ -45,7 +45,7 @@ def _case(mechanism: sd.Mechanism, first: float, rng: np.random.Generator, place
         if 0.0 < math.copysign(1.0, speed) * (angle + 2.0 * math.pi * k - first) < turn
     ]
     met.sort(key=lambda each: abs(each[1] - first))
-    locks = [k for k, (kind, *_) in enumerate(met) if kind == LOCKING]
+    locks = [k for k, (kind, *_) in enumerate(met) if kind == LOCKING_KIND]
     return Case(mechanism.driven(speed=speed), turn / abs(speed), speed, first, met[: locks[0] + 1] if locks else met)
 
 
@@ -74,16 +74,16 @@ def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
     }
     for at, miss in misses.items():
         if abs(miss) < 1e-14:
-            places.append((CHANGE, at, 0.0))
+            places.append((CHANGE_KIND, at, 0.0))
         elif miss > 0.0:
-            places.append((NEAR, at, miss))
+            places.append((NEAR_KIND, at, miss))
         else:
             limit = coupler + rocker if at else abs(coupler - rocker)
             square = (limit - (ground - crank)) * (limit + (ground - crank)) / (4.0 * ground * crank)
             # of the complement where the angle is near 180 deg
             other = ((ground + crank) - limit) * ((ground + crank) + limit) / (4.0 * ground * crank)
             half = math.atan2(math.sqrt(square), math.sqrt(other))
-            places += [(LOCKING, 2.0 * half, 0.0), (LOCKING, -2.0 * half, 0.0)]
+            places += [(LOCKING_KIND, 2.0 * half, 0.0), (LOCKING_KIND, -2.0 * half, 0.0)]
     branch = str(rng.choice(["open", "crossed"]))
     linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=first, branch=branch)
     return _case(linkage, first, rng, places)
@@ -100,10 +100,10 @@ def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
     rod = ratio * crank
     places: list[Event] = []
     if rod >= crank:
-        places += [(NEAR if rod > crank else CHANGE, at, rod - crank) for at in (0.5 * math.pi, -0.5 * math.pi)]
+        places += [(NEAR_KIND if rod > crank else CHANGE_KIND, at, rod - crank) for at in (0.5 * math.pi, -0.5 * math.pi)]
     else:
         limit = math.atan2(rod, math.sqrt((crank - rod) * (crank + rod)))
-        places += [(LOCKING, at, 0.0) for at in (limit, -limit)]
+        places += [(LOCKING_KIND, at, 0.0) for at in (limit, -limit)]
     return _case(sd.slider_crank(crank=crank, rod=rod, angle=first), first, rng, places)
 
 
@@ -111,7 +111,7 @@ def scissor(rng: np.random.Generator, _gap: float | None) -> Case:
     """Return an array: its rhombi are flat at each multiple of 90 deg; a single unit can branch at those of 180 deg."""
     units, first = int(rng.integers(1, 7)), float(rng.uniform(0.1, 1.47))
     every = [0.0, math.pi] + ([0.5 * math.pi, -0.5 * math.pi] if units > 1 else [])
-    return _case(sd.scissor(units=units, angle=first), first, rng, [(CHANGE, at, 0.0) for at in every])
+    return _case(sd.scissor(units=units, angle=first), first, rng, [(CHANGE_KIND, at, 0.0) for at in every])
 
 
 LOCATED = 1e-6  # Allowed error of a time, as a fraction of the stroke's duration
@@ -130,13 +130,13 @@ def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
 def check(case: Case) -> None:
     """Compare kinds and times found with the closed form."""
     expected = [(kind, (angle - case.first) / case.speed, miss) for kind, angle, miss in case.expected]
-    wide = [time for kind, time, miss in expected if kind == NEAR and miss > REPORTED]
-    asked = [(kind, time) for kind, time, miss in expected if kind != NEAR or miss <= REPORTED]
+    wide = [time for kind, time, miss in expected if kind == NEAR_KIND and miss > REPORTED]
+    asked = [(kind, time) for kind, time, miss in expected if kind != NEAR_KIND or miss <= REPORTED]
     error = LOCATED * case.until
     got = [
         (kind, time)
         for kind, time in found(case.mechanism, case.until)
-        if not (kind == NEAR and any(abs(time - other) < error for other in wide))
+        if not (kind == NEAR_KIND and any(abs(time - other) < error for other in wide))
     ]
     assert [kind for kind, _ in got] == [kind for kind, _ in asked], (got, expected)
     assert [time for _, time in got] == pytest.approx([time for _, time in asked], rel=0, abs=error)
@@ -157,7 +157,7 @@ def test_change_point_in_the_last_step() -> None:
     for beyond in np.linspace(0.002, 0.06, 12).tolist():
         array = sd.scissor(units=5, angle=0.5).driven(speed=1.0)
         until = 0.5 * math.pi - 0.5 + beyond
-        assert found(array, until) == [(CHANGE, pytest.approx(0.5 * math.pi - 0.5, abs=LOCATED * until))]
+        assert found(array, until) == [(CHANGE_KIND, pytest.approx(0.5 * math.pi - 0.5, abs=LOCATED * until))]
 
 
 @pytest.mark.slow
@@ -171,11 +171,11 @@ def test_many_random_mechanisms(make: Generator) -> None:
 
 def test_every_kind_is_drawn() -> None:
     """Contract: the figure of the kinematics has a line style for each kind of singular position."""
-    assert set(SINGULAR_LINE_STYLES) == {CHANGE, LOCKING, NEAR}
+    assert set(SINGULAR_LINE_STYLES) == {CHANGE_KIND, LOCKING_KIND, NEAR_KIND}
     passing = sd.four_bar(ground=1.0, crank=0.4, coupler=0.9, rocker=0.5001, angle=1.0).driven(speed=3.0)
     ideal = sd.ideal_kinematics(passing, until=1.0, samples=51)
-    assert ideal["singular_kind"].values.tolist() == [NEAR]
-    assert any(NEAR in axis.get_legend_handles_labels()[1] for axis in kinematics(ideal))
+    assert ideal["singular_kind"].values.tolist() == [NEAR_KIND]
+    assert any(NEAR_KIND in axis.get_legend_handles_labels()[1] for axis in kinematics(ideal))
 
 
 def test_drive_that_stands_still() -> None:
@@ -190,7 +190,7 @@ def test_limit_of_a_crossed_linkage() -> None:
     linkage = sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=angle, branch="crossed")
     limit = math.acos((ground**2 + crank**2 - (coupler + rocker) ** 2) / (2.0 * ground * crank))
     ((kind, time),) = found(linkage.driven(speed=speed), 1.7319635)
-    assert kind == LOCKING
+    assert kind == LOCKING_KIND
     assert time == pytest.approx((limit - angle) / speed, abs=1e-9)
 
 
@@ -198,13 +198,13 @@ def test_either_side_of_a_change_point() -> None:
     """Closed form: a rocker longer by 1e-4 passes and is reported as near; one shorter by 1e-5 locks before."""
     common = {"ground": 1.0, "crank": 0.4, "coupler": 0.9, "angle": 1.0}
     passing = sd.four_bar(**common, rocker=0.5001).driven(speed=3.0)
-    assert found(passing, 1.5) == [(NEAR, pytest.approx((math.pi - 1.0) / 3.0, abs=1e-9))]
+    assert found(passing, 1.5) == [(NEAR_KIND, pytest.approx((math.pi - 1.0) / 3.0, abs=1e-9))]
     run = sd.simulate(passing, until=1.0, samples=51)
     assert run.attrs["status"] == "complete"
-    assert not [text for text in warnings_of(run) if text.startswith((LOCKING, CHANGE))]
+    assert not [text for text in warnings_of(run) if text.startswith((LOCKING_KIND, CHANGE_KIND))]
     limit = math.acos((1.0 + 0.16 - (0.9 + 0.49999) ** 2) / 0.8)
     assert found(sd.four_bar(**common, rocker=0.49999).driven(speed=3.0), 1.5) == [
-        (LOCKING, pytest.approx((limit - 1.0) / 3.0, abs=1e-9))
+        (LOCKING_KIND, pytest.approx((limit - 1.0) / 3.0, abs=1e-9))
     ]
 
 
@@ -214,7 +214,7 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4) - math.pi / 3
     run = sd.simulate(linkage.driven(speed=1.0), until=limit + 0.002, samples=101)
     warnings = warnings_of(run)
-    assert any(text.startswith(f"{LOCKING} at t = {limit:.6g} s") for text in warnings), warnings
+    assert any(text.startswith(f"{LOCKING_KIND} at t = {limit:.6g} s") for text in warnings), warnings
     assert any(text.startswith(f"the drive is forced beyond its locking position of t = {limit:.6g} s") for text in warnings)
     before = sd.simulate(linkage.driven(speed=1.0), until=limit - 0.005, samples=101)
     assert not [text for text in warnings_of(before) if "locking" in text]
@@ -230,7 +230,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
         run = sd.simulate(linkage.driven(motion), until=1.0, samples=42)
         driven = run["angle"].sel(body="crank").values
         assert (driven.max() < limit) or not expected
-        said = [text for text in warnings_of(run) if text.startswith(LOCKING)]
+        said = [text for text in warnings_of(run) if text.startswith(LOCKING_KIND)]
         assert bool(said) is expected, (said, run.attrs["warnings"])
 
 

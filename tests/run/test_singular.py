@@ -15,7 +15,7 @@ from scissordyn.config.file import read_case
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
-from scissordyn.kinematics.singular import CHANGE, LOCKING, SingularPosition, suspects
+from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, SingularPosition, suspects
 from scissordyn.plan.plan import plan
 
 FILES = sorted(EXAMPLES.glob("*.toml"))
@@ -41,11 +41,15 @@ LOCK = math.acos((0.2**2 + 0.15**2 - (0.12 + 0.1) ** 2) / (2.0 * 0.2 * 0.15))
 STROKES = {
     # driven from 30 deg, the rhombi of an array are flat at 90 deg
     **{
-        f"array of {units}": (sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0), 1.0, [(CHANGE, math.pi / 2)])
+        f"array of {units}": (
+            sd.scissor(units=units, angle=sd.degrees(30)).driven(speed=2.0),
+            1.0,
+            [(CHANGE_KIND, math.pi / 2)],
+        )
         for units in (2, 3, 8)
     },
     # without a rhombus an array can branch where the slider meets the pin, at 0 and 180 deg, and only there
-    "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE, math.pi)]),
+    "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE_KIND, math.pi)]),
     # where crank and rod line up only the slider stops; the assembly has one branch near by
     "dead centres of a slider-crank": (sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), 7.0, []),
     "dead centres of a four-bar": (
@@ -54,28 +58,32 @@ STROKES = {
         [],
     ),
     # the two assemblies of a four-bar with equal opposite sides meet at 0 and 180 deg
-    "parallelogram": (sd.four_bar(**PARALLEL).driven(speed=-1.0), 4.0, [(CHANGE, -math.pi), (CHANGE, 0.0)]),
-    "crossed parallelogram": (sd.four_bar(**PARALLEL, branch="crossed").driven(speed=-1.0), 0.5, [(CHANGE, 0.0)]),
+    "parallelogram": (sd.four_bar(**PARALLEL).driven(speed=-1.0), 4.0, [(CHANGE_KIND, -math.pi), (CHANGE_KIND, 0.0)]),
+    "crossed parallelogram": (sd.four_bar(**PARALLEL, branch="crossed").driven(speed=-1.0), 0.5, [(CHANGE_KIND, 0.0)]),
     # with ground as long as the crank, coupler and rocker fall on one line at 0 deg and are free to turn
-    "kite": (sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, angle=0.3).driven(speed=-1.0), 0.5, [(CHANGE, 0.0)]),
+    "kite": (
+        sd.four_bar(ground=0.2, crank=0.2, coupler=0.3, rocker=0.3, angle=0.3).driven(speed=-1.0),
+        0.5,
+        [(CHANGE_KIND, 0.0)],
+    ),
     # crank against stretched coupler and rocker, by the law of cosines
     "four-bar that locks": (
         sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0),
         2.0,
-        [(LOCKING, LOCK)],
+        [(LOCKING_KIND, LOCK)],
     ),
     "mast driven too far": (
         sd.mast(units=5, angle=sd.degrees(15)).driven(sd.Cycloidal(start=sd.degrees(15), end=sd.degrees(120), duration=1.0)),
         1.0,
-        [(CHANGE, math.pi / 2)],
+        [(CHANGE_KIND, math.pi / 2)],
     ),
     "stroke that ends flat": (
         sd.scissor(units=2, angle=sd.degrees(60)).driven(sd.Cycloidal(start=sd.degrees(60), end=sd.degrees(90), duration=1.0)),
         2.0,
-        [(CHANGE, math.pi / 2)],
+        [(CHANGE_KIND, math.pi / 2)],
     ),
     # radii are proportional to cos(th); all bars meet at 90 deg, despite redundant joints
-    "ring": (sd.hoberman_ring(units=6).driven(speed=1.0), 1.0, [(CHANGE, math.pi / 2)]),
+    "ring": (sd.hoberman_ring(units=6).driven(speed=1.0), 1.0, [(CHANGE_KIND, math.pi / 2)]),
 }
 
 
@@ -128,7 +136,7 @@ def paper(speed: str) -> sd.Mechanism:
 
 def singular_warnings(run) -> list[str]:
     """Return warnings about singular positions."""
-    return [each for each in warnings_of(run) if each.startswith((CHANGE, LOCKING))]
+    return [each for each in warnings_of(run) if each.startswith((CHANGE_KIND, LOCKING_KIND))]
 
 
 def test_warning_of_a_run_with_clearance() -> None:
@@ -167,7 +175,7 @@ def test_failed_run_gives_the_locking_position() -> None:
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
     assert run.attrs["status"] == "failed"
     (text,) = singular_warnings(run)
-    assert text.startswith(LOCKING)
+    assert text.startswith(LOCKING_KIND)
     assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from scissordyn.errors import InputError
 
-COMPILERS = ("cc", "gcc", "clang")
+COMPILERS = ("cc", "gcc", "clang")  # C compilers in the order in which they are tried
 
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno")
 """Products and sums are not contracted, so that results are equal with every compiler and processor."""

@@ -76,6 +76,7 @@ CASTS: Mapping[Any, tuple[str, Scalar]] = {
 }
 """Conversions and tests of a number."""
 
+# Operators in C by the nodes of Python's syntax tree
 OPERATORS: Mapping[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 COMPARISONS: Mapping[type, str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Is: "==", ast.IsNot: "!=",
@@ -372,6 +373,7 @@ class Expressions:
 
 EXTREMES: Mapping[Any, str] = {min: "least", max: "largest"}  # First word of the names of min and max in arithmetic.c
 
+# Functions of dual.c by the nodes of Python's syntax tree
 DUAL_OPERATIONS = {
     ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply", ast.Div: "divide", ast.FloorDiv: "floor_division_dual",
     ast.Mod: "remainder_dual", ast.Pow: "pow_dual",

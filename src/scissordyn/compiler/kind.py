@@ -43,6 +43,7 @@ class Scalar:
     rank: int  # Arithmetic of two numbers has the type of higher rank
 
 
+# Types of numbers: name in C, letter in the names of functions, rank
 VOID = Scalar("void", "v", -1)
 BOOL = Scalar("int", "b", 0)
 INT = Scalar("int64_t", "i", 1)

@@ -203,6 +203,7 @@ _D8 = (
 
 _IDLE8 = (1, 2, 3, 4)  # Stages with zero weight in the end of the step, its errors and the dense output
 _THIRD8 = {0: 0.2440944881889764, 4: 0.7338466882816118, 7: 0.022058823529411766}  # Weights of the embedded method of order 3
+# Weights of the second error estimate: the step minus the embedded method
 _THIRD8_ERROR = tuple(weight - _THIRD8.get(k, 0.0) for k, weight in enumerate(_FURTHER8[0]))
 
 DOP853 = explicit_tableau(

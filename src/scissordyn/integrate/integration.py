@@ -59,6 +59,7 @@ CLOCK = np.dtype(
         ("monitors", "i8"),  # 1 if powers are integrated and values monitored
     ]
 )
+# Counters: accepted and rejected steps, evaluations of the rates and Jacobians, entries of the log and of the samples
 COUNTS = np.dtype([(name, "i8") for name in ("steps", "rejected", "rates", "jacobians", "events", "samples", "recorded")])
 
 ClockArray = Annotated[np.ndarray, ArrayType(CLOCK, 1)]

@@ -90,7 +90,7 @@ class Touching(NamedTuple):
     smooth: I1  # (1,) number of leading state coordinates that do not jump: positions and prescribed coordinates
 
 
-open_touching = opener(Touching)
+open_touching = opener(Touching)  # Kernel function from the address of a `Touching` to its arrays
 
 
 @kernel

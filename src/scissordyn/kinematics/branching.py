@@ -14,7 +14,16 @@ from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.path import Path, instants, path_of, start_of
-from scissordyn.kinematics.singular import CHANGE, LOCKING, NEAR, SingularPosition, concerned, measure, smallest, suspects
+from scissordyn.kinematics.singular import (
+    CHANGE_KIND,
+    LOCKING_KIND,
+    NEAR_KIND,
+    SingularPosition,
+    concerned,
+    measure,
+    smallest,
+    suspects,
+)
 from scissordyn.plan.plan import Plan
 
 SAMPLE_ROTATION_MAX = 0.2
@@ -119,7 +128,7 @@ def _driven(closure: Closure, run: Any, until: float) -> list[str]:
     """Return the warnings of a driven mechanism, with the force reached if clearances let it pass a locking position."""
     plan, sentences = closure.plan, _ideal_warnings(closure, until)
     texts = [text for _, _, text in sentences]
-    lock = min((time for time, kind, _ in sentences if kind == LOCKING), default=math.inf)
+    lock = min((time for time, kind, _ in sentences if kind == LOCKING_KIND), default=math.inf)
     joints = plan.contacts
     if not joints or not run.variables["time"].values.size or not float(run.variables["time"].values[-1]) > lock:
         return texts
@@ -200,9 +209,9 @@ def _warnings_of_path(path: Path, until: float) -> list[PositionWarning]:
             continue
         when = f"at t = {times[0]:.6g} s" + (f", the first of {len(times)} times," if len(times) > 1 else "")
         where = f"{when}{_describe_input(path, singular.place)}"
-        if singular.kind == CHANGE:
+        if singular.kind == CHANGE_KIND:
             text = f"change point {where}: {singular.subject} can continue on more than one branch of the assembly; {CHANCE}"
-        elif singular.kind == NEAR:
+        elif singular.kind == NEAR_KIND:
             text = (
                 f"near change point {where}: if lengths differ by {singular.miss:.2g} of the mechanism's size, "
                 f"{singular.subject} can continue on another branch of the assembly"
@@ -254,7 +263,7 @@ def _passed(
         between = z[i] + fraction * (z[i + 1] - z[i])
         if smallest(closure, between) <= 0.1 * max(values[i], values[i + 1]):
             place = float(time[i] + fraction * (time[i + 1] - time[i]))
-            return [(SingularPosition(CHANGE, place, *concerned(closure, between, float(np.median(values)))), between)]
+            return [(SingularPosition(CHANGE_KIND, place, *concerned(closure, between, float(np.median(values)))), between)]
     return []
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.continuation import AtPlace, Meeting, extrapolated, meeting_between, walk
 from scissordyn.kinematics.singular import (
-    CHANGE,
-    LOCKING,
-    NEAR,
+    CHANGE_KIND,
+    LOCKING_KIND,
+    NEAR_KIND,
     SingularPosition,
     concerned,
     locate,
@@ -130,12 +130,12 @@ def follow(
         # a near change point beyond a limit of the input is not on the path
         # clearances and tolerances let the real structure pass from a branch to one that it misses by little
         if not point.miss or (point.miss <= REPORTED_FRACTION and place[0] <= point.place <= place[-1]):
-            kind = NEAR if point.miss else CHANGE
+            kind = NEAR_KIND if point.miss else CHANGE_KIND
             at = float(np.clip(point.place, place[0], place[-1]))
             passed.append(SingularPosition(kind, at, *concerned(closure, point.z, typical), point.miss))
     for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
-            passed.append(SingularPosition(LOCKING, end, *concerned(closure, last, typical)))
+            passed.append(SingularPosition(LOCKING_KIND, end, *concerned(closure, last, typical)))
     return Path(closure, parameter, place, z, tuple(sorted(passed, key=lambda each: each.place)))
 
 

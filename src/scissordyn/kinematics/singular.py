@@ -17,7 +17,7 @@ from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.elimination import in_words
 from scissordyn.warning import NAMES_MAX
 
-CHANGE, LOCKING, NEAR = "change point", "locking position", "near change point"
+CHANGE_KIND, LOCKING_KIND, NEAR_KIND = "change point", "locking position", "near change point"  # Kinds of singular positions
 
 SVD_EQUATIONS_MAX = 24  # Largest number of equations with singular values at each sample; for more, a factorization is cheaper
 

@@ -19,7 +19,7 @@ from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
 SEARCH_DISTANCE_MAX = 1.0  # Largest distance of the search, in coordinates of the order of one
 INPUT_STEP_FRACTION = 0.01  # Step of the finite differences of inputs, as a fraction of the width of the neighbourhood
 
-AtPlace = Callable[[float], np.ndarray]
+AtPlace = Callable[[float], np.ndarray]  # Inputs as a function of the path parameter
 
 
 @dataclass(frozen=True)

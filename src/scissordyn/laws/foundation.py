@@ -32,6 +32,7 @@ INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX = 1e-8, 2.0
 PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION = range(5)
 """Columns of the table: p at the start of a piece, exponent of p in the piece, first and second integral of p, w there."""
 
+# Gauss's rule of 16 points on [0, 1]
 _NODES = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
 _WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
 _DIFFERENCE = 1e-3  # relative step of the slope of the force, by differences of fourth order

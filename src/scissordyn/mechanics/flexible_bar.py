@@ -20,7 +20,7 @@ from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.lanes import LANES, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
-_PAIRS = LANES // 2
+_PAIRS = LANES // 2  # Number of plane vectors that fill the processor's vector unit
 
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Columns of a bar's parameters
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 POWERS = ("drive_work", "damping_loss", "friction_loss", "load_work", "damper_loss", "motor_work")
 """Integrals of the energy balance [J], in the order of the powers that `monitor` writes."""
 
-DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))
+DRIVES, DAMPING, FRICTION, LOADS, DAMPERS, MOTORS = range(len(POWERS))  # Indices of the powers in `POWERS`
 BALANCED = len(POWERS)  # number of powers of the energy balance; loads on worn bearings follow (`worn_contact.add_loads`)
 
 (

@@ -81,8 +81,9 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
+# Bounds, default and meanings of the parameters of teeth and belts
 CENTRE = Meaning("point of the wheel's body at its centre; by default that of its bearing")
-LARGEST_PRESSURE_ANGLE = math.radians(60.0)
+PRESSURE_ANGLE_MAX = math.radians(60.0)
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # ISO 53:1998
 
 
@@ -101,7 +102,7 @@ class Teeth:
     """
 
     pressure_angle: Annotated[
-        float, Quantity("rad", minimum=0.0, maximum=LARGEST_PRESSURE_ANGLE, help="operating pressure angle")
+        float, Quantity("rad", minimum=0.0, maximum=PRESSURE_ANGLE_MAX, help="operating pressure angle")
     ] = STANDARD_PRESSURE_ANGLE
     radius: Annotated[
         float | None, Quantity("m", above=0.0, help="pitch radius of the output's wheel, checked against the centres")

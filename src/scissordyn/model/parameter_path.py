@@ -59,9 +59,10 @@ KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "b
 KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
 """Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names."""
 
-LAW_OF_KEY = {"restitution": "damping"}  # Fields of a law that a path can name without the law, and the law's field
+LAW_OF_KEY = {"restitution": "damping"}  # Fields of a law that a path may name without the law, with the law's kind
 AXES = ("x", "y")  # Coordinates of a point
 
+# Examples in error messages: a parameter of a study that varies in each joint, and parameter paths
 EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
 PATH_EXAMPLES = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"

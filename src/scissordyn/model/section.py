@@ -111,6 +111,7 @@ SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = Mappi
 """Functions that make a section of a kind, by number of dimensions, and its text form; depths lie in the plane of motion."""
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Units of a section's dimensions [m]
+# Kind, dimensions and unit of a section's text
 SECTION_PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
 
 

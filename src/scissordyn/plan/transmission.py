@@ -56,7 +56,7 @@ class Thrust:
         return self.point[0], self.base
 
 
-Terms = tuple[tuple[float, Coordinate | LineAngle | Thrust], ...]
+Terms = tuple[tuple[float, Coordinate | LineAngle | Thrust], ...]  # Factors and coordinates of a linear relation
 
 
 def wheel_centre(mechanism: Mechanism, part: Coupling, end: str) -> BodyPoint:

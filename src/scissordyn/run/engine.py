@@ -43,7 +43,8 @@ LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 END: Any = object()  # mark of the end of the tasks
 
-UNGUARDED = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
+# message for a script that starts processes when it is imported, as each process imports it again
+START_FAILURE = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
 
 Engine = Executor | int | None  # an int is a number of threads; None means one thread per processor
 ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # accepted engines, for error messages
@@ -294,7 +295,7 @@ class Processes(Executor):
         try:
             pool.submit(int).result()
         except BrokenExecutor:  # Python has printed the reason on stderr
-            raise EngineError(UNGUARDED) from None
+            raise EngineError(START_FAILURE) from None
         return pool
 
     def kill(self) -> None:

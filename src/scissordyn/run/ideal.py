@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.kinematics.branching import path_warnings
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.path import Path, follow, instants, path_of, smooth_peak, start_of
-from scissordyn.kinematics.singular import LOCKING
+from scissordyn.kinematics.singular import LOCKING_KIND
 from scissordyn.kinematics.transmission import dyads, transmission_angle
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import Plan, plan
@@ -127,7 +127,7 @@ def motion_range(plan: Plan) -> tuple[float, float, str]:
         else (1e-3 * closure.size, max(2.0 * first, 3.0 * closure.size))  # a driven rod, followed from short to long
     )
     path = follow(closure, "angle" if turns else "length", lambda value: np.array([value]), start, first, *ends)
-    locks = [position.place for position in path.singular if position.kind == LOCKING]
+    locks = [position.place for position in path.singular if position.kind == LOCKING_KIND]
     low = max((place for place in locks if place < first), default=math.nan)
     high = min((place for place in locks if place > first), default=math.nan)
     return low, high, "rad" if turns else "m"

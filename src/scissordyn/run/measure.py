@@ -235,6 +235,7 @@ def _coupling_measure(dim: str) -> Measure:
     return Measure("N or N m", f"largest force [N] or torque [N m] {words}", (dim,), value)
 
 
+# meanings of measures
 _FORCE = "largest force that a joint transmits: of each joint with clearance, and of all others together"
 _REACTION = "largest force that a joint, a guide or a weld transmits"
 _HARD_FORCE = "estimated largest normal force in a hard contact; NaN for compliant ones"

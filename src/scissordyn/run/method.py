@@ -22,7 +22,7 @@ from scissordyn.run.advance.driver import Choice, Driver
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.advance.tolerance import Tolerances
 
-EXPLICIT, STIFF = "dop853", "rodas5p"
+EXPLICIT, STIFF = "dop853", "rodas5p"  # methods of the automatic choice: for problems that are not stiff, and for stiff ones
 
 # An explicit step of DOP853 is stable up to about this value divided by the rate of a decaying mode.
 STABILITY_LIMIT = 6.0

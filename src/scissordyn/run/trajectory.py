@@ -55,6 +55,7 @@ FAILED = "the contact model has failed"  # cause of a failed run
 
 INTERRUPTED = "interrupted"  # status of a run and cause of its end
 
+# causes of a failed run, by the status of the time loop
 CAUSES = {
     loop.STEP_TOO_SMALL: "the step size fell to round-off",
     loop.NOT_FINITE: "a law or a position became infinite or not a number",

@@ -8,7 +8,7 @@ import pytest
 from tests.build import one_line_error, warnings_of
 
 import scissordyn as sd
-from scissordyn.kinematics.branching import EQUATIONS_MAX, passing_warnings
+from scissordyn.kinematics.branching import SEARCHED_EQUATIONS_MAX, passing_warnings
 from scissordyn.plan.elimination import Elimination
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
@@ -82,9 +82,10 @@ def test_array_of_two_thousand_units():
 
 def test_warning_of_an_omitted_search():
     """Contract: with too many closure equations a run warns that singular positions were not searched."""
-    array = sd.scissor(units=EQUATIONS_MAX // 2 + 1).driven(speed=1.0)
+    limit = SEARCHED_EQUATIONS_MAX
+    array = sd.scissor(units=limit // 2 + 1).driven(speed=1.0)
     assert passing_warnings(plan(array), sd.simulate(sd.scissor(), until=1e-3, samples=3), 1e-3) == [
-        f"singular positions were not searched: {EQUATIONS_MAX + 2} closure equations exceed the limit of {EQUATIONS_MAX}"
+        f"singular positions were not searched: {limit + 2} closure equations exceed the limit of {limit}"
     ]
 
 

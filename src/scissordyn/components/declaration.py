@@ -36,7 +36,7 @@ moment of inertia [kg m^2] along the gap at the last rise.
 ENERGY = ("energy", "dissipation")
 """Results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
 
-# Source of the equations of motion, which each component without a source of its own cites
+# Source of components that follow from the equations of motion alone, such as springs and rods
 TEXTBOOK = "García de Jalón and Bayo 1994, Kinematic and Dynamic Simulation of Multibody Systems, doi:10.1007/978-1-4612-2600-0"
 
 POINT = 'a point, as "BODY.POINT" or "ground.POINT"'  # Meaning of a field that names a point

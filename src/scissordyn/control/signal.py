@@ -33,15 +33,15 @@ and its rate [m/s]; recorded signal one delay ago; feed-forward torque [N m].
 
 REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10  # Indices of signals
 
-MEASURED: Mapping[str, str] = MappingProxyType(
+RECORDABLE: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}
 )
-"""Signals whose delayed values can be used, with their units."""
+"""Units of the signals that can be recorded, so that a controller can use their delayed values."""
 
 Recorded = Annotated[
     str,
     Meaning(
-        'the signal y: "error" (reference less angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates '
+        'the signal y: "error" (reference minus angle [rad]), "speed" [rad/s], "sensor_x", "sensor_y" [m] or their rates '
         '"sensor_rate_x", "sensor_rate_y" [m/s]'
     ),
 ]
@@ -61,8 +61,8 @@ def control_torque(pointer, t, recorded, q, z, dz, p):
 
 def check_signal(owner: str, name: str) -> None:
     """Raise `InputError` unless a signal of that name can be recorded."""
-    if name not in MEASURED:
-        raise InputError(f"{owner}: unknown signal recorded = {name!r}{did_you_mean(name, MEASURED)}", ", ".join(MEASURED))
+    if name not in RECORDABLE:
+        raise InputError(f"{owner}: unknown signal recorded = {name!r}{did_you_mean(name, RECORDABLE)}", ", ".join(RECORDABLE))
 
 
 @kernel

@@ -29,13 +29,13 @@ from scissordyn.plan.plan import Plan
 SAMPLE_ROTATION_MAX = 0.2
 """Largest rotation between two samples of a run [rad] for which the search uses the samples.
 
-With a larger rotation, a driven mechanism's positions are computed anew along its path.
+With a larger rotation, the path of a driven mechanism is computed instead.
 """
 
 SAMPLES_MIN = 9  # Smallest number of samples between which singular positions are searched
 
-EQUATIONS_MAX = 300
-"""Largest number of closure equations for which singular positions are searched.
+SEARCHED_EQUATIONS_MAX = 300
+"""Largest number of closure equations of a mechanism whose singular positions are searched.
 
 The cost is cubic: some seconds at this size.
 """
@@ -59,7 +59,7 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     Recorded samples show cheaply where singular positions may be. Where the drives determine the motion, the path of the ideal
     mechanism then locates them; otherwise the samples do.
     """
-    if _equations(plan) > EQUATIONS_MAX:
+    if _equations(plan) > SEARCHED_EQUATIONS_MAX:
         return [_size_warning(plan)]
     angle = run.variables["angle"].values
     rotation = np.max(np.abs(np.diff(angle, axis=0)), axis=1, initial=0.0)
@@ -149,7 +149,7 @@ def drive_warnings(plan: Plan, until: float) -> list[str]:
     """Return warnings for the singular positions to which the drives lead the ideal mechanism."""
     if not plan.motions:
         return []
-    if _equations(plan) > EQUATIONS_MAX:
+    if _equations(plan) > SEARCHED_EQUATIONS_MAX:
         return [_size_warning(plan)]
     closure = _closure(plan)
     return [] if closure is None else [text for _, _, text in _ideal_warnings(closure, until)]
@@ -185,7 +185,7 @@ def _equations(plan: Plan) -> int:
 def _size_warning(plan: Plan) -> str:
     """Return the warning that the mechanism is too large for the search."""
     count = _equations(plan)
-    return f"singular positions were not searched: {count} closure equations exceed the limit of {EQUATIONS_MAX}"
+    return f"singular positions were not searched: {count} closure equations exceed the limit of {SEARCHED_EQUATIONS_MAX}"
 
 
 def _closure(plan: Plan) -> Closure | None:

@@ -15,8 +15,10 @@ from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_ours, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
-SPEED_RATIO_MAX = 1e-5
-"""Approach speed over sqrt(E/rho) above which impacts are plastic (Love's rule; Johnson 1985, doi:10.1017/CBO9781139171731)."""
+ELASTIC_IMPACT_RATIO_MAX = 1e-5
+"""Largest approach speed over the wave speed sqrt(E/rho) of an elastic impact; faster ones are plastic (Love's rule; Johnson
+1985, doi:10.1017/CBO9781139171731).
+"""
 
 LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
 
@@ -104,7 +106,7 @@ def contact_warnings(
 ) -> list[RunWarning]:
     """Return warnings about the laws of one joint after a run."""
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
-    limit = SPEED_RATIO_MAX * slowest_wave
+    limit = ELASTIC_IMPACT_RATIO_MAX * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]
     what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     name, warnings = stiffness.name, list[RunWarning]()

@@ -1,6 +1,6 @@
 """Parameter paths such as ``A.clearance``, ``drive.speed``, ``servo.controller.limit``, and name patterns of parts.
 
-A parameter path names a part, a field of it, and further fields of what that holds. A kind before the name distinguishes
+A parameter path names a part, a field of it, and fields inside that field. A kind before the name distinguishes
 parts of the same name (``joint.A.clearance``, ``body.slider.mass``). A pattern selects several parts
 (``joint.all.clearance``). The fields of a joint or guide are those of its clearance, the fields of a drive those of its motion.
 Points have the fields ``x`` and ``y``, ``points`` of a body its point names (``crank.centre.x``, ``crank.points.end.x``).

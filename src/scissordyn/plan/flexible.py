@@ -29,7 +29,10 @@ def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
 
 
 def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
-    """Return the cross-sections whose direction is a coordinate: a part acts on it, or more than one bar is fixed to it."""
+    """Return the cross-sections whose direction is a coordinate.
+
+    A drive, or another part than a joint, acts on the direction, or something else than the bar is fixed to the body.
+    """
     bars = flexible_bars(mechanism)
     parts: tuple[Any, ...] = (*mechanism.components, *mechanism.latches)
     clamped = {drive.body for drive in mechanism.drives}

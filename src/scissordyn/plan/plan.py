@@ -39,7 +39,7 @@ from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.tolerance import ASSEMBLY_TOL
 
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
-"""Fields of a mechanism with no value that could change without a new compilation of its tables."""
+"""Fields of a mechanism whose values all enter its tables: any change needs a new compilation."""
 
 
 @dataclass(frozen=True, eq=False)

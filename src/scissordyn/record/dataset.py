@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.casefile.configuration import TITLE
 from scissordyn.components.declaration import Component
 from scissordyn.components.port import AXIS
-from scissordyn.control.signal import MEASURED
+from scissordyn.control.signal import RECORDABLE
 from scissordyn.errors import InputError
 from scissordyn.mechanics.monitored import (
     COMPONENT_FORCE,
@@ -247,7 +247,7 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
     }
     recorder = content.model.recorder
     if np.any(recorder >= 0):
-        for name, unit in MEASURED.items():
+        for name, unit in RECORDABLE.items():
             at = (recorder[index] >= 0) & [part.controller.recorded == name for _, part in chosen]
             if at.any():
                 values = np.where(at, record.observed[:, index, 1], np.nan)

@@ -31,7 +31,7 @@ def stops(
 ) -> Iterator[Stop]:
     """Advance a driver to each time in turn and yield there; the last stop is the first that was not reached.
 
-    With `resets` the event log, totals, peaks and the limit of steps begin anew after each stop. The caller may change or
+    With `resets` the event log, totals, peaks and the count of steps start from zero after each stop. The caller may change or
     restore the driver between two stops. A driver that is beyond a time stays where it is.
     """
     for number, until in enumerate(times):

@@ -121,7 +121,7 @@ def _painleve(path: Trajectory, run: Record) -> list[RunWarning]:
 
 
 def _pressed_together(path: Trajectory, run: Record, contact: int, samples: np.ndarray) -> np.ndarray:
-    """Return the samples at which a contact's force increases its approach: accelerations with the force less those without."""
+    """Return the samples at which a contact's force increases its approach: accelerations with it minus those without."""
     vector, n = path.plan.eccentricity(contact), path.plan.coordinates.free
     free = vector.columns < n
     columns, rows = vector.columns[free], vector.rows[:, free]

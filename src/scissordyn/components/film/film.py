@@ -106,10 +106,10 @@ LENGTH = {"above": 0.0, "maximum": 10.0}  # Bounds of lengths [m]
         Output("power_lost", "W", "power lost by shear and by flow"),
         Output("eccentricity", "m", "distance of the journal from the centre of its bearing", monitored=True),
         Output(
-            "tension", "Pa", "how far the film behind a journal that leaves would fall below the surroundings", monitored=True
+            "tension", "Pa", "drop below ambient pressure that the film behind a receding journal would have", monitored=True
         ),
-        Output("squeeze_speed", "m/s", "how fast the film gets thinner"),
-        Output("sliding_speed", "m/s", "of the surfaces past each other"),
+        Output("squeeze_speed", "m/s", "speed at which the film gets thinner"),
+        Output("sliding_speed", "m/s", "sliding speed of the surfaces"),
         Output("asperity_force", "N", "part of the force that the asperities carry"),
     ),
     example={"start": "crank.end", "end": "rod.start", "viscosity": "50 mPa s", "clearance": "0.2 mm"},

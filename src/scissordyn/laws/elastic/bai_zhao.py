@@ -44,7 +44,7 @@ class BaiZhaoAsPrinted(Elastic):
 
     .. math:: F = K_n \delta^{3/2},\quad K_n = \frac{\pi E^*}{8} \sqrt{\frac{2\delta (3c + 2\delta)^2}{(c+\delta)^3}}
 
-    K_n [N/m^2] is the slope dF/d delta of Liu's law for a unit length. Multiplied by delta^{3/2} it is no force, and the
+    K_n [N/m^2] is the slope dF/d delta of Liu's law for a unit length. Multiplied by delta^{3/2} it is not a force, and the
     bearing's length is missing; the numbers are those that SI units give.
 
     The citation could not be verified.

@@ -348,8 +348,9 @@ class Driver:
         """Restore the arrays that `arrays` returned; the driver must be made in the same way and continues bit for bit."""
         names = self.arrays().keys()
         if arrays.keys() != names:
+            name = min(names ^ arrays.keys())
             raise InputError(
-                f"the saved state and this run do not both have '{min(names ^ arrays.keys())}'",
+                f"the saved state has {'no' if name in names else 'an unknown'} '{name}'",
                 "a state of the same mechanism, options and version",
             )
         self._put(arrays)

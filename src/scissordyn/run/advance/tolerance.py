@@ -46,7 +46,7 @@ class Tolerances:
     time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the absolute and relative error weights of the state, and its round-off, for a kind of method.
+        """Return absolute and relative error weights, and weights of round-off over the step size, for a kind of method.
 
         The kind is `EXPLICIT` or `ROSENBROCK`; the shapes are (ny,).
         """

@@ -107,7 +107,7 @@ PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)  # 
     [
         (
             lambda: sd.simulate(gear_pair().with_parts({"couplings": (PUSHED,)}), until=0.1),
-            "coupling 'mesh': one coordinate cannot move, so it holds the other one; expected two that can move",
+            "coupling 'mesh': one coordinate cannot move, so that it holds the other one; expected two coordinates",
         ),
         (lambda: sd.with_backlash(gear_pair(), "gear", 0.01), "no coupling 'gear'; expected one of mesh"),
         (lambda: sd.with_backlash(gear_pair(), "mesh", 0.0), "backlash = 0"),

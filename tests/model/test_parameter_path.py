@@ -119,7 +119,7 @@ def test_value_at_a_path(frictional, path, value, unit):
         ("drive.slider.frequency", "no field 'slider' in Harmonic"),
         ("clearance.each.clearance", "'each' is not a name; expected 'all' as the name, and each = true next to the values"),
         ("clearance.each", r"values = \"0.3 mm \+- 20 %\", each = true"),
-        ("A.clearance.deeper", "has no field 'deeper'"),
+        ("A.clearance.deeper", "'deeper' follows a number or a text"),
         ("gravty", "did you mean 'gravity'"),
         ("clearnce.all.clearance", "did you mean 'clearance.all'"),
         ("joints.A.clearance", "did you mean 'joint.A'"),

@@ -204,19 +204,12 @@ PUBLIC = {
         "simulate",
     ),
     "studies.ask.distribution": (
-        "Beta",
         "Empirical",
-        "Fit",
         "Interval",
         "Levels",
-        "LogNormal",
         "Names",
-        "Normal",
-        "Trapezoid",
-        "Triangular",
-        "Uniform",
-        "Weibull",
     ),
+    "studies.ask.iso_286": ("Fit",),
     "sensitivity.gradient": ("gradient",),
     "studies.compute.convergence": ("convergence",),
     "units": (
@@ -234,9 +227,23 @@ HOMES = {name: module for module, names in PUBLIC.items() for name in names}
 __all__ = sorted([*HOMES, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
 
+SCIPY_NAMES = {
+    "Beta": "beta",
+    "LogNormal": "lognorm",
+    "Normal": "norm",
+    "Trapezoid": "trapezoid",
+    "Triangular": "triang",
+    "Uniform": "uniform",
+    "Weibull": "weibull_min",
+}
+"""Distributions of scipy.stats by names that this package had for them."""
+
+
 def __getattr__(name: str) -> Any:
     if name == "plot":
         return import_module("scissordyn.plot")
+    if name in SCIPY_NAMES:
+        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'; use scipy.stats.{SCIPY_NAMES[name]}")
     from scissordyn.lookup import public
 
     value = globals()[name] = public("scissordyn", name, HOMES)

@@ -151,19 +151,12 @@ from scissordyn.record.store import load as load, save as save
 from scissordyn.sensitivity.gradient import gradient as gradient
 from scissordyn.studies.compute.convergence import convergence as convergence
 from scissordyn.studies.ask.distribution import (
-    Beta as Beta,
     Empirical as Empirical,
-    Fit as Fit,
     Interval as Interval,
     Levels as Levels,
-    LogNormal as LogNormal,
     Names as Names,
-    Normal as Normal,
-    Trapezoid as Trapezoid,
-    Triangular as Triangular,
-    Uniform as Uniform,
-    Weibull as Weibull,
 )
+from scissordyn.studies.ask.iso_286 import Fit as Fit
 from scissordyn.units import Pairs as Pairs, Quantity as Quantity, State as State, degrees as degrees, rpm as rpm
 
 __version__: str

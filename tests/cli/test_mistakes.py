@@ -144,7 +144,7 @@ TOO_MANY = (
     f"{SWEEP[:-1]}, {MANY} values'",
     "sweep case.toml -o out.db --vary A.clearance='1..2 mm, 1000000 values' --vary drive.speed='1..2 rpm, 1000000 values'",
     *(f"{SWEEP} --members {number}" for number in (MANY, DIGITS)),
-    f"{SWEEP} --uncertain 'drive.speed=uniform(1, 2) rpm' --samples {MANY}",
+    f"{SWEEP} --uncertain 'drive.speed=1..2 rpm' --samples {MANY}",
     f"{SCAN} {MANY}",
     f"{SCAN} 2 --cycles {DIGITS}",
 )
@@ -196,11 +196,12 @@ def test_one_at_a_time_takes_each_level_once() -> None:
 
 def test_names_with_equals_signs_can_be_varied() -> None:
     """Contract: the values follow the last equals sign, or one before a distribution; the parameter is named as a whole."""
-    given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", "d=e.speed=normal(1, 0.1) rpm", "gravity=9, 10 m/s^2"]
+    drawn = "d=e.speed=norm(loc=1, scale=0.1) rpm"
+    given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", drawn, "gravity=9, 10 m/s^2"]
     assert addressed(given, "--vary") == {
         "a=b.clearance": "0.1..0.2 mm",
         "c.mass": "table(x=y.csv) kg",
-        "d=e.speed": "normal(1, 0.1) rpm",
+        "d=e.speed": "norm(loc=1, scale=0.1) rpm",
         "gravity": "9, 10 m/s^2",
     }
 

@@ -98,7 +98,7 @@ def test_numbers_that_cannot_be_told_apart_are_named(arm):
 
 def test_what_was_measured_otherwise_settles_it(arm):
     """Limit: with the mass known to 1 % the inertia is known to about 1 %."""
-    free = {"arm.mass": "normal(0.15, 0.0015) kg", "arm.inertia": None, "pivot.damping": None}
+    free = {"arm.mass": "norm(loc=0.15, scale=0.0015) kg", "arm.inertia": None, "pivot.damping": None}
     said = fit(arm, record(), free, segment=math.inf)
     share = said["standard_error"].values / said["value"].values
     assert 0.005 < share[0] < 0.02

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 from tests.build import on_pin
 
 import scissordyn as sd
@@ -322,7 +323,7 @@ def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
     """Identity: a study with random bending stiffness gives the bits of single runs."""
     case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
     sd.write_case(bent(), case, run=Options(until=2e-3))
-    given = {address: sd.Normal(42e3, 2e3)}
+    given = {address: stats.norm(42e3, 2e3)}
     found = sd.study(case, uncertain=given, samples=2, measures=["peak_deflection"], engine=1).dataset
     for each in range(2):
         run = sd.simulate(bent().replace(address, float(found[column(address)][each])), until=2e-3)

@@ -28,7 +28,7 @@ from scissordyn.studies.answer.trend import morris_indices, sensitivity, sobol_i
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, worst_cases
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling, design_values
-from scissordyn.studies.ask.distribution import Interval, Uniform
+from scissordyn.studies.ask.distribution import Interval
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, risk_value
 from scissordyn.studies.compute.execute import execute
 from scissordyn.studies.compute.optimise import candidates, nondominated, optimise, proposer
@@ -106,7 +106,7 @@ def test_worst_cases_and_causes() -> None:
     assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0)]
     assert worst[0].margin == pytest.approx(-0.8)
     # where nothing is chosen, one case of each sample
-    drawn = (Factor("A.clearance", Uniform(1e-4, 5e-4)),)
+    drawn = (Factor("A.clearance", Interval(1e-4, 5e-4)),)
     described = study(factors=(), design=Design(), uncertain=drawn, sampling=Sampling(3, "random"), members=2)
     worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 5)
     assert [(case.case, case.value) for case in worst] == [(0, 900.0), (3, 700.0), (5, 200.0)]
@@ -136,7 +136,7 @@ def test_sobol_indices_of_ishigami() -> None:
     """Closed form: indices within the bootstrap intervals, and equal to SALib's for the same samples."""
     from SALib.analyze import sobol
 
-    sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
+    sides: tuple[Any, ...] = (Interval(-np.pi, np.pi),) * 3
     base = 2048
     points = design_values(Design("saltelli", base, seed=4), sides, np.zeros(3), np.arange(base * 5))
     values = ishigami(points)
@@ -164,7 +164,7 @@ def test_sobol_indices_of_ishigami() -> None:
 def test_morris_effects_of_a_linear_function() -> None:
     """Closed form: the effects are the slopes, without deviation."""
     design = Design("morris", 12)
-    sides: tuple[Any, ...] = (Uniform(0.0, 1.0),) * 2
+    sides: tuple[Any, ...] = (Interval(0.0, 1.0),) * 2
     points = design_values(design, sides, np.zeros(2), np.arange(36))
     found = morris_indices(points, 3.0 * points[:, 0] - 5.0 * points[:, 1], ["a", "b"])
     np.testing.assert_allclose(found["effect"].values, [3.0, 5.0], rtol=1e-9)
@@ -317,7 +317,7 @@ def test_pictures_of_a_study() -> None:
     curves = response_curves(points, limits={"peak_force": 500.0})
     assert len(curves) == 4  # a measure without a requirement is an answer too
     assert any(line.get_label() == "required" for line in curves[0].lines)
-    sides: tuple[Any, ...] = (Uniform(-np.pi, np.pi),) * 3
+    sides: tuple[Any, ...] = (Interval(-np.pi, np.pi),) * 3
     values = ishigami(design_values(Design("saltelli", 64), sides, np.zeros(3), np.arange(320)))
     bars = sensitivity_bars({"y": sobol_indices(values, ["x1", "x2", "x3"])})
     assert len(bars[0].patches) == 6

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 from tests.build import one_line_error
 
 import scissordyn as sd
@@ -18,6 +19,7 @@ from scissordyn.config.studies import refine_study as refined_study
 from scissordyn.model.record import to_plain
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
+from scissordyn.studies.ask.distribution import Distribution
 from scissordyn.studies.ask.requirement import Goal, Requirement
 from scissordyn.studies.compute.execute import execute
 from scissordyn.studies.result import StudyResult
@@ -42,7 +44,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
         until=UNTIL,
         points=12,
         seed=1,
-        uncertain={"A.damping.restitution": sd.Uniform(0.6, 0.9)},
+        uncertain={"A.damping.restitution": sd.Interval(0.6, 0.9)},
         samples=2,
         requirements={"peak_force": BOUND},
         store=tmp_path_factory.mktemp("call") / "panel.db",
@@ -57,7 +59,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
         (Factor("A.clearance", sd.Interval(0.05e-3, 0.4e-3)), Factor("drive.speed", sd.Interval(10.0, 20.0))),
         Design("sobol", 12, seed=1),
         ("peak_force",),
-        uncertain=(Factor("A.damping.restitution", sd.Uniform(0.6, 0.9)),),
+        uncertain=(Factor("A.damping.restitution", sd.Interval(0.6, 0.9)),),
         sampling=Sampling(2, seed=1),
         requirements=(Requirement("peak_force", "<", BOUND),),
     )
@@ -74,7 +76,7 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
         ((1e-4, 2e-4, 3e-4), sd.Levels((1e-4, 2e-4, 3e-4))),
         (np.array([1e-4, 2e-4]), sd.Levels((1e-4, 2e-4))),
         (1e-4, sd.Levels((1e-4,))),
-        (sd.Normal(1e-4, 1e-5), sd.Normal(1e-4, 1e-5)),
+        (stats.norm(1e-4, 1e-5), Distribution("norm", {"loc": 1e-4, "scale": 1e-5})),
         ("0.1..0.4 mm, 4 values, log", sd.Interval(0.1e-3, 0.4e-3, 4, logarithmic=True)),
     ],
 )
@@ -333,13 +335,13 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert not set(refined.dataset["A.damping.restitution"].values) & set(found.dataset["A.damping.restitution"].values)
     assert "of 4 samples" in " ".join(capsys.readouterr().out.split())
     loose, search = tmp_path / "loose.db", tmp_path / "search.db"
-    uncertain = ["A.clearance=uniform(0.1, 0.2) mm"]
+    uncertain = ["A.clearance=0.1..0.2 mm"]
     assert command("refine", found.store.path, output=str(loose), uncertain=uncertain, points=3, threads=1) == 0
     described = sd.open_study(loose).study
     assert [each.path for each in described.factors] == ["drive.speed"]
     assert [each.path for each in described.uncertain] == ["A.damping.restitution", "A.clearance"]
     assert (described.design.kind, described.points, described.cases) == ("sobol", 3, 6)
-    searched = refined_study(found.built(), uncertain={"A.clearance": "uniform(0.1, 0.2) mm"}, goals=["minimise A.clearance"])
+    searched = refined_study(found.built(), uncertain={"A.clearance": "0.1..0.2 mm"}, goals=["minimise A.clearance"])
     assert searched.optimisation is not None
     assert searched.optimisation.goals == (Goal("A.clearance"),)
     with pytest.raises(sd.InputError, match="--samples without refine"):

@@ -25,7 +25,7 @@ from scissordyn.studies.answer.trend import between_points, fitted, morris_indic
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Interval, Levels, LogNormal, Normal, Uniform, Variation
+from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.store import FAILED
 from studies.test_answer import made_up, result_of, study
@@ -189,7 +189,7 @@ def test_words_of_facts() -> None:
 
 def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
     """Closed form: the range of samples of 100 to 432 N at one point has these ends."""
-    described = study(factors=(), uncertain=(Factor("A.clearance", Uniform(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
+    described = study(factors=(), uncertain=(Factor("A.clearance", Interval(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
     peak = np.linspace(100.0, 432.0, 12)
     found = made_up(described, peak)
     row = response_ranges(described, found, by_point(described, found)).rows[0]
@@ -225,7 +225,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
         x, y = stats.rankdata(rng.random((16, 19)), axis=0), np.arange(16.0)
         beyond += bool(np.max(np.abs(np.corrcoef(x.T, y)[-1, :-1])) > chance[0])
     assert 0.02 * 400 <= beyond <= 0.09 * 400
-    uncertain = tuple(Factor(name, Uniform(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
+    uncertain = tuple(Factor(name, Interval(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
     described = study(
         uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
     )
@@ -284,7 +284,7 @@ def test_conclusion_with_many_factors() -> None:
 
 def test_probability_of_the_recommended_point() -> None:
     """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
-    drawn = Factor("A.damping.restitution", Uniform(0.5, 0.9))
+    drawn = Factor("A.damping.restitution", Interval(0.5, 0.9))
     described = study(
         factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),),
         design=Design("random", 3),
@@ -364,14 +364,12 @@ def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dat
 @pytest.mark.parametrize(
     ("variation", "said"),
     [
-        (Interval(1e-4, 5e-4), "interval: 0.1 to 0.5 mm"),
-        (Interval(1e-4, 5e-4, logarithmic=True), "interval: 0.1 to 0.5 mm, logarithmic"),
+        (Interval(1e-4, 5e-4), "0.1 to 0.5 mm"),
+        (Interval(1e-4, 5e-4, logarithmic=True), "0.1 to 0.5 mm, log"),
         (Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
         (Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
-        (Uniform(1e-4, 5e-4), "uniform: 0.1 to 0.5 mm"),
-        (Normal(3e-4, 5e-5), "normal: 0.3 ± 0.05 mm"),
-        (Normal(3e-4, 5e-5, 2e-4, 4e-4), "normal: 0.3 ± 0.05 mm, truncated to 0.2 to 0.4 mm"),
-        (LogNormal(3e-4, 0.1), "lognormal: median 0.3 mm, deviation 0.1 of the logarithm"),
+        (from_scipy(stats.norm(3e-4, 5e-5)), "norm(loc=0.3, scale=0.05) mm"),
+        (from_scipy(stats.lognorm(0.1, scale=3e-4)), "lognorm(s=0.1, loc=0, scale=0.3) mm"),
     ],
 )
 @pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
@@ -400,7 +398,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "<td>20.00</td><td>40.00</td><td>84.07</td><td>kN</td>",
         "<td>84.07 kN</td><td>-40.1%</td><td>A.clearance = 0.5 mm</td><td><code>scissordyn study replay a.db 8</code></td>",
         "<td>10</td><td>limit 5</td><td><code>scissordyn study replay a.db 0</code></td>",
-        "<td>interval: 0.1 to 0.5 mm</td>",
+        "<td>0.1 to 0.5 mm</td>",
         "width=device-width",
         '<div class="scroll"><img alt="Response curves" style="min-width:',
         "The points of the design &#39;grid&#39; are no sample. Failed cases are left out.",

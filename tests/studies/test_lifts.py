@@ -81,7 +81,7 @@ measures = ["static_rod_force"]
 require = ["jack.static_rod_force < 4.9 kN"]
 
 [uncertain]
-"load.mass" = "normal(40, 4) kg"
+"load.mass" = "norm(loc=40, scale=4) kg"
 
 [sampling]
 samples = 8

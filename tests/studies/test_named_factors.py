@@ -215,7 +215,7 @@ def test_names_by_probability() -> None:
         ({f"{SECTION}.wal": "1..3 mm"}, {}, "no 'wal' .did you mean 'wall'"),
         ({f"{SECTION}.wall": "1..40 mm"}, {}, "a wall below 30 mm"),
         ({f"{SECTION}.wall": "1..3 K"}, {}, "section.wall"),
-        ({f"{SECTION}.wall": "normal(1, 0.1) mm"}, {}, "a range with a number of values"),
+        ({f"{SECTION}.wall": "norm(loc=1, scale=0.1) mm"}, {}, "a range with a number of values"),
         ({f"{SECTION}.wall": "1..3 mm, 65 values"}, {}, "65 combinations of"),
         ({"structure.units": list("12")}, {"measures": "peak_bar_stress"}, "measures of each bar"),
     ],

@@ -261,7 +261,7 @@ def test_uncertain_samples(tmp_path):
     """Contract: at one point with uncertain factors the trials are its samples."""
     found = sd.study(
         arm(),
-        uncertain={"A.clearance": sd.Uniform(0.05e-3, 0.4e-3)},
+        uncertain={"A.clearance": sd.Interval(0.05e-3, 0.4e-3)},
         until=0.002,
         samples=24,
         sampling="random",

@@ -18,7 +18,7 @@ import scissordyn as sd
 from scissordyn.model.options import Options
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Interval, Levels, Uniform
+from scissordyn.studies.ask.distribution import Interval, Levels
 from scissordyn.studies.ask.requirement import Requirement, Response, response_values
 from scissordyn.studies.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.studies.compute.store import COMPLETE, FAILED, Store, StoreError
@@ -38,7 +38,7 @@ def study(**changes: Any) -> Study:
         "options": Options(UNTIL),
         "factors": (Factor("A.clearance", Interval(1e-4, 5e-4, 3)), Factor("drive.speed", Levels((10.0, 20.0)))),
         "measures": ("peak_force", "contact_count"),
-        "uncertain": (Factor("A.damping.restitution", Uniform(0.7, 0.95)),),
+        "uncertain": (Factor("A.damping.restitution", Interval(0.7, 0.95)),),
         "sampling": Sampling(2),
         "members": 2,
         "requirements": (Requirement("peak_force", "<", 2e4),),

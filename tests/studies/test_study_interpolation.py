@@ -101,7 +101,7 @@ def test_interpolated_study(tmp_path) -> None:
     found = sd.study(
         arm(),
         {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"},
-        uncertain={"A.damping.restitution": "uniform(0.5, 0.9)"},
+        uncertain={"A.damping.restitution": "0.5..0.9"},
         common=False,
         until=0.002,
         points=48,

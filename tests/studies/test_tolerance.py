@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats.distributions import rv_frozen
 
 import scissordyn as sd
 from scissordyn.config.study import Given, make_study, read_study
@@ -14,13 +15,14 @@ from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
 from scissordyn.studies.answer.page import varied_numbers
 from scissordyn.studies.answer.verdict import by_point
-from scissordyn.studies.ask.description import to_plain
-from scissordyn.studies.ask.distribution import DEVIATIONS, DIAMETERS, GRADES, Normal, Trapezoid, Triangular, Uniform, read_fit
+from scissordyn.studies.ask.distribution import Distribution, from_scipy
+from scissordyn.studies.ask.iso_286 import DEVIATIONS, DIAMETERS, GRADES, read_fit
 from scissordyn.studies.compute.table import column
 from scissordyn.units import Quantity
 from studies.test_study import UNTIL, arm
 
 LENGTH = Quantity("m", minimum=0.0)
+NORMAL_LIMIT = 3.0 * (5.0 + 3.0) / np.hypot(5.0, 3.0)  # limits of H7/g6 at 10 mm in standard deviations, of 15 and 9 um
 NUMBER = Quantity("1", minimum=0.0, maximum=1.0)
 
 
@@ -58,45 +60,75 @@ def test_tables_are_the_formula_of_the_standard_rounded() -> None:
 
 
 def test_clearance_is_half_of_the_difference_of_the_diameters() -> None:
-    """Cross-check: quantiles of the trapezoid are those of a million uniform holes and shafts, and of scipy's."""
+    """Cross-check: quantiles of the trapezoid are those of a million uniform holes and shafts."""
     fit, rng = read_fit("H7/g6", 10e-3), np.random.default_rng(1)
     drawn = 0.5 * (rng.uniform(*fit.hole, 1_000_000) - rng.uniform(*fit.pin, 1_000_000))
     u = np.linspace(0.01, 0.99, 33)
     np.testing.assert_allclose(fit.clearance().quantile(u), np.quantile(drawn, u), rtol=3e-3)
     low, high = fit.clearance().ends
-    whole = fit.clearance()
-    assert isinstance(whole, Trapezoid)
-    theirs = stats.trapezoid((whole.first - low) / (high - low), (whole.last - low) / (high - low), low, high - low)
-    np.testing.assert_allclose(whole.quantile(u), theirs.ppf(u), rtol=1e-9)
-    normal = fit.clearance(normal=True)
-    assert isinstance(normal, Normal)
-    assert (normal.mean, normal.ends) == (pytest.approx(0.5 * (low + high)), pytest.approx((low, high)))
-    assert normal.deviation == pytest.approx(0.5 * np.hypot(15e-6, 9e-6) / 6.0)
+    normal = fit.clearance("norm")
+    assert normal.ends == pytest.approx((low, high))
+    assert float(normal.quantile(np.array([0.5]))[0]) == pytest.approx(0.5 * (low + high))
+    assert dict(normal.arguments)["scale"] == pytest.approx(0.5 * np.hypot(15e-6, 9e-6) / 6.0)
 
 
 @pytest.mark.parametrize(
     ("text", "found"),
     [
-        ("0.3 mm +- 0.02 mm", Uniform(0.28e-3, 0.32e-3)),
-        ("0.3 ± 0.02 mm", Uniform(0.28e-3, 0.32e-3)),
-        ("0.3 mm +/- 20 um", Uniform(0.28e-3, 0.32e-3)),
-        ("0.3 mm +- 20 %", Uniform(0.24e-3, 0.36e-3)),
-        ("0.3 mm +- 0.03 mm, normal", Normal(0.3e-3, 0.01e-3, 0.27e-3, 0.33e-3)),
-        ("0.3 mm +- 10 %, triangular", Triangular(0.27e-3, 0.3e-3, 0.33e-3)),
-        ("triangular(0.1, 0.2, 0.4) mm", Triangular(0.1e-3, 0.2e-3, 0.4e-3)),
-        ("beta(2, 5, 0.1, 0.3) mm", sd.Beta(2.0, 5.0, 0.1e-3, 0.3e-3)),
-        ("weibull(2, 0.1) mm", sd.Weibull(2.0, 0.1e-3)),
-        ("weibull(2, 0.1, 0.05) mm", sd.Weibull(2.0, 0.1e-3, 0.05e-3)),
-        ("H7/g6 at 10 mm", Trapezoid(2.5e-6, 7e-6, 10e-6, 14.5e-6)),
-        ("H7/g6 at 1 cm, normal", Normal(8.5e-6, np.hypot(15e-6, 9e-6) / 12.0, 2.5e-6, 14.5e-6)),
+        ("0.3 mm +- 0.02 mm", stats.uniform(0.28e-3, 0.04e-3)),
+        ("0.3 ± 0.02 mm", stats.uniform(0.28e-3, 0.04e-3)),
+        ("0.3 mm +/- 20 um", stats.uniform(0.28e-3, 0.04e-3)),
+        ("0.3 mm +- 20 %", stats.uniform(0.24e-3, 0.12e-3)),
+        ("0.3 mm +- 0.03 mm, norm", stats.truncnorm(-3.0, 3.0, 0.3e-3, 0.01e-3)),
+        ("0.3 mm +- 10 %, triang", stats.triang(0.5, 0.27e-3, 0.06e-3)),
+        ("triang(c=0.25, loc=0.1, scale=0.4) mm", stats.triang(0.25, 0.1e-3, 0.4e-3)),
+        ("beta(a=2, b=5, loc=0.1, scale=0.2) mm", stats.beta(2.0, 5.0, 0.1e-3, 0.2e-3)),
+        ("weibull_min(c=2) mm", stats.weibull_min(2.0, 0.0, 1e-3)),
+        ("weibull_min(scale=0.1, loc=0.05, c=2) mm", stats.weibull_min(2.0, 0.05e-3, 0.1e-3)),
+        ("lognorm(s=0.3, scale=0.2) mm", stats.lognorm(0.3, 0.0, 0.2e-3)),
+        ("norm(loc=-1e3, scale=2e2) um", stats.norm(-1e-3, 0.2e-3)),
+        ("H7/g6 at 10 mm", stats.trapezoid(0.375, 0.625, 2.5e-6, 12e-6)),
+        ("H7/g6 at 1 cm, norm", stats.truncnorm(-NORMAL_LIMIT, NORMAL_LIMIT, 8.5e-6, 6e-6 / NORMAL_LIMIT)),
     ],
 )
-def test_texts_of_tolerances(text: str, found: Uniform) -> None:
+def test_texts_of_tolerances(text: str, found: rv_frozen) -> None:
     """Contract: nominal values, tolerances, fits and distributions, in SI."""
-    read = read_variation(text, LENGTH, parameter="A.clearance")
-    assert type(read) is type(found)
-    ours, theirs = to_plain(read), to_plain(found)
-    assert all(ours[key] == pytest.approx(theirs[key], rel=1e-9) for key in ours if key != "kind")
+    read, expected = read_variation(text, LENGTH, parameter="A.clearance"), from_scipy(found)
+    assert isinstance(read, Distribution)
+    assert read.name == expected.name
+    assert dict(read.arguments) == pytest.approx(dict(expected.arguments), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        ("uniform(0.1, 0.2) mm", "uniform(loc=0.1, scale=0.1) mm"),
+        ("normal(0.1, 0.02) mm", "norm(loc=0.1, scale=0.02) mm"),
+        ("truncated(0.1, 0.02, 0.05, 0.2) mm", "truncnorm(a=-2.5, b=5, loc=0.1, scale=0.02) mm"),
+        ("lognormal(0.1, 0.3) mm", "lognorm(s=0.3, scale=0.1) mm"),
+        ("triangular(0.1, 0.2, 0.5) mm", "triang(c=0.25, loc=0.1, scale=0.4) mm"),
+        ("trapezoidal(0.1, 0.2, 0.4, 0.5) mm", "trapezoid(c=0.25, d=0.75, loc=0.1, scale=0.4) mm"),
+        ("beta(2, 5, 0.1, 0.3) mm", "beta(a=2, b=5, loc=0.1, scale=0.2) mm"),
+        ("weibull(2, 0.1, 0.05) mm", "weibull_min(c=2, loc=0.05, scale=0.1) mm"),
+        ("weibull(2, 0.1) mm", "weibull_min(c=2, scale=0.1) mm"),
+        ("norm(0.1, 0.02) mm", "norm(loc=0.1, scale=0.02) mm"),
+    ],
+)
+def test_arguments_need_their_names(before: str, now: str) -> None:
+    """Contract: arguments without names are refused, and the error has the same distribution with them."""
+    with pytest.raises(sd.InputError, match="arguments without names") as error:
+        read_variation(before, LENGTH, parameter="A.clearance")
+    assert error.value.example == f"'{now}'"
+    read_variation(now, LENGTH, parameter="A.clearance")
+
+
+def test_names_of_scipy() -> None:
+    """Contract: classes and shapes that scipy replaces are named by their present names."""
+    with pytest.raises(AttributeError, match=r"use scipy\.stats\.norm"):
+        _ = sd.Normal
+    for text in ("0.3 mm +- 0.02 mm, normal", "H7/g6 at 10 mm, normal"):
+        with pytest.raises(sd.InputError, match="now 'norm'"):
+            read_variation(text, LENGTH)
 
 
 @pytest.mark.parametrize(
@@ -116,9 +148,13 @@ def test_texts_of_tolerances(text: str, found: Uniform) -> None:
         ("H7/g6 at 0.5 mm", "a fit at 0.5 mm"),
         ("H7/g6 at 10", "missing unit of the diameter"),
         ("H7/g6 at 10 mm, beta", "'beta' after a fit"),
-        ("triangular(0.3, 0.2, 0.4) mm", "a triangular distribution"),
-        ("weibull(2) mm", "1 numbers of a weibull"),
-        ("beta(0, 2, 0.1, 0.2) mm", "shapes 0, 2"),
+        ("triang(c=2, loc=0.2, scale=0.4) mm", "triang(c=2, loc=0.0002, scale=0.0004) is not a distribution"),
+        ("weibull_min(scale=2) mm", "weibull_min with loc, scale"),
+        ("norm(mean=0.1, scale=0.02) mm", "norm with loc, scale, mean"),
+        ("norm(loc=0.1 mm, scale=0.02) mm", "'0.1 mm' with a unit"),
+        ("norm(loc=0.1, scale=0.02)", "missing unit"),
+        ("gauss(loc=0.1, scale=0.02) mm", "distribution 'gauss'"),
+        ("triangular(0.2, 0.2, 0.2) mm", "triangular of zero width"),
     ],
 )
 def test_wrong_texts(text: str, what: str) -> None:
@@ -132,9 +168,9 @@ def test_wrong_texts(text: str, what: str) -> None:
 
 def test_deviations_from_a_chosen_value() -> None:
     """Contract: a deviation is a fraction or a value with a unit; that of a pure number has none."""
-    assert read_deviation("+- 20 %", LENGTH) == (Uniform(-0.2, 0.2), True)
-    assert read_deviation("± 0.02 mm, normal", LENGTH) == (Normal(0.0, 0.02e-3 / 3.0, -0.02e-3, 0.02e-3), False)
-    assert read_deviation("+- 0.05", NUMBER) == (Uniform(-0.05, 0.05), False)
+    assert read_deviation("+- 20 %", LENGTH) == (Distribution("uniform", {"loc": -0.2, "scale": 0.4}), True)
+    assert read_deviation("± 0.02 mm, norm", LENGTH)[0] == from_scipy(stats.truncnorm(-3.0, 3.0, 0.0, 0.02e-3 / 3.0))
+    assert read_deviation("+- 0.05", NUMBER) == (Distribution("uniform", {"loc": -0.05, "scale": 0.1}), False)
     with pytest.raises(sd.InputError, match="missing unit"):
         read_deviation("+- 0.02", LENGTH, parameter="A.clearance")
     with pytest.raises(sd.InputError, match="pure number"):
@@ -164,7 +200,7 @@ def test_chosen_and_uncertain_factor(tmp_path: Path) -> None:
     np.testing.assert_array_equal(results["peak_force"].values, alone["peak_force"].values)
     assert by_point(found.study, results)["A.clearance"].values.tolist() == pytest.approx([0.1e-3, 0.2e-3])
     rows = {row[0]: row[2] for row in varied_numbers(found.study, results).rows}
-    assert rows == {"A.clearance": "0.1, 0.2 mm", "A.clearance deviation": "uniform: -10 to 10 %"}
+    assert rows == {"A.clearance": "0.1, 0.2 mm", "A.clearance deviation": "uniform(loc=-10, scale=20) %"}
     assert sd.open_study(tmp_path / "tolerance.db").study.uncertain == found.study.uncertain
     again = sd.study(arm(), {"A.clearance": "0.1, 0.2 mm"}, **asked, compute=False)
     assert again.counts["complete"] == 6

@@ -32,7 +32,7 @@ def fit(
         list[str] | None,
         Option(
             metavar="PARAMETER[=RANGE]",
-            help="A number to fit, and its range or 'normal(MEAN, DEVIATION) UNIT' of another measurement. Repeatable.",
+            help="A number to fit, and its range or 'norm(loc=MEAN, scale=DEVIATION) UNIT' of another measurement. Repeatable.",
         ),
     ] = None,
     segment: Annotated[

@@ -52,7 +52,7 @@ PROGRESS_SECONDS = 30.0  # [s] between two lines of progress without a terminal
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
-DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z]+\s*\(.*\)[^()=]*)", re.DOTALL)
+DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
 """A parameter and a distribution, whose table may be a file with an equals sign in its name."""
 
 Varied = Annotated[

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,7 +25,7 @@ from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
-from scissordyn.studies.ask.distribution import Interval, Levels, Normal
+from scissordyn.studies.ask.distribution import Distribution, Interval, Levels
 from scissordyn.units import checked
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ def fit(
         Unbroken records, in files as read by `read_measured`.
     free : iterable of str, or mapping
         Parameters to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or an
-        independent measurement, ``"normal(0.138, 0.001) kg"``.
+        independent measurement, ``"norm(loc=0.138, scale=0.001) kg"``.
     segment : float, optional
         Duration of a segment [s]; infinite for one start for each record. By default records start at time zero of the case;
         the values of that start may be free, for example ``"arm.angle"``.
@@ -213,8 +212,9 @@ def _free(mechanism: Mechanism, parameter: str, given: str | tuple[float, float]
         quantity = number(mechanism, parameter).quantity
         assert quantity is not None
         variation = read_variation(given, quantity, parameter=parameter)
-        if isinstance(variation, Normal) and math.isfinite(variation.high):  # a tolerance: its limits belong to the design
-            variation = Normal(variation.mean, variation.deviation)
+        if isinstance(variation, Distribution) and variation.name == "truncnorm":  # limits of the design
+            middle, deviation = (dict(variation.arguments)[name] for name in ("loc", "scale"))
+            variation = Distribution("norm", {"loc": middle, "scale": deviation})
     return free_parameter(mechanism, parameter, variation)
 
 

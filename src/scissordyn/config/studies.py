@@ -23,7 +23,7 @@ from scissordyn.run.engine import Engine
 from scissordyn.studies.answer.estimate import INTERPOLATION_RUNS_MIN
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import SAMPLED, Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Interval, Levels, Variation
+from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
 from scissordyn.studies.ask.requirement import Requirement, read_response
 from scissordyn.studies.compute.execute import How, Progress
 from scissordyn.studies.compute.store import Store
@@ -34,7 +34,7 @@ FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 NamedValues = Mapping[str, Mapping[str, Any]]  # value of each name, by parameter
 
-RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], sd.Normal(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
+RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
 
 def study(
@@ -74,7 +74,7 @@ def study(
         Mechanism or case that is varied, or a case file. A study file alone describes the whole study.
     factors : mapping of str to values, optional
         Design parameters, in SI, by parameter path: a range ``(1e-4, 4e-4)``, levels ``[50.0, 100.0]``, a text such as
-        ``"0.1..0.4 mm"``, a distribution, or names.
+        ``"0.1..0.4 mm"``, a distribution ``scipy.stats.norm(0.1, 0.02)``, or names.
     until : float, optional
         End of the simulated time [s]; by default that of the case.
     options : Options, optional
@@ -262,6 +262,8 @@ def _variation(parameter: str, values: Any) -> str | Variation:
         return make_names(list(values))
     if isinstance(values, (list, tuple)) and any(isinstance(value, str) for value in values):
         return make_names(values)
+    if hasattr(values, "dist"):  # a frozen distribution of scipy.stats
+        return from_scipy(values)
     try:
         numbers = tuple(float(value) for value in np.ravel(values))
     except (TypeError, ValueError):

@@ -21,58 +21,66 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import (
-    Beta,
+    DISTRIBUTION_SAMPLE,
+    DISTRIBUTIONS,
+    Distribution,
     Empirical,
     Interval,
     Levels,
-    LogNormal,
     Names,
-    Normal,
-    Trapezoid,
-    Triangular,
-    Uniform,
     Variation,
-    Weibull,
-    read_fit,
+    argument_names,
+    within_tolerance,
 )
+from scissordyn.studies.ask.iso_286 import read_fit
 from scissordyn.units import Quantity
 
 VARY = "--vary A.clearance='0.05..0.4 mm'"
 
-FORMS = (
-    "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'normal(0.1, 0.02)', 'uniform(1, 2) mm', "
-    "'0.3 mm +- 20 %'"
-)
+FORMS = "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
 
-DISTRIBUTIONS: Mapping[str, tuple[type[Any], str, int]] = {
-    "uniform": (Uniform, "vv", 2),
-    "normal": (Normal, "vd", 2),
-    "truncated": (Normal, "vdvv", 4),
-    "lognormal": (LogNormal, "vp", 2),
-    "triangular": (Triangular, "vvv", 3),
-    "trapezoidal": (Trapezoid, "vvvv", 4),
-    "beta": (Beta, "ppvv", 4),
-    "weibull": (Weibull, "pvv", 2),
-    "table": (Empirical, "", 0),
+REPLACED: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] = {
+    ("uniform", 2): ("uniform", lambda low, high: {"loc": low, "scale": high - low}),
+    ("normal", 2): ("norm", lambda mean, deviation: {"loc": mean, "scale": deviation}),
+    ("truncated", 4): (
+        "truncnorm",
+        lambda mean, by, low, high: {"a": (low - mean) / by, "b": (high - mean) / by, "loc": mean, "scale": by},
+    ),
+    ("lognormal", 2): ("lognorm", lambda median, deviation: {"s": deviation, "scale": median}),
+    ("triangular", 3): (
+        "triang",
+        lambda low, mode, high: {"c": (mode - low) / (high - low), "loc": low, "scale": high - low},
+    ),
+    ("trapezoidal", 4): (
+        "trapezoid",
+        lambda low, first, last, high: {
+            "c": (first - low) / (high - low),
+            "d": (last - low) / (high - low),
+            "loc": low,
+            "scale": high - low,
+        },
+    ),
+    ("beta", 4): ("beta", lambda a, b, low, high: {"a": a, "b": b, "loc": low, "scale": high - low}),
+    ("weibull", 2): ("weibull_min", lambda shape, scale: {"c": shape, "scale": scale}),
+    ("weibull", 3): ("weibull_min", lambda shape, scale, low: {"c": shape, "loc": low, "scale": scale}),
 }
-"""Classes by their names in a text, the kinds of their arguments, and the least number of arguments.
+"""Distributions of scipy.stats for spellings that are no longer read, by name and number of arguments without names."""
 
-Kinds: v a value with its unit, d a deviation in the unit after the bracket, p a pure number. A table is a file.
-"""
-
-# a fit of hole and shaft, for example "H7/g6 at 10 mm, normal"
+# a fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
 FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_SAMPLE = "'H7/g6 at 10 mm'"
 
 SIGNS = ("+-", "±", "+/-")  # signs before a tolerance
 TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
 OR_SHARE = ", or %", TOLERANCE_SAMPLE
-SHAPES = ("uniform", "normal", "triangular")
+SHAPES = ("uniform", "norm", "triang")
 """Distributions within a tolerance; the limits of the normal one are three standard deviations from its mean."""
+
+SHAPES_BEFORE = {"normal": "norm", "triangular": "triang"}  # present names of shapes by names that are no longer read
 
 EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # a variation that each place of a pattern has for itself
 
-CALL = re.compile(r"\s*([a-z]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # a distribution: name, arguments, unit
+CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # a distribution: name, arguments, unit
 DIGITS_MAX = 18  # [digits] longest number of values; Python reads at most 4300 digits
 HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # a range written with a hyphen
 
@@ -125,7 +133,7 @@ def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tup
     try:
         size, unit, shape = _read_tolerance(text.strip().removeprefix(str(_sign(text))))
         width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *OR_SHARE)
-        return _make_distribution(shape, 0.0, width), unit == "%"
+        return within_tolerance(shape, 0.0, width), unit == "%"
     except InputError as error:
         what = f"tolerance of '{parameter}', '{text}': {error.what}"
         raise InputError(what, error.expected or TOLERANCE_SAMPLE, error.example) from None
@@ -140,8 +148,7 @@ def _read_tolerance(text: str) -> tuple[float, str, str]:
     first, *others = (part.strip() for part in text.split(","))
     value, unit = number_and_unit(first)
     shape = ", ".join(others) or SHAPES[0]
-    if shape not in SHAPES:
-        raise InputError(f"'{shape}' after a tolerance{did_you_mean(shape, SHAPES)}", ", ".join(SHAPES), TOLERANCE_SAMPLE)
+    _check_shape(shape, "a tolerance", SHAPES)
     if not 0.0 < float(value) < math.inf:
         raise InputError(f"a tolerance of {value} {unit}".rstrip(), "a number > 0", TOLERANCE_SAMPLE)
     return float(value), unit, shape
@@ -162,12 +169,13 @@ def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
         raise InputError(error.what, error.expected or allowed, error.example or sample) from None
 
 
-def _make_distribution(shape: str, middle: float, width: float) -> Variation:
-    """Return a distribution within a tolerance."""
-    low, high = middle - width, middle + width
-    if shape == "normal":
-        return Normal(middle, width / 3.0, low, high)
-    return Triangular(low, middle, high) if shape == "triangular" else Uniform(low, high)
+def _check_shape(shape: str, after: str, allowed: Sequence[str]) -> None:
+    """Raise `InputError` unless a word after a tolerance or fit is one of the allowed shapes."""
+    if shape in allowed:
+        return
+    now = SHAPES_BEFORE.get(shape, "")
+    near = f" (now '{now}')" if now in allowed else did_you_mean(shape, allowed)
+    raise InputError(f"'{shape}' after {after}{near}", ", ".join(allowed), FIT_SAMPLE if after == "a fit" else TOLERANCE_SAMPLE)
 
 
 def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
@@ -177,21 +185,20 @@ def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
     value, nominal_unit = number_and_unit(nominal)
     if unit == "%":
         middle = _read_number(nominal, "", quantity)
-        return _make_distribution(shape, middle, abs(middle) * size / 100.0)
+        return within_tolerance(shape, middle, abs(middle) * size / 100.0)
     middle = _read_number(value, nominal_unit or unit, quantity)
-    return _make_distribution(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
+    return within_tolerance(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
 
 
 def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
     """Return the distribution of the radial clearance of a fit of hole and shaft."""
     if quantity.unit != "m":
         raise InputError(f"a fit of a number in [{quantity.unit}]", "a clearance", FIT_SAMPLE)
-    if shape not in (None, "uniform", "normal"):
-        raise InputError(f"'{shape}' after a fit", "uniform, normal: the diameters within their tolerance fields", FIT_SAMPLE)
+    _check_shape(shape or SHAPES[0], "a fit", SHAPES[:2])
     value, unit = number_and_unit(size)
     if not unit:
         raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_SAMPLE)
-    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(normal=shape == "normal")
+    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(shape or SHAPES[0])
 
 
 def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
@@ -248,24 +255,34 @@ def _read_number(text: str, unit: str, quantity: Quantity) -> float:
 
 
 def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, folder: Path) -> Variation:
-    if name not in DISTRIBUTIONS:
-        raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", ", ".join(DISTRIBUTIONS))
-    distribution, kinds, least = DISTRIBUTIONS[name]
-    if not kinds:
+    """Return a distribution of scipy.stats, whose location and scale have the unit after the bracket, or measured values."""
+    if name == "table":
         return Empirical(tuple(_read_number(repr(value), unit, quantity) for value in _read_column(folder / inside.strip())))
-    parts = [part for part in inside.split(",") if part.strip()]
-    if not least <= len(parts) <= len(kinds):
-        counts = " or ".join(map(str, range(least, len(kinds) + 1)))
-        raise InputError(f"{len(parts)} numbers of a {name} distribution", f"{counts} numbers")
-    numbers: list[float] = []
-    for kind, part in zip(kinds, parts, strict=False):
-        number = _read_number(part, unit, quantity) if kind == "v" else _read_plain(part)
-        if kind == "d":
-            first = float(number_and_unit(parts[0])[0])
-            number *= numbers[0] / first if first else 1.0 if quantity.unit == "1" else unit_factor(unit, quantity.unit)
-        numbers.append(number)
-    variation: Variation = distribution(*numbers)
-    return variation
+    pairs = [part.partition("=") for part in inside.split(",") if part.strip()]
+    numbers = [_read_plain(text if equals else key) for key, equals, text in pairs]
+    if not all(equals for _, equals, _ in pairs):
+        raise _named_arguments(name, numbers, unit)
+    if name not in DISTRIBUTIONS and (new := {old: new for (old, _), (new, _) in REPLACED.items()}.get(name)):
+        raise InputError(f"distribution '{name}' (now '{new}')", ", ".join(DISTRIBUTIONS), f"'{DISTRIBUTION_SAMPLE}'")
+    given = {key.strip(): number for (key, _, _), number in zip(pairs, numbers, strict=True)}
+    factor = scale_of(unit, quantity.unit)
+    loc, scale = given.get("loc", 0.0), given.get("scale", 1.0)
+    return Distribution(name, given | {"loc": loc * factor, "scale": scale * factor})
+
+
+def _named_arguments(name: str, numbers: Sequence[float], unit: str) -> InputError:
+    """Return the error of arguments without names, with the same distribution as it is written now."""
+    if (name, len(numbers)) in REPLACED:
+        new, arguments_of = REPLACED[name, len(numbers)]
+        try:
+            arguments = arguments_of(*numbers)
+        except ZeroDivisionError:
+            return InputError(f"{name} of zero width", "a width > 0", "'norm(loc=0.1, scale=0.02) mm'")
+    else:
+        new, arguments = name, dict(zip(argument_names(name), numbers, strict=False))
+    written = ", ".join(f"{key}={number:.6g}" for key, number in arguments.items())
+    allowed = "a distribution of scipy.stats and its arguments by name"
+    return InputError(f"'{name}' with arguments without names", allowed, f"'{new}({written}) {unit}".rstrip() + "'")
 
 
 def _read_plain(text: str) -> float:
@@ -325,7 +342,7 @@ def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Fact
         raise InputError(f"'{parameter}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
     variation = read_variation(given, Quantity(si), parameter=parameter, folder=folder) if isinstance(given, str) else given
     if not isinstance(variation, Levels | Interval):
-        what = f"'{parameter}' over a {variation.kind} distribution: each of its values gives another mechanism"
+        what = f"'{parameter}' over a distribution: each of its values gives another mechanism"
         raise InputError(what, "a list, or a range with a number of values", '"1..3 mm, 5 values"')
     levels = Levels(tuple(variation.levels().tolist()))
     return Factor(parameter, levels, unit, unit_factor(unit, si) if unit else 1.0, si=si)

@@ -20,7 +20,7 @@ from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
 from scissordyn.run.trajectory import compute, record_trajectory
-from scissordyn.studies.ask.distribution import Interval, Normal, Variation
+from scissordyn.studies.ask.distribution import Distribution, Interval, Variation
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 if TYPE_CHECKING:
@@ -101,15 +101,16 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
     if isinstance(variation, Interval):
         low, high = max(low, variation.low), min(high, variation.high)
         scale = scale or high - low
-    elif isinstance(variation, Normal):
-        mean, deviation = variation.mean, variation.deviation
-        low, high = max(low, variation.low), min(high, variation.high)
+    elif isinstance(variation, Distribution) and variation.name in ("norm", "truncnorm"):
+        arguments, (least, most) = dict(variation.arguments), variation.ends
+        mean, deviation = arguments["loc"], arguments["scale"]
+        low, high = max(low, least), min(high, most)
         value, scale = mean, abs(mean) or deviation
     elif variation is not None:
         raise InputError(
-            f"'{parameter}' is free over a {variation.kind} distribution",
+            f"'{parameter}' is free over values that are neither a range nor normal",
             "a range, or a value with its standard deviation",
-            command("--free", f"{parameter}=normal(0.1, 0.01) {quantity.unit}"),
+            command("--free", f"{parameter}=norm(loc=0.1, scale=0.01) {quantity.unit}"),
         )
     if not scale > 0.0:
         raise InputError(

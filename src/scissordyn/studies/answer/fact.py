@@ -57,13 +57,6 @@ WORDS = MappingProxyType(
         "[; {lacking} fits as well and gives no such value]).",
         "met everywhere": f"{{part}}: according to this trend, met at every {{number}} of the range{NEEDED}.",
         "not enough": f"{{part}}: according to this trend, no {{number}} in or near the range is sufficient{NEEDED}.",
-        # ranges and distributions of parameters
-        "over": "{part}: {low:u6} to {high:u6}{unit}",
-        "over interval": "interval: {low:u6} to {high:u6}{unit}[, {logarithmic}]",
-        "over normal": "normal: {mean:u6} ± {deviation:u6}{unit}[, truncated to {low:u6} to {high:u6}{unit}]",
-        "over lognormal": "lognormal: median {median:u6}{unit}, deviation {deviation:g} of the logarithm",
-        "over weibull": "weibull: shape {shape:g}, scale {scale:u6}{unit}, from {location:u6}{unit}",
-        "over beta": "beta: shapes {alpha:g} and {beta:g}, {low:u6} to {high:u6}{unit}",
         # members
         "agree": "Members (runs whose starts differ by round-off) agree to {least:.1%} of every measure at all points.",
         "disagree": "Members (runs whose starts differ by round-off) differ by more than {least:.1%} of a measure at {differ} "

@@ -13,13 +13,13 @@ import xarray as xr
 from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
 from scissordyn.studies.answer.conclusion import conclude, margin_text, numbers_text, trend_table
-from scissordyn.studies.answer.fact import WORDS, Fact, Section
+from scissordyn.studies.answer.fact import Fact, Section
 from scissordyn.studies.answer.fidelity import fidelity
 from scissordyn.studies.answer.trend import rankings, sensitivities
 from scissordyn.studies.answer.verdict import answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
-from scissordyn.studies.ask.distribution import Levels, Names
+from scissordyn.studies.ask.distribution import Distribution, Empirical, Levels, Names
 from scissordyn.studies.ask.requirement import meaning, response_unit
 from scissordyn.studies.compute.table import number_scale
 from scissordyn.tolerance import REPORTED_FRACTION
@@ -108,18 +108,21 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Section:
 
 
 def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
+    """Return the values of a factor as in a study file."""
     variation = factor.variation
     ends = [end for end in variation.ends if np.isfinite(end) and end]
-    scale = number_scale(study, results, factor.name, *(ends or variation.quantile(np.array([0.5]))))
+    typical = variation.quantile(np.array([0.5])) if isinstance(variation, Distribution) or not ends else ends
+    scale = number_scale(study, results, factor.name, *typical)
+    unit = f" {scale.unit}" if scale.unit else ""
     if isinstance(variation, Levels | Names):
         values = [scale.text(value, 6) for value in variation.levels()]
         shown = values if len(values) <= LISTED_MAX else [*values[:LISTED_MAX], f"... {values[-1]}"]
-        return ", ".join(shown) + (f" {scale.unit}" if scale.unit else "")
-    low, high = variation.ends if ends or variation.kind != "normal" else (None, None)
-    numbers = {**vars(variation), "low": low, "high": high}
-    numbers["logarithmic"] = "logarithmic" if numbers.get("logarithmic") else None
-    kind = f"over {variation.kind}"
-    return str(Fact(kind if kind in WORDS else "over", variation.kind, numbers, scale))
+        return f"{', '.join(shown)}{unit}"
+    if isinstance(variation, Distribution):
+        return f"{variation.text(lambda value: scale.text(value, 6))}{unit}"
+    low, high = (scale.text(end, 6) for end in variation.ends)
+    about = f"{len(variation.values)} measured values, " if isinstance(variation, Empirical) else ""
+    return f"{about}{low} to {high}{unit}" + (", log" if factor.logarithmic else "")
 
 
 def agreement(study: Study, points: xr.Dataset) -> Fact | None:

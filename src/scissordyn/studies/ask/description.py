@@ -132,7 +132,7 @@ class Study:
             raise InputError(
                 f"{self.sampling.samples} samples of no uncertain number",
                 "a number that nobody chooses, with its distribution",
-                "--uncertain A.damping.restitution='uniform(0.5, 0.9)', or the same in [uncertain]",
+                "--uncertain A.damping.restitution='0.5..0.9', or the same in [uncertain]",
             )
         whole_number("members", self.members)
         for name in self.measures:
@@ -169,7 +169,7 @@ class Study:
                 )
             ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
-                if np.isfinite(end) and not quantity.admits(end) and factor.variation.kind not in ("lognormal",):
+                if np.isfinite(end) and not quantity.admits(end):
                     raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.expected)
             if self.factor_names.count(factor.name) > 1:
                 raise InputError(

@@ -43,11 +43,9 @@ class Factor:
         return f"{self.path} deviation" if self.of else self.path
 
     def deviating(self, chosen: Variation) -> list[float]:
-        """Return the extreme values of a chosen parameter with this deviation; none for a lognormal one, which is unbounded."""
-        if chosen.kind == "lognormal":
-            return []
+        """Return the extreme values of a chosen parameter with this deviation; infinite ends have none."""
         deviations = [end for end in self.variation.ends if np.isfinite(end)]
-        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends for by in deviations]
+        return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends if np.isfinite(end) for by in deviations]
 
     @property
     def labels(self) -> tuple[str, ...]:

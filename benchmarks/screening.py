@@ -2,7 +2,7 @@
 
 Two hundred independent studies compute the largest contact force of the paper's array until 3 ms over clearance and speed. Each
 has 120 cheap runs at a tolerance of 1e-3 and 24 accurate ones. The truth is the mean of 16384 accurate runs of a Sobol design:
-the mean of random ones would be as uncertain as the intervals are wide. The studies are repeated without interpolation.
+the mean of random ones would be as uncertain as the intervals are wide.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 import scissordyn as sd
-from scissordyn.studies.answer import fidelity
 from scissordyn.studies.answer.fidelity import Corrected, estimates
 
 STUDIES, SCREENED, VERIFIED, TRUE = 200, 120, 24, 2**14
@@ -50,13 +49,13 @@ def repeated(runs: sd.StudyResult) -> list[list[Corrected]]:
     return found
 
 
-def print_coverage(found: list[list[Corrected]], force: np.ndarray, name: str) -> None:
+def print_coverage(found: list[list[Corrected]], force: np.ndarray) -> None:
     """Print how often intervals contain the truth, and how wide they are."""
     for kind, truth in {"fraction": np.mean(force < BOUND), "mean": np.mean(force)}.items():
         each = [next(one.estimate for one in study if one.kind == kind) for study in found]
         held = sum(one.low <= truth <= one.high for one in each)
         width, saved = (float(np.median([getattr(one, what) for one in each])) for what in ("width", "saved"))
-        print(f"{name}: {kind} {truth:.6g}, held by {held} of {len(each)}, median width {width:.4g}, runs saved {saved:.3g}")
+        print(f"{kind} {truth:.6g}, held by {held} of {len(each)}, median width {width:.4g}, runs saved {saved:.3g}")
 
 
 def main() -> None:
@@ -65,10 +64,7 @@ def main() -> None:
         folder, size = Path(sys.argv[1] if len(sys.argv) > 1 else made), STUDIES * SCREENED
         runs = runs_of(folder, "screening", "random", size, verify=size, screen={"rtol": 1e-3, "atol": 1e-3})
         force = runs_of(folder, "truth", "sobol", TRUE).dataset["peak_force"].values.max(axis=1)
-        print_coverage(repeated(runs), force, "interpolated")
-        with_interpolation, fidelity.interpolation = fidelity.interpolation, lambda *_: None  # type: ignore[assignment]
-        print_coverage(repeated(runs), force, "cheap runs alone")
-        fidelity.interpolation = with_interpolation
+        print_coverage(repeated(runs), force)
 
 
 if __name__ == "__main__":

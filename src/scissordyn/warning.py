@@ -1,4 +1,4 @@
-"""Warnings of a run as data (kind, part, numbers), and the table of their texts."""
+"""Warnings of a run and sentences about a study as data (kind, part, numbers), and the table of their texts."""
 
 from __future__ import annotations
 
@@ -126,6 +126,33 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "aligned": "at {count} of {instants} instants, first at t = {time:.6g} s, bodies are aligned (a singular position): "
         "the reactions of {names} are not determined there and are left out (NaN)",
         "checkpoints": "the last checkpoints are missing: {problem}",
+        # studies: whether the requirements are met
+        "undecided": "No case is complete: the requirements cannot be judged.",
+        "probability": "Probability that all requirements are met: {fraction:.1%}{interval}, from {trials} samples.",
+        "met": "{met} of {tried} points meet all requirements: {fraction:.1%} of the {of}{interval}.",
+        "met and partly": "{met} of {tried} points meet all requirements, and {partly} more in some of their cases: "
+        "{fraction:.1%} of the {of}{interval}.",
+        "partly": "No point meets all requirements in all its cases (0 of {tried}), and {partly} meet them in some: "
+        "{fraction:.1%} of the {of}{interval}.",
+        "nowhere": "No point meets all requirements (0 of {tried}): {fraction:.1%} of the {of}{interval}.",
+        # studies: the point to build
+        "recommended": "Point {point} is recommended; its smallest margin is {margin}, of {requirement}.",
+        "nearest": "Point {point} is nearest to the requirements; its smallest margin is {margin}, of {requirement}.",
+        "only point": "The smallest margin is {margin}, of {requirement}.",
+        "samples": "All requirements are met in {hits} of {samples} samples of the uncertain parameters: probability "
+        "{fraction:.0%} (95 % interval {low:.1%} to {high:.1%}).",
+        "same samples": "The point meets all requirements in {hits} of {samples} samples of the uncertain parameters: "
+        "probability {fraction:.0%} (95 % interval {low:.1%} to {high:.1%}); the same samples chose it, so new samples decide.",
+        # studies: members, cheap and accurate runs
+        "members agree": "Members (runs whose starts differ by round-off) agree to {least:.1%} of every measure at all points.",
+        "members differ": "Members (runs whose starts differ by round-off) differ by more than {least:.1%} of a measure at "
+        "{differ} of {tried} points, and on the requirements at {undecided}: the motion is chaotic there.",
+        "cheap and accurate": "{fraction:.1%} of the range meets all requirements (95 % interval {low:.1%} to {high:.1%}), "
+        "from {cheap} cheap and {accurate} accurate runs{saved}.",
+        "confirmed": "Of the best {tried} points of the search, {met} meet all requirements in accurate runs; all other "
+        "values of the search come from cheap runs.",
+        "confirmed front": "Of {tried} points of the search that were run accurately, {best} meet all requirements and are "
+        "best there; all other values of the search come from cheap runs.",
     }
 )
 """Text of each kind of warning.

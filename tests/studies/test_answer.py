@@ -22,7 +22,7 @@ from scissordyn.file.pdf import BROWSERS, print_pdf
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
-from scissordyn.studies.answer.conclusion import numbers_text
+from scissordyn.studies.answer.page import numbers_text
 from scissordyn.studies.answer.report import export, table
 from scissordyn.studies.answer.trend import morris_indices, sensitivity, sobol_indices
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, worst_cases

@@ -6,7 +6,6 @@ import dataclasses
 import json
 import math
 import shlex
-import string
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +15,18 @@ import xarray as xr
 from scipy import stats
 
 from scissordyn.cli.study import show_answers
-from scissordyn.plot.scale import Scale
 from scissordyn.plot.study import response_curves
-from scissordyn.studies.answer.conclusion import conclude, needs, trend_table
-from scissordyn.studies.answer.fact import WORDS, Fact
-from scissordyn.studies.answer.page import agreement, best_points, response_ranges, varied_numbers
-from scissordyn.studies.answer.trend import between_points, fitted, morris_indices, ranked, rankings, sensitivities, trends
-from scissordyn.studies.answer.verdict import by_point, feasible_fraction, recommended, worst_cases
+from scissordyn.studies.answer.conclusion import agreement, conclude, needs, point_table, trend_table
+from scissordyn.studies.answer.page import best_points, response_ranges, varied_numbers
+from scissordyn.studies.answer.surface import between_points
+from scissordyn.studies.answer.trend import fitted, morris_indices, ranked, rankings, sensitivities, trends
+from scissordyn.studies.answer.verdict import by_point, feasible_fraction, least_margins, recommended, worst_cases
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.store import FAILED
+from scissordyn.warning import warning
 from studies.test_answer import made_up, result_of, study
 
 FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")
@@ -104,17 +103,23 @@ def test_conclusion_of_an_infeasible_study() -> None:
     assert (one.feasible, one.binding) == (False, FORCE.label)
     assert one.margins[0].margin == pytest.approx(1.0 - 4e6 * least / 100.0)
     (need,) = needs(described, found, trends(described, found), one.numbers)
-    assert (need.kind, need.numbers["number"]) == ("need beyond", "A.clearance")
-    assert need.numbers["value"] == pytest.approx(25e-6, rel=1e-6)
+    assert (need.parameter, need.beyond) == ("A.clearance", True)
+    assert need.value == pytest.approx(25e-6, rel=1e-6)
+    assert need.text.startswith("A.clearance at most 0.025 mm, extrapolated from 0.1")
     said = conclude(result_of(described, found), "a.db")
-    assert str(said.verdict[0]).startswith("No point meets all requirements (0 of 24); at most")
-    fact, *_ = said.trends
-    assert (fact.kind, fact.part, fact.numbers["little"]) == ("trend", "peak_force", "drive.speed")
-    assert fact.numbers["how"][0].numbers["slope"] == pytest.approx(1.0)
-    assert json.loads(json.dumps(said.to_plain()))[0]["numbers"]["tried"] == 24
-    text = " ".join(map(str, said.trends))
-    assert "about proportional to A.clearance (exponent 1.00 ± 0.00); hardly depends on drive.speed (R2 1.00, 0.0% err" in text
-    assert "extrapolated: the data go from" in text
+    assert str(said.sentences[0]).startswith(
+        "No point meets all requirements (0 of 24): 0.0% of the range (95 % interval 0.0% to"
+    )
+    assert str(said.sentences[1]).startswith(f"Point {one.point} is nearest to the requirements")
+    requirement, _ = said.requirements.rows
+    assert requirement[-1] == need.text
+    plain = json.loads(json.dumps(said.to_plain(), allow_nan=False))
+    assert plain[0]["numbers"]["tried"] == 24
+    (by_trend,) = (fact for fact in plain if fact["kind"] == "trend")
+    assert by_trend["numbers"]["slopes"]["A.clearance"] == pytest.approx(1.0)
+    (row,) = said.trends.rows
+    assert row[:3] == ("peak_force", "power law", "1.00 ± 0.00")
+    assert float(row[3].split(" ± ")[0]) == pytest.approx(0.0, abs=1e-9)
     moved = shlex.split(said.next[0][1])
     low, high = moved[moved.index("--vary") + 1].removeprefix("A.clearance=").removesuffix(" mm").split("..")
     assert float(low) < 25e-3 < float(high) == pytest.approx(1e3 * least, rel=1e-3)
@@ -125,10 +130,38 @@ def test_conclusion_of_an_infeasible_study() -> None:
 def test_smallest_margin(bound: float) -> None:
     """Closed form: the margin is 1 - F/bound at the smallest clearance, for met and missed bounds."""
     described, found = proportional(bound)
-    said = " ".join(map(str, conclude(result_of(described, found), "a.db").verdict))
+    (row, _) = conclude(result_of(described, found), "a.db").requirements.rows
     margin = 1.0 - 4e6 * float(found["A.clearance"].min()) / bound
-    assert f"Least margin: {dataclasses.replace(FORCE, bound=bound).label}, {margin:+.1%}." in said
-    assert "binds" not in said
+    assert (row[0], row[2]) == (dataclasses.replace(FORCE, bound=bound).label, f"{margin:+.1%}")
+    one = recommended(described, found)
+    assert one is not None
+    assert one.binding == (FORCE.label if bound < 2000.0 else "")  # all cases have less than 2000 N
+
+
+def test_a_requirement_that_all_cases_meet_does_not_bind() -> None:
+    """Contract: a requirement without a violation is not binding, however small its margin is next to those that are."""
+    described, found = proportional(1000.0)
+    wide = Requirement("peak_force", "<", 2100.0, text="peak_force < 2.1 kN")
+    near = Requirement("contact_count", "<", 3.1, text="contact_count < 3.1")
+    described = dataclasses.replace(described, measures=("peak_force", "contact_count"))
+    described = dataclasses.replace(described, requirements=(*described.requirements, wide, near))
+    count = ("case", np.full(24, 3.0), {"role": "measure", "units": "1"})
+    one = recommended(described, found.assign(contact_count=count))
+    assert one is not None
+    assert one.margins[0].requirement == near.label
+    assert one.binding == FORCE.label
+
+
+def test_margins_of_a_bound_of_zero_are_fractions_of_the_largest_value() -> None:
+    """Closed form: the margin of a force above 0 N is the force over the largest one, in whatever unit it is stored."""
+    described, found = proportional(1000.0)
+    positive = Requirement("peak_force", ">", 0.0, text="peak_force > 0 N")
+    described = dataclasses.replace(described, requirements=(positive,))
+    one = recommended(described, found)
+    assert one is not None
+    assert one.margins[0].margin == pytest.approx(1.0)  # the point with the largest force is recommended
+    force = found["peak_force"].values.max(axis=1)
+    assert least_margins(described, found) == pytest.approx(force / force.max())
 
 
 def test_yes_or_no_responses_have_no_trend() -> None:
@@ -141,9 +174,8 @@ def test_yes_or_no_responses_have_no_trend() -> None:
     found = found.assign(holds=("case", yes, {"units": "1", "role": "measure", "long_name": "the slider stays"}))
     assert "holds" not in trends(described, found)
     said = conclude(result_of(described, found), "a.db")
-    assert said.margins is not None
-    assert said.margins.head[:2] == ("requirement", "meaning")
-    assert [row[:2] for row in said.margins.rows] == [("holds > 0.5", "the slider stays")]
+    assert said.requirements.head[:2] == ("requirement", "meaning")
+    assert said.requirements.rows[0][:2] == ("holds > 0.5", "the slider stays")
 
 
 def test_cases_that_never_settle_are_failures() -> None:
@@ -166,25 +198,13 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert worst.text.endswith(" mm at the end")
     assert float(worst.text.split()[4]) == pytest.approx(2e3 * clearance[worst.case], rel=1e-3)
     said = conclude(result_of(described, found), "a.db")
-    text = " ".join(map(str, said.trends))
-    assert f"settling_time: no value in {never} of 24 cases, which count as not met" in text
-    assert "requires A.clearance" not in text
+    assert "needs, by its trend" not in said.requirements.head
     points = by_point(described, found)
     assert np.isinf(points["settling_time"].values).sum() == never
     assert between_points(described, points, "settling_time") is None
     rows = {row[0]: row for row in response_ranges(described, found, points).rows}
     assert rows["settling_time"][3] == "none"
-
-
-def test_words_of_facts() -> None:
-    """Contract: unknown values are left out, and all fields of every fact's text have names."""
-    about = {"tried": 8, "high": None}
-    assert str(Fact("met nowhere", numbers=about)) == "No point meets all requirements (0 of 8)."
-    assert "at most 12.0%" in str(Fact("met nowhere", numbers={**about, "high": 0.12}))
-    millimetres = Scale(1e3, "mm")
-    assert str(Fact("value", "A.clearance", {"value": 1.234567e-3}, millimetres)) == "A.clearance = 1.235 mm"
-    for words in WORDS.values():
-        assert all(name is None or name.isidentifier() for _, name, _, _ in string.Formatter().parse(words))
+    assert rows["settling_time"][-1] == str(never)
 
 
 def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
@@ -198,14 +218,9 @@ def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
 
 def test_meaningless_extrapolations_are_left_out() -> None:
     """Closed form: bounds met at 250 km or 0.25 um are described without these values."""
-    for bound, words in (
-        (1e12, "according to this trend, met at every A.clearance of the range"),
-        (1.0, "no A.clearance in or near the range"),
-    ):
+    for bound, words in ((1e12, "any A.clearance"), (1.0, "no A.clearance")):
         described, found = proportional(bound)
-        text = " ".join(map(str, conclude(result_of(described, found), "a.db").trends))
-        assert words in text
-        assert "about 2.5e" not in text
+        assert conclude(result_of(described, found), "a.db").requirements.rows[0][-1] == words
 
 
 def test_joints_are_ranked_from_any_sampling() -> None:
@@ -252,17 +267,19 @@ def test_conclusion_of_a_feasible_study() -> None:
     clearance = found["A.clearance"].values
     said = conclude(result_of(described, found), "a.db")
     low = clearance < 0.25e-3
-    assert str(said.verdict[0]).startswith(f"{low.sum()} of 24 points meet all requirements: {low.mean():.1%} of the range")
-    assert f"A.clearance {clearance.min() * 1e3:.4g} to {clearance[low].max() * 1e3:.4g} mm" in str(said.verdict[0])
-    assert str(said.verdict[1]).startswith("Recommended: point ")
-    assert any(fact.kind == "need" and "requires A.clearance of at most about 0.25 mm" in str(fact) for fact in said.trends)
+    text = f"{low.sum()} of 24 points meet all requirements: {low.mean():.1%} of the range"
+    assert str(said.sentences[0]).startswith(text)
+    assert str(said.sentences[1]).startswith("Point ")
+    assert said.point.head == ("parameter", "value", "tried", "all requirements met")
+    least, most, met = (f"{1e3 * end:.4g}" for end in (clearance.min(), clearance.max(), clearance[low].max()))
+    assert said.point.rows[0] == ("A.clearance", f"{least} mm", f"{least} to {most} mm", f"{least} to {met} mm")
+    assert said.requirements.rows[0][-1] == "A.clearance at most 0.25 mm"
     assert "--uncertain" in said.next[0][1]
-    table = trend_table(described, trends(described, found))
-    assert table.rows[0][:2] == ("peak_force", "1.00 ± 0.00")
+    assert trend_table(trends(described, found)).rows[0][:3] == ("peak_force", "power law", "1.00 ± 0.00")
 
 
 def test_conclusion_with_many_factors() -> None:
-    """Limit: of eight factors six are in a sentence, those with the narrowest ranges; the table has all."""
+    """Limit: with eight factors the table of trends has a row for each."""
     bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
     numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
     described = study(
@@ -273,13 +290,12 @@ def test_conclusion_with_many_factors() -> None:
     )
     values = described.numbers(np.arange(64))
     found = made_up(described, 4e6 * values["A.clearance"])
-    conclusion = conclude(result_of(described, found), "a.db")
-    said = str(conclusion.verdict[0])
-    assert (said.count("(of "), said.count("A.clearance")) == (6, 1)
-    assert said.endswith("; 2 parameters may take most of their range.")
-    table = trend_table(described, trends(described, found))
+    one = recommended(described, found)
+    assert one is not None
+    assert [row[0] for row in point_table(described, by_point(described, found), one).rows] == numbers
+    table = trend_table(trends(described, found))
     assert table.head == ("response", "peak_force")
-    assert [row[0] for row in table.rows] == [*numbers, "R2", "error at points left out"]
+    assert [row[0] for row in table.rows] == ["form", *numbers, "R2", "error at points left out"]
 
 
 def test_probability_of_the_recommended_point() -> None:
@@ -304,17 +320,18 @@ def test_probability_of_the_recommended_point() -> None:
     assert (again.point, again.probability) == (0, 6 / 8)
     all_failed = made_up(described, np.full(24, np.nan), np.full(24, FAILED))
     assert recommended(described, all_failed) is None
-    assert conclude(result_of(described, all_failed), "a.db").verdict == (Fact("unknown"),)
+    assert conclude(result_of(described, all_failed), "a.db").sentences == (warning("undecided"),)
 
 
 def test_order_of_a_report(tmp_path: Path) -> None:
-    """Contract: verdict, margins, trends and commands come before tables; paths are those of the store's name alone."""
+    """Contract: sentences, requirements, trends and commands come first; paths are those of the store's name alone."""
     described, found = proportional(100.0)
     far = result_of(described, found, str(tmp_path / "far" / "a.db"))
     page = far.report(tmp_path / "r.html").read_text(encoding="utf-8")
     order = [
         "No point meets all requirements",
-        "Nearest to the requirements",
+        "is nearest to the requirements",
+        "<h2>Requirements</h2>",
         "Trends of the responses",
         "Next steps",
         "24 points (sobol)",
@@ -325,25 +342,6 @@ def test_order_of_a_report(tmp_path: Path) -> None:
     assert str(tmp_path) not in page
     assert "scissordyn study refine a.db" in page
     assert "in the folder that has a.db" in page
-
-
-def test_interpolated_point_is_proposed() -> None:
-    """Closed form: 1000 N (1 + 3 r^2), above 1004 N at all points; the bottom of the valley is proposed."""
-    described = study(
-        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
-        design=Design("sobol", 32, 1),
-        requirements=(dataclasses.replace(FORCE, bound=1004.0),),
-    )
-    numbers = described.numbers(np.arange(32))
-    u, v = (numbers["A.clearance"] - 2.6e-4) / 4e-4, (numbers["drive.speed"] - 14.0) / 10.0
-    force = 1000.0 * (1.0 + 3.0 * (u**2 + v**2))
-    assert force.min() > 1004.0
-    said = conclude(result_of(described, made_up(described, force)), "a.db")
-    assert said.next[0][0] == Fact("interpolated")
-    words = [word for word in shlex.split(said.next[0][1]) if "=" in word]
-    clearance, speed = (float(word.split("=")[1].split()[0]) for word in words)
-    assert clearance == pytest.approx(0.26, abs=0.02)
-    assert speed == pytest.approx(14.0, abs=0.5)
 
 
 CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
@@ -401,7 +399,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
         "<td>0.1 to 0.5 mm</td>",
         "width=device-width",
         '<div class="scroll"><img alt="Response curves" style="min-width:',
-        "The points of the design &#39;grid&#39; are no sample. Failed cases are left out.",
+        "&#39;met by&#39; is the fraction of 5 points, without failed cases.",
     ):
         assert text in page
     (picture,) = (tmp_path / "figures").iterdir()
@@ -432,8 +430,8 @@ def test_agreement_is_counted() -> None:
     found = with_peaks(described, np.full(5, 30e3))
     assert "at all points" in str(agreement(described, by_point(described, found)))
     found["peak_force"][3] = 30.1e3
-    assert "at 1 of 5 points (20.0%)" in str(agreement(described, by_point(described, found)))
-    assert "at none of them" in str(agreement(described, by_point(described, found)))
+    assert "at 1 of 5 points" in str(agreement(described, by_point(described, found)))
+    assert "on the requirements at 0" in str(agreement(described, by_point(described, found)))
 
 
 def test_medians_of_curves() -> None:

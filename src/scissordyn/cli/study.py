@@ -31,7 +31,7 @@ from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, short
 
 if TYPE_CHECKING:
-    from scissordyn.studies.answer.fact import Section
+    from scissordyn.studies.answer.section import Section
     from scissordyn.studies.ask.description import Study
     from scissordyn.studies.compute.execute import Progress
     from scissordyn.studies.result import StudyResult

@@ -20,9 +20,8 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine
-from scissordyn.studies.answer.estimate import INTERPOLATION_RUNS_MIN
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
-from scissordyn.studies.ask.design import SAMPLED, Design, Factor, Sampling
+from scissordyn.studies.ask.design import POINTS_MIN, SAMPLED, Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
 from scissordyn.studies.ask.requirement import Requirement, read_response
 from scissordyn.studies.compute.execute import How, Progress
@@ -376,4 +375,4 @@ def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: i
         return Design(kind)
     if points is not None and points < 1:
         raise InputError(f"{points} points", "a whole number >= 1", "--points 32")
-    return Design(kind, points or (study.design.points if study.design.kind == kind else INTERPOLATION_RUNS_MIN), seed)
+    return Design(kind, points or (study.design.points if study.design.kind == kind else 4 * POINTS_MIN), seed)

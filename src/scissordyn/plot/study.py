@@ -205,7 +205,7 @@ def _draw_scattered(
         veil = np.ones((*field.mean.shape, 4))  # a white overlay marks uncertain regions
         veil[..., 3] = veil_opacity * np.clip(field.deviation / max(field.spread, 1e-300), 0.0, 1.0)
         panel.pcolormesh(x, y, veil, shading="nearest", zorder=0.6, rasterized=True)
-        text = literal(f"kriging between the points: {field.error:.1%} error at points left out; pale is uncertain")
+        text = literal(f"between the points interpolated: {field.error:.1%} error at points left out; pale is uncertain")
         panel.set_title(text, loc="left", fontsize=small())
     handles = _draw_bounds(panel, bounds, scales[:2])
     edge = {"edgecolors": BLACK, "linewidths": 0.6} if field is not None or bounds else {"edgecolors": "none"}

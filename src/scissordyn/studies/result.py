@@ -18,12 +18,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.answer.conclusion import Conclusion, conclude
-from scissordyn.studies.answer.estimate import Kriging
 from scissordyn.studies.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
 from scissordyn.studies.answer.grouped import grouped, grouped_lines
 from scissordyn.studies.answer.page import design_size, page
 from scissordyn.studies.answer.report import LAYOUT, StudyPictures, as_html, export, table, write_figures, write_report
-from scissordyn.studies.answer.trend import Trend, between_points, sensitivity, trends
+from scissordyn.studies.answer.surface import Surface, between_points
+from scissordyn.studies.answer.trend import Trend, sensitivity, trends
 from scissordyn.studies.answer.verdict import (
     FeasibleFraction,
     Recommendation,
@@ -159,12 +159,12 @@ class StudyResult:
 
     @cached_property
     def conclusion(self) -> Conclusion:
-        """Results of the study as facts, each with a kind, its part and numbers; ``str`` of a fact is a sentence."""
+        """At most five sentences, tables of requirements, recommended point and trends, and next steps."""
         return conclude(self, self.store.path)
 
     @cached_property
-    def between(self) -> Callable[[str], Kriging | None]:
-        """A response between the points; None where they do not predict each other, or names vary."""
+    def between(self) -> Callable[[str], Surface | None]:
+        """Surfaces of responses by name; None where the points do not predict each other, or names vary."""
         return cache(partial(between_points, self.study, self.points))
 
     @cached_property

@@ -1,66 +1,26 @@
 """Estimates from many cheap runs and a few accurate ones of the same cases: means, fractions and quantiles, with intervals.
 
-The accurate runs are paired with cheap ones, which a control variate uses: Peherstorfer, Willcox, Gunzburger, SIAM J. Sci.
-Comput. 38, A3163 (2016), doi:10.1137/15M1046472. A mean is that of a regression of the accurate on the cheap response, at the
-mean of all cheap runs; that mean itself, where an interpolation between them predicts further cases, is one of a regression of
-the cheap on the predicted response. For a fraction, whose responses are yes and no, the same estimate is the sum over both
-strata of the cheap runs; its interval has the uncertainty of all three fractions in it. A quantile is where the interval of a
-fraction holds its level.
-
-The fraction of cases that meet a bound is known better by how far cheap and accurate runs are from it. Yes and no say little
-where both kinds of runs agree: a hundred pairs none of which differ leave two of a hundred open. By how much margins differ
-says at which margin of a cheap run an accurate one may still be on the other side of the bound. Near each cheap margin the
-accurate one is a straight line of it and the residuals of the nearest pairs; the fraction is the mean of the part of these
-residuals with which the bound is met, over all cheap runs, or over the further cases whose margins an interpolation predicts,
-corrected by what it misses of the cheap runs. Its variance is that of this mean, of the pairs (by leaving out groups of them,
-the jackknife), and of half a pair that is like no other.
-
-Interpolation is kriging by a Gaussian process of scikit-learn: anisotropic Matern 5/2 correlation and noise, with the lengths
-and variances of largest likelihood (Rasmussen and Williams, Gaussian Processes for Machine Learning, 2006, chapters 2 and 5).
-Between cheap runs it is the third and cheapest model of an estimate, over all numbers that vary, chosen and uncertain. Runs are
-predicted in four groups, each by an interpolation between runs of the others, which predicts a fourth of the further cases too:
-what it misses there is what it misses of its group, in the mean. Nothing else is believed of it: an estimate takes this mean,
-and where interpolation says little it changes little. Residuals of runs that are left out one by one would not do: they depend
-on each other.
+Accurate runs are paired with cheap ones, which are a control variate (Peherstorfer, Willcox, Gunzburger, SIAM J. Sci. Comput.
+38, A3163, 2016, doi:10.1137/15M1046472). A mean is that of a regression of the accurate on the cheap response, at the mean of
+all cheap runs. For a fraction, whose responses are 0 and 1, it is the sum over both strata of the cheap runs, whose interval
+contains the uncertainty of all three fractions. A quantile is where the interval of a fraction contains its level.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cache
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 from scipy import stats
 
-from scissordyn.record.transmitted import CHUNK_ROWS
-from scissordyn.studies.ask.description import Study
-from scissordyn.studies.ask.design import POINTS_MIN, Design
-from scissordyn.studies.ask.requirement import Response, response_values
-from scissordyn.studies.compute.table import column
-from scissordyn.tolerance import CONFIDENCE_LEVEL, STANDARD_ERRORS_MAX
+from scissordyn.tolerance import CONFIDENCE_LEVEL
 
 POSTERIOR_DRAWS = 4000  # [draws] of the three fractions; the ends of the interval of the sum are known to 0.02 of its width
 # [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
 JEFFREYS_PRIOR = 0.5
-REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression
-MARGIN_PAIRS_MIN = 16  # [pairs of runs] smallest number for which margins are used
-MARGIN_CORRELATION_MIN = 0.8  # [-] correlation above which margins estimate better than success and failure
-JACKKNIFE_GROUPS = 32  # [groups] left out in turn by the jackknife
-JACKKNIFE_QUANTILES = 1000  # [quantiles] that represent the cheap margins in the jackknife
-
-
-STARTS = (0.3, 1.0)  # Correlation lengths of the unit cube from which the likelihood is climbed
-LENGTHS, NOISE, VARIANCES = (0.05, 20.0), (1e-8, 1.0), (1e-2, 1e4)  # Within which the likelihood is climbed
-LOGARITHM_RATIO_MIN = 5.0  # [-] ratio of largest to smallest value above which the logarithm is interpolated
-INTERPOLATION_RUNS_MIN = 32  # [runs] smallest number for an interpolation
-VALIDATION_GROUPS = 4  # [groups] of runs; each is predicted by an interpolation between the others
-FITTED_RUNS_MAX = 128  # [runs] largest number for kriging, whose effort grows with its third power
-PREDICTED_CASES = 2**16  # [cases] predicted by the interpolation
+REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression, whose residuals need degrees of freedom
 
 
 @dataclass(frozen=True)
@@ -77,7 +37,6 @@ class Estimate:
     correlation: float  # Correlation of the pairs; NaN if one of them does not vary
     screened: int  # Number of cheap runs, and of accurate ones
     verified: int
-    interpolated: bool = False  # True if the estimate includes an interpolation between the cheap runs
 
     @property
     def width(self) -> float:
@@ -90,54 +49,14 @@ class Estimate:
         return (alone / self.width) ** 2 if self.width > 0.0 and math.isfinite(alone) else math.nan
 
 
-@dataclass(frozen=True)
-class Predicted:
-    """Prediction of an interpolation between cheap runs."""
-
-    of_runs: np.ndarray  # (N,) Of these runs, each by others
-    others: np.ndarray  # (M,) Of further cases
-
-
 def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
     """Return the correlation of the pairs; NaN if one of the two does not vary."""
     spread = float(np.std(accurate)) * float(np.std(cheap)) if accurate.size > 1 else 0.0
     return float(np.mean((accurate - accurate.mean()) * (cheap - cheap.mean())) / spread) if spread > 0.0 else math.nan
 
 
-def population_mean(cheap: np.ndarray, predicted: Predicted | None = None) -> tuple[float, float]:
-    """Return the mean of the cheap response over all possible cases, and its variance.
-
-    Shapes: `cheap` (N,).
-    """
-    alone = float(cheap.mean()), float(np.var(cheap, ddof=1)) / cheap.size
-    if predicted is None or not np.ptp(predicted.of_runs) > 0.0:
-        return alone
-    squares, slope, value, residual = _regressed(cheap, predicted.of_runs, float(predicted.others.mean()))
-    shift = float(predicted.others.mean() - predicted.of_runs.mean())
-    variance = residual * (1.0 / cheap.size + shift**2 / squares)
-    return value, variance + slope**2 * float(np.var(predicted.others, ddof=1)) / predicted.others.size
-
-
-def unseen_outliers(pairs: int) -> float:
-    """Return the mean square of the fraction of cases without correlation, if none was seen among the pairs.
-
-    The part has the distribution of Jeffreys.
-    """
-    part = stats.beta(JEFFREYS_PRIOR, pairs + JEFFREYS_PRIOR)
-    return float(part.var() + part.mean() ** 2)
-
-
-def _regressed(wanted: np.ndarray, predictor: np.ndarray, at: float) -> tuple[float, float, float, float]:
-    """Fit a regression: sum of squares, slope, value at a given point, variance of the residuals."""
-    squares = float(np.sum((predictor - predictor.mean()) ** 2))
-    slope = float(np.sum((predictor - predictor.mean()) * (wanted - wanted.mean()))) / squares
-    rest = wanted - wanted.mean() - slope * (predictor - predictor.mean())
-    value = float(wanted.mean()) + slope * (at - float(predictor.mean()))
-    return squares, slope, value, float(np.sum(rest**2)) / (wanted.size - 2)
-
-
-def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None) -> Estimate:
-    """Estimate the mean of the accurate response.
+def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
+    """Estimate the mean of the accurate response by a control variate, with Student's interval.
 
     Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
     """
@@ -145,13 +64,15 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, p
     alone = _student(accurate)
     if m < REGRESSION_PAIRS_MIN or not np.ptp(paired) > 0.0:
         return Estimate(*alone, _mean(cheap), *alone, math.nan, n, m)
-    centre, uncertain = population_mean(cheap, predicted)
-    squares, slope, value, residual = _regressed(accurate, paired, centre)
-    variance = residual * (1.0 / m + (centre - float(paired.mean())) ** 2 / squares) + slope**2 * uncertain
-    variance += unseen_outliers(m) * float(np.var(accurate, ddof=1))
+    apart = paired - paired.mean()
+    squares = float(np.sum(apart**2))
+    slope = float(np.sum(apart * (accurate - accurate.mean()))) / squares
+    shift = float(cheap.mean() - paired.mean())
+    value = float(accurate.mean()) + slope * shift
+    residual = float(np.sum((accurate - accurate.mean() - slope * apart) ** 2)) / (m - 2)
+    variance = residual * (1.0 / m + shift**2 / squares) + slope**2 * float(np.var(cheap, ddof=1)) / n
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, m - 2)) * math.sqrt(variance)
-    correlated, interpolated = correlation(accurate, paired), predicted is not None
-    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlated, n, m, interpolated)
+    return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlation(accurate, paired), n, m)
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
@@ -190,6 +111,10 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
+    """Estimate quantiles of the accurate response at some levels.
+
+    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
+    """
     order = np.argsort(accurate, kind="stable")
     values, correlated = accurate[order], correlation(accurate, paired)
     steps, alone = [], []
@@ -220,23 +145,21 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
     )
 
 
-def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0) -> float:
+def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float) -> float:
     """Return the optimal number of cheap runs for each accurate run; 1 if cheap runs do not reduce the cost.
 
-    sqrt(u rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016, with two models, or three of which the third costs nothing
-    and leaves the part u of the variance of the second; one accurate run for a hundred thousand cheap ones at most.
+    sqrt(rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016.
     """
-    squared = min(correlated**2, 1.0 - 1e-10) if math.isfinite(correlated) else 0.0
-    ratio = math.sqrt(unpredicted * squared / (1.0 - squared) * accurate_seconds / max(cheap_seconds, 1e-12))
-    return min(max(1.0, ratio), 1e5)
+    squared = correlated**2 if math.isfinite(correlated) else 0.0
+    unexplained = max(1.0 - squared, np.finfo(float).eps)  # known to round-off
+    return max(1.0, math.sqrt(squared / unexplained * accurate_seconds / cheap_seconds))
 
 
-def split(
-    budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float, unpredicted: float = 1.0
-) -> tuple[int, int]:
-    ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds, unpredicted)
+def split(budget: float, correlated: float, accurate_seconds: float, cheap_seconds: float) -> tuple[int, int]:
+    """Return the numbers of accurate and of cheap runs within a budget of work [s]."""
+    ratio = cost_ratio(correlated, accurate_seconds, cheap_seconds)
     verified = max(1, int(budget / (accurate_seconds + ratio * cheap_seconds)))
-    screened = max(verified, int((budget - verified * accurate_seconds) / max(cheap_seconds, 1e-12)))
+    screened = max(verified, int((budget - verified * accurate_seconds) / cheap_seconds))
     return verified, screened
 
 
@@ -263,188 +186,3 @@ def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tupl
     low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes + prior, failures + 1.0 - prior))
     high = 1.0 if failures <= 0.0 else float(stats.beta.ppf(1.0 - tail, successes + 1.0 - prior, failures + prior))
     return low, high
-
-
-def fraction_by_margins(
-    accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, predicted: Predicted | None = None
-) -> Estimate:
-    """Estimate the fraction of cases whose accurate margin is positive.
-
-    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
-    """
-    by_strata = fraction_estimate(accurate > 0.0, paired > 0.0, cheap > 0.0)
-    m = accurate.size
-    if m < MARGIN_PAIRS_MIN or not all(np.all(np.isfinite(margins)) for margins in (accurate, paired, cheap)):
-        return by_strata
-    correlated = correlation(accurate, paired)
-    if not correlated >= MARGIN_CORRELATION_MIN:
-        return by_strata
-    order = np.argsort(paired, kind="stable")
-    accurate, paired = accurate[order], paired[order]
-    chances = _chances(accurate, paired, paired)
-    spread = math.sqrt(float(np.sum(chances * (1.0 - chances))) + JEFFREYS_PRIOR**2)
-    if abs(float(np.sum(accurate > 0.0) - np.sum(chances))) > STANDARD_ERRORS_MAX * spread:
-        return by_strata
-    if predicted is not None:
-        predicted = Predicted(*(_chances(accurate, paired, margins) for margins in (predicted.of_runs, predicted.others)))
-    value, variance = population_mean(_chances(accurate, paired, cheap), predicted)
-    value = min(1.0, max(0.0, value))
-    variance += _variance_of_pairs(accurate, paired, np.sort(cheap))
-    variance += unseen_outliers(m) * (1.0 / 12.0 + (0.5 - value) ** 2)  # of them any part meets the bound
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, min(m, JACKKNIFE_GROUPS) - 1)) * math.sqrt(variance)
-    low, high = max(0.0, value - half), min(1.0, value + half)
-    return replace(by_strata, value=value, low=low, high=high, correlation=correlated, interpolated=predicted is not None)
-
-
-def _chances(accurate: np.ndarray, paired: np.ndarray, margins: np.ndarray) -> np.ndarray:
-    """Return the fraction of residuals near each cheap margin that make the accurate margin positive."""
-    near = min(accurate.size, max(POINTS_MIN, round(2.0 * math.sqrt(accurate.size))))
-    there, here = (np.lib.stride_tricks.sliding_window_view(pairs, near) for pairs in (accurate, paired))
-    middle, centre = there.mean(axis=1), here.mean(axis=1)
-    apart = here - centre[:, None]
-    squares = np.sum(apart**2, axis=1)
-    varies = squares > np.finfo(float).eps * np.sum(here**2, axis=1)
-    slope = np.divide(np.sum(apart * there, axis=1), squares, out=np.ones_like(squares), where=varies)
-    residuals = (there - middle[:, None] - slope[:, None] * apart) * math.sqrt(near / (near - 2.0))
-    place = (np.searchsorted(paired, margins) + np.searchsorted(paired, margins, side="right") - near) // 2
-    first = np.clip(place, 0, accurate.size - near)
-    expected = middle[first] + slope[first] * (margins - centre[first])
-    return np.asarray(np.mean(residuals[first] > -expected[:, None], axis=1))
-
-
-def _variance_of_pairs(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> float:
-    """Estimate the variance of the fraction by a jackknife over groups of pairs spread evenly over the margins."""
-    groups = min(accurate.size, JACKKNIFE_GROUPS)
-    count = min(cheap.size, JACKKNIFE_QUANTILES)
-    places = cheap[((np.arange(count) + 0.5) * (cheap.size / count)).astype(int)]
-    group = np.arange(accurate.size) % groups
-    left = np.array([np.mean(_chances(accurate[group != k], paired[group != k], places)) for k in range(groups)])
-    return (groups - 1.0) / groups * float(np.sum((left - left.mean()) ** 2))
-
-
-class Kriging:
-    """A response as a function of numbers, interpolated between points.
-
-    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n,).
-    """
-
-    def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray) -> None:
-        self._log = np.asarray(logarithmic, bool)
-        terms = self._terms(x)
-        self._low, self._width = terms.min(axis=0), np.maximum(np.ptp(terms, axis=0), 1e-300)
-        self.of_logarithm = bool(values.min() > 0.0 and values.max() > LOGARITHM_RATIO_MIN * values.min())
-        y = np.log(values) if self.of_logarithm else np.asarray(values, float)
-        self._shift, self._scale = float(y.mean()), float(y.std()) or 1.0
-        self.process = _likeliest(self._unit(x), (y - self._shift) / self._scale)
-        self._leave_out(values)
-
-    def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the predicted response and its standard deviation.
-
-        Shapes: `x` (m, numbers); returns `mean, deviation` (m,).
-        """
-        mean, deviation = self.process.predict(self._unit(x), return_std=True)
-        y, deviation = self._shift + self._scale * mean, self._scale * deviation
-        return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
-
-    def expected(self, x: np.ndarray) -> np.ndarray:
-        """Return the predicted response at many points, without its uncertainty.
-
-        Shapes: `x` (m, numbers).
-        """
-        parts = [self.process.predict(self._unit(part)) for part in np.array_split(x, max(1, x.shape[0] // CHUNK_ROWS))]
-        y = self._shift + self._scale * np.concatenate(parts)
-        return np.exp(y) if self.of_logarithm else y
-
-    def _terms(self, x: np.ndarray) -> np.ndarray:
-        return np.where(self._log, np.log(np.where(self._log, x, 1.0)), x)
-
-    def _unit(self, x: np.ndarray) -> np.ndarray:
-        return np.asarray((self._terms(x) - self._low) / self._width)
-
-    def _leave_out(self, values: np.ndarray) -> None:
-        """Predict each point from the others in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
-        inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
-        y = self._shift + self._scale * (self.process.y_train_ - self.process.alpha_ / np.diag(inverse))
-        self.left_out = np.exp(y) if self.of_logarithm else y
-        errors = values - self.left_out
-        spread = float(np.sum((values - values.mean()) ** 2))
-        self.predicted = 1.0 - float(np.sum(errors**2)) / spread if spread > 0.0 else 0.0
-        self.error = float(np.sqrt(np.mean(errors**2)) / max(float(np.mean(np.abs(values))), 1e-300))
-
-
-def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
-    """Fit a Gaussian process from several starts and return the one with the largest likelihood."""
-    from sklearn.exceptions import ConvergenceWarning
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
-
-    processes = []
-    for start in STARTS:
-        correlation = Matern([start] * x.shape[1], LENGTHS, nu=2.5)
-        kernel = ConstantKernel(1.0, VARIANCES) * correlation + WhiteKernel(1e-4, NOISE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)  # a number at its bound: a length without influence
-            processes.append(GaussianProcessRegressor(kernel, alpha=1e-10).fit(x, y))
-    return max(processes, key=lambda process: process.log_marginal_likelihood_value_)
-
-
-class Interpolation:
-    """Responses of cheap runs, what others say of each, and those of further cases of the same study.
-
-    Shapes: `x` (n, numbers), `further` (m, numbers), `logarithmic` (numbers,).
-    """
-
-    def __init__(self, x: np.ndarray, further: np.ndarray, logarithmic: np.ndarray, runs: xr.Dataset) -> None:
-        self._x, self._further, self._logarithmic, self._runs = x, further, logarithmic, runs
-        self.response = cache(self._response)
-
-    def unpredicted(self, wanted: Response) -> float:
-        """Return the fraction of a response's variance that the interpolation does not predict; 1 without interpolation."""
-        predicted = self.response(wanted)
-        if predicted is None:
-            return 1.0
-        values = response_values(self._runs, wanted)
-        return min(1.0, float(np.mean((values - predicted.of_runs) ** 2) / np.var(values)))
-
-    def _response(self, wanted: Response) -> Predicted | None:
-        """Return a response at the runs and at the further cases; None if it is not finite or does not vary."""
-        values = response_values(self._runs, wanted)
-        if not np.all(np.isfinite(values)) or np.ptp(values) == 0.0:
-            return None
-        of_runs, others = [], []
-        # parts that follow each other: every fourth point of a Sobol sequence fills a fourth of the cube alone
-        parts = (np.array_split(np.arange(x.shape[0]), VALIDATION_GROUPS) for x in (self._x, self._further))
-        for here, there in zip(*parts, strict=True):
-            fitted = np.setdiff1d(np.arange(values.size), here)[:FITTED_RUNS_MAX]
-            model = Kriging(self._x[fitted], values[fitted], self._logarithmic)
-            of_runs.append(model.expected(self._x[here]))
-            others.append(model.expected(self._further[there]))
-        return Predicted(np.concatenate(of_runs), np.concatenate(others))
-
-
-def interpolation(study: Study, results: xr.Dataset, cases: Sequence[int] | np.ndarray) -> Interpolation | None:
-    """Return an interpolation between the runs of a study; None for few runs, or if names vary."""
-    varied = study.varied
-    if len(cases) < max(INTERPOLATION_RUNS_MIN, 4 * len(varied)) or any(factor.labels for factor in varied):
-        return None
-    numbers = _evenly_spread(study).numbers(np.arange(PREDICTED_CASES))
-    runs = results.isel(case=np.asarray(cases))
-    return Interpolation(
-        np.stack([runs[column(name)].values for name in study.factor_names], axis=1),
-        np.stack([numbers[name] for name in study.factor_names], axis=1),
-        np.array([factor.logarithmic for factor in varied]),
-        runs,
-    )
-
-
-def _evenly_spread(study: Study) -> Study:
-    """Return the study with further cases on a Sobol sequence over all parameters."""
-    sampling = study.sampling
-    if not study.factors:
-        return replace(study, sampling=replace(sampling, kind="sobol", samples=PREDICTED_CASES))
-    return replace(
-        study,
-        design=Design("sobol", PREDICTED_CASES, study.design.seed),
-        sampling=sampling if sampling.common else replace(sampling, kind="sobol"),
-    )

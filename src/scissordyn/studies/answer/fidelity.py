@@ -20,20 +20,14 @@ from scissordyn.errors import InputError
 from scissordyn.plot.scale import scale_of
 from scissordyn.run.engine import workers_of
 from scissordyn.studies.answer.estimate import (
-    INTERPOLATION_RUNS_MIN,
-    PREDICTED_CASES,
     Estimate,
-    Interpolation,
-    Predicted,
     correlation,
-    fraction_by_margins,
     fraction_estimate,
-    interpolation,
     mean_estimate,
     quantile_estimates,
     split,
 )
-from scissordyn.studies.answer.fact import Fact, Section
+from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.verdict import answered
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN, Design
@@ -42,7 +36,7 @@ from scissordyn.studies.compute.execute import How, execute, extend, simulated
 from scissordyn.studies.compute.optimise import candidates, judged, optimise
 from scissordyn.studies.compute.store import COMPLETE, Store
 from scissordyn.studies.compute.table import column
-from scissordyn.tolerance import ROUND_OFF_TOL
+from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,9 +44,7 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-PILOT_BUDGET_FRACTION = 0.05  # [-] largest fraction of the budget for cheap runs that measure the interpolation's error
 SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
-SPLIT_CORRELATION_MIN = 0.1  # [-] correlation with which a budget is split at least; the pilot has too few pairs for less
 LEVELS = (0.5, 0.95)  # Levels of the quantiles
 
 
@@ -138,13 +130,9 @@ def _split(study: Study, budget: float) -> Study:
     cheap_runs, cheap = _piloted(few)
     accurate_runs, accurate_seconds = _piloted(accurate)
     correlated = _least_correlation(few, cheap_runs, accurate_runs)
-    left, unpredicted = budget - POINTS_MIN * (cheap + accurate_seconds), 1.0
-    if INTERPOLATION_RUNS_MIN * cheap < PILOT_BUDGET_FRACTION * budget:
-        more = replace(study, design=replace(study.design, points=INTERPOLATION_RUNS_MIN))
-        unpredicted = _unpredicted(more, _piloted(more)[0])
-        left -= INTERPOLATION_RUNS_MIN * cheap
-    verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap, unpredicted)
-    points = max(POINTS_MIN if unpredicted == 1.0 else INTERPOLATION_RUNS_MIN, screened_points)
+    left = budget - POINTS_MIN * (cheap + accurate_seconds)
+    verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap)
+    points = max(POINTS_MIN, screened_points)
     assert study.accurate is not None
     wanted = replace(study.accurate, points=min(max(POINTS_MIN, verified), points))
     return replace(study, design=replace(study.design, points=points), accurate=wanted)
@@ -163,16 +151,7 @@ def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) ->
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
     pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
-    finite = [some for some in correlations if np.isfinite(some)]
-    return max(SPLIT_CORRELATION_MIN, min(finite, default=SPLIT_CORRELATION_MIN))
-
-
-def _unpredicted(study: Study, runs: xr.Dataset) -> float:
-    """Return the largest fraction of variance that interpolation leaves, over the responses of the requirements."""
-    if not np.all(runs["status"].values == "complete") or study.per_point > 1:
-        return 1.0
-    between = interpolation(study, runs, np.arange(study.cases))
-    return max(between.unpredicted(wanted) for wanted in _responses(study)) if between is not None else 1.0
+    return min((some for some in correlations if np.isfinite(some)), default=0.0)
 
 
 def _responses(study: Study) -> list[Response]:
@@ -231,7 +210,6 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     complete = _complete(cheap, trials)
     pairs = complete[:size] & _complete(accurate, trials[:size])
     single = trials.shape[1] == 1
-    between = interpolation(study, cheap, trials[complete, 0]) if single else None
 
     def by_trial(results: xr.Dataset, values: np.ndarray) -> np.ndarray:
         rows = trials[: results.sizes["case"] // trials.shape[1]]
@@ -242,8 +220,6 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         return there[pairs], here[:size][pairs], here[complete]
 
     def met(requirements: Sequence[Requirement]) -> Estimate:
-        if single:
-            return fraction_by_margins(*both(partial(_margins, requirements)), _predicted_margins(between, requirements))
         return fraction_estimate(*both(lambda runs: np.all([requirement.met_in(runs) for requirement in requirements], axis=0)))
 
     numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
@@ -253,32 +229,11 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
         three = both(partial(response_values, response=response))
         if not all(np.all(np.isfinite(estimate)) for estimate in three):
             continue
-        units, predicted = response_unit(cheap, response), between.response(response) if between is not None else None
-        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three, predicted)))
+        units = response_unit(cheap, response)
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three)))
         for level, estimate in zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True) if single else ():
             numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
     return numbers
-
-
-def _predicted_margins(between: Interpolation | None, requirements: Sequence[Requirement]) -> Predicted | None:
-    """Interpolate the least margins; None if a response cannot be interpolated."""
-    of_runs, others = [], []
-    for requirement in requirements:
-        response = between.response(requirement.response) if between is not None else None
-        if response is None:
-            return None
-        of_runs.append(requirement.margin(response.of_runs))
-        others.append(requirement.margin(response.others))
-    return Predicted(np.min(of_runs, axis=0), np.min(others, axis=0))
-
-
-def _margins(requirements: Sequence[Requirement], runs: xr.Dataset) -> np.ndarray:
-    """Return the least margin of each case, positive if the case meets all requirements."""
-    margins = []
-    for requirement in requirements:
-        margin = requirement.margin_in(runs)
-        margins.append(np.where(margin == 0.0, np.where(requirement.met_in(runs), ROUND_OFF_TOL, -ROUND_OFF_TOL), margin))
-    return np.asarray(np.min(margins, axis=0))
 
 
 def _trials(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -313,34 +268,28 @@ def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
         points = result.confirmed
         met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
         kind = "confirmed front" if len(result.study.goals) > 1 else "confirmed"
-        yield Section(lines=[Fact(kind, numbers={"tried": len(points), "met": met, "best": best})])
+        yield Section(lines=[warning(kind, "", "", tried=len(points), met=met, best=best)])
         yield _confirmed_table(result, cost)
         return
     every = [number.estimate for number in result.estimates if number.label == "all requirements"]
-    yield Section(lines=[*(_met_by(estimate, times) for estimate in every), Fact("cheap")])
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
-    saved = "The last column says how many times as many accurate runs alone have an interval of the same width."
-    if any(number.estimate.interpolated for number in result.estimates):
-        saved += f" Fractions and means predict {PREDICTED_CASES} further cases by interpolation between the cheap runs."
-    notes = (f"Intervals of 95 %. {saved}", cost)
-    yield Section(head, [_row(number) for number in result.estimates], "Cheap and accurate runs", notes)
+    notes = (
+        "Intervals of 95 %. The last column says how many times as many accurate runs alone give an interval of the same "
+        f"width. All other tables come from cheap runs. {cost}",
+    )
+    rows = [_row(number) for number in result.estimates]
+    yield Section(head, rows, "Cheap and accurate runs", notes, [_met_by(estimate, times) for estimate in every])
 
 
-def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> Fact:
-    """Return the fact of the fraction that meets all requirements, with the cost of accurate runs alone."""
+def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> RunWarning:
+    """Return the sentence on the fraction that meets all requirements, with the cost of accurate runs alone."""
     (_, cheap), (cases, accurate) = times
-    timed, spent = bool(np.isfinite(both.saved) and cases), cheap + accurate
-    about = {
-        "fraction": both.value,
-        "low": both.low,
-        "high": both.high,
-        "cheap": both.screened,
-        "accurate": both.verified,
-        "interpolated": "them" if both.interpolated else None,
-        "saved": both.saved if timed else None,
-        "longer": both.saved * accurate / spent if timed and spent > 0.0 else None,
-    }
-    return Fact("both", "all requirements", about)
+    saved = ""
+    if np.isfinite(both.saved) and cases and cheap + accurate > 0.0:
+        longer = both.saved * accurate / (cheap + accurate)
+        saved = f"; accurate runs alone would take {both.saved:.1f} times as many and {longer:.1f} times the time of both"
+    about = {"fraction": both.value, "low": both.low, "high": both.high, "cheap": both.screened, "accurate": both.verified}
+    return warning("cheap and accurate", "", "", **about, saved=saved)
 
 
 def _row(number: Corrected) -> tuple[str, ...]:

@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.errors import command
 from scissordyn.plot.scale import scale_of
-from scissordyn.studies.answer.conclusion import conclude, margin_text, numbers_text, trend_table
-from scissordyn.studies.answer.fact import Fact, Section
+from scissordyn.studies.answer.conclusion import conclude, margin_text
 from scissordyn.studies.answer.fidelity import fidelity
+from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.trend import rankings, sensitivities
 from scissordyn.studies.answer.verdict import answered, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Distribution, Empirical, Levels, Names
-from scissordyn.studies.ask.requirement import meaning, response_unit
-from scissordyn.studies.compute.table import number_scale
-from scissordyn.tolerance import REPORTED_FRACTION
+from scissordyn.studies.ask.requirement import response_unit
+from scissordyn.studies.compute.table import column, number_scale
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
@@ -41,20 +40,14 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     if (verified := result.verified) is not None:
         yield from fidelity(result, verified)
     conclusion = result.conclusion if store == result.store.path else conclude(result, store)
-    yield Section(lines=conclusion.verdict)
-    if conclusion.margins is not None:
-        yield conclusion.margins
-    yield Section(title="Trends of the responses", lines=conclusion.trends)
-    yield Section(("", "command"), [(str(why), what) for why, what in conclusion.next], "Next steps")
+    yield Section(lines=conclusion.sentences)
+    yield from (conclusion.point, conclusion.requirements, conclusion.trends)
+    yield Section(("to", "command"), conclusion.next, "Next steps")
     cases = "{complete} cases complete, {failed} failed, {pending} pending".format(**result.counts)
-    lines = (f"{design_size(study)}: {cases}.", *filter(None, [agreement(study, points)]))
-    yield replace(varied_numbers(study, results), title="Computed cases", lines=lines)
+    yield replace(varied_numbers(study, results), title="Computed cases", lines=(f"{design_size(study)}: {cases}.",))
     yield response_ranges(study, results, points)
-    if study.requirements:
-        yield requirement_fractions(result)
     if study.optimisation is not None:
         yield best_points(result, most)
-    yield trend_table(study, result.fitted)
     indices, left_out = result.indices
     yield from (*sensitivities(indices), *rankings(study, results, result.fitted))
     yield Section(title="Responses without indices", lines=[f"{name}: {why}." for name, why in left_out.items()])
@@ -125,22 +118,25 @@ def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
     return f"{about}{low} to {high}{unit}" + (", log" if factor.logarithmic else "")
 
 
-def agreement(study: Study, points: xr.Dataset) -> Fact | None:
-    """Say at which points ensemble members disagree; None without members."""
-    if study.members == 1:
-        return None
-    count, differ = points.sizes["point"], int(points["disagrees"].sum())
-    if not differ:
-        return Fact("agree", numbers={"least": REPORTED_FRACTION})
-    undecided = int(points["undecided"].sum()) or "none" if study.requirements else None
-    tried = counted(count, "point")
-    about = {"least": REPORTED_FRACTION, "differ": differ, "tried": tried, "fraction": _percent(differ / count)}
-    return Fact("disagree", numbers={**about, "undecided": undecided})
+def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) -> str:
+    """Return the parameters of a case with their units; of many parameters, those that deviate most from their mean."""
+
+    def distance(name: str) -> float:
+        values = results[column(name)].values
+        return 0.0 if isinstance(numbers[name], str) else abs(numbers[name] - np.mean(values)) / (float(np.std(values)) or 1.0)
+
+    def text(name: str) -> str:
+        value = numbers[name]
+        return value if isinstance(value, str) else number_scale(study, results, name, value).with_unit(value)
+
+    kept = set(sorted(numbers, key=distance, reverse=True)[:LISTED_MAX])
+    shown = ", ".join(f"{name} = {text(name)}" for name in numbers if name in kept)
+    return shown if len(kept) == len(numbers) else f"{shown}, and {len(numbers) - len(kept)} nearer to their means"
 
 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
     """Return smallest, median and largest value of each response over complete cases, and the spread of members."""
-    rows = []
+    rows, missing = [], False
     for response in answered(study, results):
         values = case_values(study, results, response)
         if np.isfinite(values).any():
@@ -148,25 +144,15 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
             scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
             shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
             spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
-            rows.append((response.name, *shown, scale.unit or "1", *spread))
-    members = ("largest spread of members",) if study.members > 1 else ()
-    return Section(("response", "smallest", "median", "largest", "unit", *members), rows)
-
-
-def requirement_fractions(result: StudyResult) -> Section:
-    """Return the section of the fractions of the range that meet each requirement, and all of them."""
-    study = result.study
-    meanings = [*(meaning(result.dataset, requirement) for requirement in study.requirements), ""]
-    rows, explained, sampled = [], any(meanings), False
-    for fraction, text in zip(result.fractions, meanings, strict=True):
-        sampled |= np.isfinite(fraction.low)
-        interval = "no sample" if np.isnan(fraction.low) else f"{fraction.low:.1%} to {fraction.high:.1%}"
-        rows.append(
-            (fraction.label, *((text,) if explained else ()), f"{fraction.fraction:.1%}", interval, str(fraction.trials))
-        )
-    head = ("requirement", *(("meaning",) if explained else ()), "met by", "95 % interval", "trials")
-    note = "Interval of Clopper and Pearson." if sampled else f"The points of the design '{study.design.kind}' are no sample."
-    return Section(head, rows, "Requirements", (f"{note} Failed cases are left out.",))
+            without = int(np.isinf(values).sum())
+            missing |= without > 0
+            rows.append((response.name, *shown, scale.unit or "1", *spread, str(without)))
+    head = ("response", "smallest", "median", "largest", "unit")
+    head += ("largest spread of members",) if study.members > 1 else ()
+    if not missing:
+        return Section(head, [row[:-1] for row in rows])
+    note = "Cases without a value do not meet a requirement, and no trend is fitted to the others."
+    return Section((*head, "cases without a value"), rows, notes=(note,))
 
 
 def best_points(result: StudyResult, most: int) -> Section:

@@ -21,8 +21,6 @@ from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import print_pdf
 from scissordyn.plot.file import figure_of, write
 from scissordyn.plot.study import (
-    Bound,
-    Field,
     feasibility_map,
     pareto_front,
     requirement_bars,
@@ -32,8 +30,9 @@ from scissordyn.plot.study import (
 from scissordyn.plot.style import SIZES, Canvas
 from scissordyn.record.store import save
 from scissordyn.run.engine import STATES
-from scissordyn.studies.answer.fact import Section
 from scissordyn.studies.answer.page import page
+from scissordyn.studies.answer.section import Section
+from scissordyn.studies.answer.surface import surfaces
 from scissordyn.studies.ask.requirement import units_of_parts
 
 if TYPE_CHECKING:
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
 class Layout(NamedTuple):
     """Sizes of pictures and tables of a report."""
 
-    cells: int = 48  # [cells] of a field along each parameter
-    averaged: int = 16  # [points] whose other parameters a field is averaged over
     responses: int = 8  # [responses] largest number for which maps and curves are drawn
     rows: int = 40  # [rows] of a front, of causes or of warnings
     letters: int = 48  # [letters] longest text of a table cell in one line
@@ -72,7 +69,7 @@ class StudyPictures:
         """Draw a response over two parameters, or "met": the fraction of cases that meet the requirements.
 
         A response with a requirement has a contour at its bound. Between scattered points the response is
-        interpolated by kriging if it predicts points that are left out; uncertain regions are paler.
+        interpolated by a Gaussian process if it predicts points that are left out; uncertain regions are paler.
         """
         points = self._result.points
         responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
@@ -111,50 +108,6 @@ class StudyPictures:
 
     def _limits(self) -> dict[str, float]:
         return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}
-
-
-def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
-    """Return the interpolated field of a map and the boundaries of requirements; nothing if interpolation is not possible."""
-    names = result.study.paths
-    if len(names) < 2:
-        return None, []
-    x = x or names[0]
-    y = y or next(name for name in names if name != x)
-    bounds = [
-        Bound(requirement.label, field, requirement.bound)
-        for requirement in result.study.requirements
-        if colour in ("met", requirement.response.name)
-        and (field := _field(result, requirement.response.name, x, y)) is not None
-    ]
-    return None if colour == "met" else _field(result, colour, x, y), bounds
-
-
-def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
-    """Return the mean of a response over all parameters except x and y; None if the points do not predict each other."""
-    model, names = result.between(response), result.study.paths
-    if model is None:
-        return None
-    table, places = np.stack([result.points[name].values for name in names], axis=1), [names.index(x), names.index(y)]
-
-    def steps(place: int) -> np.ndarray:
-        space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
-        low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
-        return np.asarray(space(low, high, LAYOUT.cells))
-
-    across, up = map(steps, places)
-    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, LAYOUT.averaged).astype(int))]
-    rows = rows if len(names) > 2 else rows[:1]
-    total, squared = np.zeros(LAYOUT.cells**2), np.zeros(LAYOUT.cells**2)
-    for row in rows:
-        at = np.tile(row, (LAYOUT.cells**2, 1))
-        at[:, places[0]], at[:, places[1]] = np.tile(across, LAYOUT.cells), np.repeat(up, LAYOUT.cells)
-        mean, deviation = model.predict(at)
-        total += mean
-        squared += deviation**2
-    mean, deviation = (
-        values.reshape(LAYOUT.cells, LAYOUT.cells) for values in (total / len(rows), np.sqrt(squared / len(rows)))
-    )
-    return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
 
 
 ENDINGS = (".csv", ".parquet", ".nc")

@@ -14,8 +14,7 @@ from scipy import stats
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.studies.answer.estimate import Kriging
-from scissordyn.studies.answer.fact import Section
+from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.verdict import answered, by_point, case_values
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import MORRIS_LEVELS, MORRIS_SCALE, POINTS_MIN, morris_numbers
@@ -30,7 +29,6 @@ PREDICTED_SHARE_MIN = 0.5
 RANKED_VALUES_MIN = 6  # [values] of a response, below which parameters are not ranked
 SPARE_POINTS_MIN = 2  # [points] more than coefficients, from which a trend is fitted
 SHARE_MIN = 0.05  # [-] smallest share of the variance, or relative effect of a parameter, that is distinguished
-POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
 BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
 
 EXTRAPOLATION_RATIO_MAX = 10.0
@@ -103,22 +101,6 @@ class Trend:
         place, (low, high) = self.term(k, value), (self.term(k, end) for end in self.ranges[k])
         reach = max(high - low, math.log(EXTRAPOLATION_RATIO_MAX) if self.logarithmic[k] else 0.0)
         return value if low - reach <= place <= high + reach else math.nan
-
-
-def between_points(study: Study, points: xr.Dataset, response: str) -> Kriging | None:
-    """Return an interpolated response; None if the points of the study do not predict each other, or names vary."""
-    names = study.paths
-    if not names or any(factor.labels for factor in study.factors):
-        return None
-    x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
-    if np.isinf(values).any():  # points without a number would read as if the others went on there
-        return None
-    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
-    sizes = [np.unique(column_of[there]).size for column_of in x.T]
-    if not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= POINTS_MAX or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
-        return None
-    model = Kriging(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
-    return model if model.predicted >= PREDICTED_SHARE_MIN else None
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:

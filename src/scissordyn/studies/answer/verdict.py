@@ -11,7 +11,14 @@ import xarray as xr
 from scissordyn.studies.answer.estimate import fraction_interval
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import INDEPENDENT
-from scissordyn.studies.ask.requirement import Response, response_unit, response_values, value_text, whole_responses
+from scissordyn.studies.ask.requirement import (
+    Requirement,
+    Response,
+    response_unit,
+    response_values,
+    value_text,
+    whole_responses,
+)
 from scissordyn.studies.compute.optimise import candidates
 from scissordyn.studies.compute.store import COMPLETE, PENDING
 from scissordyn.studies.compute.table import chosen_numbers, column
@@ -152,7 +159,7 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
     worst: dict[int, Worst] = {}
     for requirement in study.requirements:
         values = response_values(results, requirement.response)
-        margins = np.where(complete, requirement.margin(values), np.inf)
+        margins = np.where(complete, case_margins(requirement, results), np.inf)
         order = np.argsort(margins, kind="stable")
         _, first = np.unique(place[order], return_index=True)  # of each place the case with the least margin
         for case in order[np.sort(first)[:count]].tolist():
@@ -179,11 +186,8 @@ class Recommendation:
     low: float
     high: float
     samples: int  # Samples of the point that are computed
-
-    @property
-    def binding(self) -> str:
-        """The requirement with the least margin."""
-        return self.margins[0].requirement
+    # The requirement with the least margin among those that some computed case does not meet; empty if all cases meet all
+    binding: str
 
 
 def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
@@ -197,27 +201,44 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     successes = int(meets_all(study, here).reshape(-1, study.members).all(axis=1).sum())
     probability = successes / count if count else np.nan
     low, high = fraction_interval(successes, count) if study.uncertain and count else (np.nan, np.nan)
-    rows, margins = np.flatnonzero(done), list[Margin]()
+    rows, margins, violated = np.flatnonzero(done), list[Margin](), set[str]()
+    complete = results["status"].values == COMPLETE
     for requirement in study.requirements:
-        values = response_values(here, requirement.response)
-        worst = int(rows[np.argmin(requirement.margin(values[rows]))])
-        value, text = values[worst], value_text(here, requirement.response, worst)
-        margins.append(Margin(requirement.label, float(value), text, float(requirement.margin(value))))
+        every = case_margins(requirement, results)[place * study.per_point : (place + 1) * study.per_point]
+        worst = int(rows[np.argmin(every[rows])])
+        value, text = response_values(here, requirement.response)[worst], value_text(here, requirement.response, worst)
+        margins.append(Margin(requirement.label, float(value), text, float(every[worst])))
+        if not requirement.met_in(results)[complete].all():
+            violated.add(requirement.label)
+    margins.sort(key=lambda requirement: requirement.margin)
     return Recommendation(
         place,
         {factor.path: float(here[column(factor.path)][0]) for factor in study.factors},
         bool(count) and successes == count,
-        tuple(sorted(margins, key=lambda requirement: requirement.margin)),
+        tuple(margins),
         probability,
         low,
         high,
         count,
+        next((margin.requirement for margin in margins if margin.requirement in violated), ""),
     )
+
+
+def case_margins(requirement: Requirement, results: xr.Dataset) -> np.ndarray:
+    """Return the margins of all cases as fractions of the bound, or for a bound of 0 of the largest value.
+
+    Shapes: returns (cases,).
+    """
+    margins = requirement.margin_in(results)
+    if requirement.bound:
+        return margins
+    sizes = np.abs(response_values(results, requirement.response))
+    return margins / (float(np.max(sizes, initial=0.0, where=np.isfinite(sizes))) or 1.0)
 
 
 def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
     """Return the least margin of each case over all requirements, shape (cases,)."""
-    return np.asarray(np.min([requirement.margin_in(results) for requirement in study.requirements], axis=0))
+    return np.asarray(np.min([case_margins(requirement, results) for requirement in study.requirements], axis=0))
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:

@@ -1,0 +1,144 @@
+"""Surfaces of responses between the points of a study, by a Gaussian process of scikit-learn.
+
+The process has a Matern 5/2 correlation with a length for each number, and noise, of largest likelihood (Rasmussen and
+Williams, Gaussian Processes for Machine Learning, 2006, chapters 2 and 5).
+"""
+
+from __future__ import annotations
+
+import warnings
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from scissordyn.plot.study import Bound, Field
+from scissordyn.plot.style import SIZES
+from scissordyn.studies.answer.trend import PREDICTED_SHARE_MIN
+from scissordyn.studies.ask.description import Study
+from scissordyn.studies.ask.design import POINTS_MIN
+
+if TYPE_CHECKING:
+    from scissordyn.studies.result import StudyResult
+
+POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
+CELLS = 48  # [cells] of a surface along each number: finer than the eye needs in a picture of 4 inches
+AVERAGED_POINTS = 16  # [points] whose other numbers a surface is averaged over
+
+
+class Surface:
+    """A response as a function of numbers, interpolated between points.
+
+    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n,).
+    """
+
+    def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray) -> None:
+        self._log = np.asarray(logarithmic, bool)
+        terms = self._terms(x)
+        self._low, self._width = terms.min(axis=0), np.ptp(terms, axis=0)
+        self.of_logarithm = bool(values.min() > 0.0 and values.max() > SIZES.logarithm_ratio * values.min())
+        y = np.log(values) if self.of_logarithm else np.asarray(values, float)
+        self._shift, self._scale = float(y.mean()), float(y.std())
+        self.process = _likeliest(self._unit(x), (y - self._shift) / self._scale)
+        self._leave_out(values)
+
+    def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the predicted response and its standard deviation.
+
+        Shapes: `x` (m, numbers); returns `mean, deviation` (m,).
+        """
+        mean, deviation = self.process.predict(self._unit(x), return_std=True)
+        y, deviation = self._shift + self._scale * mean, self._scale * deviation
+        return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
+
+    def _terms(self, x: np.ndarray) -> np.ndarray:
+        return np.where(self._log, np.log(np.where(self._log, x, 1.0)), x)
+
+    def _unit(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray((self._terms(x) - self._low) / self._width)
+
+    def _leave_out(self, values: np.ndarray) -> None:
+        """Predict each point from the others in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
+        inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
+        y = self._shift + self._scale * (self.process.y_train_ - self.process.alpha_ / np.diag(inverse))
+        self.left_out = np.exp(y) if self.of_logarithm else y
+        errors = values - self.left_out
+        self.predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
+        self.error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
+
+
+def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
+    """Fit a Gaussian process of largest likelihood to values of mean 0 and deviation 1 in the unit cube."""
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.gaussian_process import GaussianProcessRegressor
+    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+
+    lengths = (0.05, 20.0)  # of the cube: nothing between the points of a study is shorter, or changes the surface if longer
+    kernel = ConstantKernel() * Matern([1.0] * x.shape[1], lengths, nu=2.5) + WhiteKernel(1e-4, (1e-8, 1.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound: a number without influence
+        return GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0).fit(x, y)
+
+
+def between_points(study: Study, points: xr.Dataset, response: str) -> Surface | None:
+    """Return the surface of a response.
+
+    None if the points of the study do not predict each other, names vary, or scikit-learn is not installed.
+    """
+    names = study.paths
+    if not names or any(factor.labels for factor in study.factors):
+        return None
+    x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
+    if np.isinf(values).any():  # a surface of the points with a number would hide those without one
+        return None
+    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    sizes = [np.unique(column_of[there]).size for column_of in x.T]
+    if not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= POINTS_MAX or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+        return None
+    with suppress(ImportError):
+        surface = Surface(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
+        return surface if surface.predicted >= PREDICTED_SHARE_MIN else None
+    return None
+
+
+def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
+    """Return the interpolated field of a map and the boundaries of requirements; nothing if interpolation is not possible."""
+    names = result.study.paths
+    if len(names) < 2:
+        return None, []
+    x = x or names[0]
+    y = y or next(name for name in names if name != x)
+    bounds = [
+        Bound(requirement.label, field, requirement.bound)
+        for requirement in result.study.requirements
+        if colour in ("met", requirement.response.name)
+        and (field := _field(result, requirement.response.name, x, y)) is not None
+    ]
+    return None if colour == "met" else _field(result, colour, x, y), bounds
+
+
+def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
+    """Return the mean of a response over all parameters except x and y; None if the points do not predict each other."""
+    model, names = result.between(response), result.study.paths
+    if model is None:
+        return None
+    table, places = np.stack([result.points[name].values for name in names], axis=1), [names.index(x), names.index(y)]
+
+    def steps(place: int) -> np.ndarray:
+        space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
+        low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
+        return np.asarray(space(low, high, CELLS))
+
+    across, up = map(steps, places)
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, AVERAGED_POINTS).astype(int))]
+    rows = rows if len(names) > 2 else rows[:1]
+    total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+    for row in rows:
+        at = np.tile(row, (CELLS**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+        mean, deviation = model.predict(at)
+        total += mean
+        squared += deviation**2
+    mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
+    return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)

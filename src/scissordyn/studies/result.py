@@ -106,8 +106,7 @@ class StudyResult:
     @property
     def warnings(self) -> dict[str, list[int]]:
         """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
-        # a store of an earlier version has none
-        return grouped_lines(self.dataset["warnings"].values if "warnings" in self.dataset else ())
+        return grouped_lines(self.dataset["warnings"].values)
 
     # --- answers --------------------------------------------------------------------------------------------------------
 

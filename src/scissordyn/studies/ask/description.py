@@ -32,7 +32,6 @@ NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms t
 UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, which are independent of those of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
-EARLIER = {"address": "path"}  # Present names of fields by their names in earlier files
 
 
 @dataclass(frozen=True)
@@ -469,7 +468,6 @@ def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
         return {key: from_plain(arguments[1], entry, read) for key, entry in plain.items()}
     if is_dataclass(kind) and isinstance(plain, Mapping):
         hints = get_type_hints(kind)
-        named: dict[Any, Any] = {EARLIER.get(name, name): entry for name, entry in plain.items()}
         built: Any = kind
-        return built(**{name: from_plain(hints[name], entry, read) for name, entry in named.items()})
+        return built(**{str(name): from_plain(hints[str(name)], entry, read) for name, entry in plain.items()})
     return accepted(plain, hint)

@@ -1,4 +1,4 @@
-"""The store of a study, one SQLite file with a row for each case, written by one process; earlier ones are converted."""
+"""The store of a study, one SQLite file with a row for each case, written by one process."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scissordyn.studies.compute import table
 from scissordyn.warning import LISTED_MAX
 
 PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending
-FORMAT_VERSION = 3  # `user_version` of the file; stores of formats 1 and 2 were folders
+FORMAT_VERSION = 3  # `user_version` of the file
 APPLICATION_ID = 0x73636973  # `application_id` of the file, "scis"
 
 NOTES = ("study", "fingerprint", "columns", "block", "cases")

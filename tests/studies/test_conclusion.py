@@ -415,7 +415,7 @@ def test_fronts_and_effects_have_units() -> None:
     found = found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))})
     part = best_points(result_of(best, found), 5)
     assert part.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
-    assert part.rows == [("2", "0.3000", "30.000")]
+    assert part.rows == [("2", "0.3000", "30.00")]
     steps = np.array([[0.0], [2.0 / 3.0]] * 8)
     effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
     effects.attrs["units"] = "N"

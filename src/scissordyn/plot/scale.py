@@ -71,6 +71,8 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
 
 def _printed(unit: str) -> str:
     """Return a unit with superscript powers, and dots for products."""
+    if " or " in unit:
+        return " or ".join(map(_printed, unit.split(" or ")))
     product = "·".join(unit.replace("**", "^").replace("*", " ").replace("/", " / ").split()).replace("·/·", "/")
     return product.replace("^2", "²").replace("^3", "³")
 

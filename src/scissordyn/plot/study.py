@@ -99,6 +99,12 @@ def _ratio(values: np.ndarray) -> float:
     return float(values.max() / values.min()) if values.size and values.min() > 0.0 else 1.0
 
 
+def _label(points: xr.Dataset, name: str, scale: Scale) -> str:
+    """Return the label of a response or factor with its unit, wrapped."""
+    longest = 44  # characters per line
+    return "\n".join(wrap(literal(scale.label(str(points[name].attrs.get("label", name)))), longest))
+
+
 def _legend(axes: Sequence[Axes]) -> None:
     """Add a legend with dots of a visible size."""
     shown = legend(axes, above=True)
@@ -159,7 +165,7 @@ def feasibility_map(
     panel.set(xlabel=sx.label(literal(x)), ylabel=sy.label(literal(y)))
     _scale_axis(panel.xaxis, sx, points[x].values)
     _scale_axis(panel.yaxis, sy, points[y].values)
-    label = "fraction that meets the requirements" if colour == "met" else sc.label(literal(colour))
+    label = "fraction that meets the requirements" if colour == "met" else _label(points, colour, sc)
     bar = figure_of(panel).colorbar(drawn, ax=panel)
     bar.set_label(label, fontsize=small())
     bar.ax.tick_params(labelsize=small())
@@ -275,7 +281,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             if row == len(names) - 1:
                 panel.set_xlabel(sx.label(literal(factor)))
             if place == 0:
-                panel.set_ylabel(sy.label(literal(name)))
+                panel.set_ylabel(_label(points, name, sy), fontsize=small())
     if len(factors) < len(every):
         title = f"{len(factors)} of {len(every)} factors: those with the largest rank correlations"
         panels_drawn[0].set_title(title, loc="left", fontsize=small())
@@ -365,7 +371,7 @@ def sensitivity_bars(indices: dict[str, xr.Dataset], *, axes: Canvas = None) -> 
         panel.set_yticks(places, [literal(str(factor)) for factor in factors])
         panel.invert_yaxis()
         what = "mean absolute effect on" if table.attrs["method"] == "morris" else "Sobol index of"
-        panel.set_xlabel(scale.label(f"{what} {literal(name)}"))
+        panel.set_xlabel(scale.label(f"{what} {literal(str(table.attrs.get('label', name)))}"))
     _legend(panels_drawn)
     return panels_drawn
 
@@ -413,7 +419,7 @@ def pareto_front(
     panel.plot(x[front][order], y[front][order], label=f"Pareto front{cheap}", **look)
     if confirmed is not None:
         _draw_confirmed(panel, confirmed, goals, shown)
-    labels = [scale.label(literal(goal.partition(" ")[2])) for scale, goal in zip(scales, goals, strict=True)]
+    labels = [_label(tried, goal, scale) for scale, goal in zip(scales, goals, strict=True)]
     panel.set(xlabel=labels[0], ylabel=labels[1])
     _legend([panel])
     return [panel]

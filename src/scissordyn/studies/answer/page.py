@@ -108,12 +108,12 @@ def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
     scale = number_scale(study, results, factor.name, *typical)
     unit = f" {scale.unit}" if scale.unit else ""
     if isinstance(variation, Levels | Names):
-        values = [scale.text(value, 6) for value in variation.levels()]
+        values = [scale.text(value) for value in variation.levels()]
         shown = values if len(values) <= LISTED_MAX else [*values[:LISTED_MAX], f"... {values[-1]}"]
         return f"{', '.join(shown)}{unit}"
     if isinstance(variation, Distribution):
-        return f"{variation.text(lambda value: scale.text(value, 6))}{unit}"
-    low, high = (scale.text(end, 6) for end in variation.ends)
+        return f"{variation.text(scale.text)}{unit}"
+    low, high = (scale.text(end) for end in variation.ends)
     about = f"{len(variation.values)} measured values, " if isinstance(variation, Empirical) else ""
     return f"{about}{low} to {high}{unit}" + (", log" if factor.logarithmic else "")
 
@@ -146,7 +146,7 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
             spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
             without = int(np.isinf(values).sum())
             missing |= without > 0
-            rows.append((response.name, *shown, scale.unit or "1", *spread, str(without)))
+            rows.append((response.name, *shown, scale.unit, *spread, str(without)))
     head = ("response", "smallest", "median", "largest", "unit")
     head += ("largest spread of members",) if study.members > 1 else ()
     if not missing:
@@ -162,7 +162,7 @@ def best_points(result: StudyResult, most: int) -> Section:
     rows = np.flatnonzero(tried["front"].values) if best < 0 else np.array([best])
     signs = {**dict.fromkeys(result.study.paths, 1.0), **{goal.label: goal.sign for goal in search.goals}}
     scales = {name: scale_of(tried[name].isel(point=rows)) for name in signs}
-    columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=5) for name, sign in signs.items()]
+    columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=4) for name, sign in signs.items()]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
     notes = [f"{counted(tried.sizes['point'], 'point')} tried; measure of risk: {search.risk}."]
     if len(rows) > most:

@@ -173,6 +173,10 @@ code { background: #f4f4f4; padding: .1rem .3rem; } td code { white-space: norma
 img { max-width: 100%; }
 h1, h2 { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
+@media screen and (prefers-color-scheme: dark) {
+  body { background: #16181c; color: #dcdcdc; } th, td { border-color: #3a3d44; } code { background: #24272d; }
+  img { border-radius: .3rem; }
+}
 @page { size: A4; margin: 14mm; }
 @media print {
   body { font-size: 11px; max-width: none; margin: 0; padding: 0; } .scroll { overflow: visible; }
@@ -202,7 +206,8 @@ SECTIONS = """
 REPORT = """
 <!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 {# without a viewport a telephone shows the page as wide as a desk screen, and small #}
-<title>Study {{ store }}</title><style>{{ style }}</style><h1>Study {{ store }}</h1>
+<title>Study {{ store }}</title><meta name="color-scheme" content="light dark">
+<style>{{ style }}</style><h1>Study {{ store }}</h1>
 {{ answers }}<p>Commands are typed in the folder that has {{ store }}.</p>
 {% for title, least, picture in pictures %}<h2>{{ title }}</h2><div class="scroll">
 <img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
@@ -221,7 +226,7 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
         drawn.append(("How often each requirement is met", plot.requirements))
     if study.factors and 0 < len(responses) <= LAYOUT.responses:
         for name in (*(("met",) if study.requirements else ()), *responses) if len(study.factors) > 1 else ():
-            title = "Where the requirements are met" if name == "met" else f"Map of {name}"
+            title = "Where the requirements are met" if name == "met" else f"Map: {points[name].attrs['label']}"
             drawn.append((title, partial(plot.map, name)))
         drawn.append(("Response curves", plot.curves))
     if result.indices[0]:

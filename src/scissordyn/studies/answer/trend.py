@@ -247,7 +247,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
                 table = sobol_indices(values, names)
             else:
                 table = morris_indices(morris_numbers(study.design, len(names)), values, names)
-            indices[name] = table.assign_attrs(units=points[name].attrs["units"])
+            indices[name] = table.assign_attrs({key: points[name].attrs[key] for key in ("units", "label")})
         except InputError as error:
             left_out[name] = str(error)
     return indices, left_out

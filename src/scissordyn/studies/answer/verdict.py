@@ -14,6 +14,7 @@ from scissordyn.studies.ask.design import INDEPENDENT
 from scissordyn.studies.ask.requirement import (
     Requirement,
     Response,
+    response_label,
     response_unit,
     response_values,
     value_text,
@@ -90,7 +91,8 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     for response in answered(study, results):
         name = response.name
         cells = study.cells(case_values(study, results, response))
-        together, about = cells.reshape(count, -1), {"units": response_unit(results, response), "role": "response"}
+        about = {"units": response_unit(results, response), "role": "response", "label": response_label(results, response)}
+        together = cells.reshape(count, -1)
         variables[name] = ("point", _mean(together), {**about, "long_name": f"mean {name}"})
         extreme = np.fmin if response.smallest else np.fmax
         variables[f"worst {name}"] = ("point", extreme.reduce(together, axis=1), {**about, "role": "worst"})

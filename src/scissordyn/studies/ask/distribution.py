@@ -181,7 +181,9 @@ class Distribution(Variation):
 
     def text(self, write: Callable[[float], str]) -> str:
         """Return the text of the distribution in a study file, without its unit; `write` writes location and scale."""
-        written = (f"{name}={write(number) if name in ('loc', 'scale') else f'{number:g}'}" for name, number in self.arguments)
+        written = (
+            f"{name}={write(number) if name in ('loc', 'scale') else f'{number:.4g}'}" for name, number in self.arguments
+        )
         return f"{self.name}({', '.join(written)})"
 
 

@@ -173,7 +173,16 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
     variable = results[response.measure]
     if response.part and COMPONENT_UNIT in variable.coords:
         return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
-    return response.unit or str(variable.attrs.get("units", "1"))
+    units = set(units_of_parts(results, response.measure))
+    return response.unit or (units.pop() if len(units) == 1 else str(variable.attrs.get("units", "1")))
+
+
+def response_label(results: xr.Dataset, response: Response) -> str:
+    """Return the label of a response in pictures, from the declaration of its measure: "A: largest indentation"."""
+    measure, kind = response.measure, KINDS.get(response_unit(results, response), "force or torque")
+    text = MEASURES[measure].long_name if measure in MEASURES else str(results[measure].attrs.get("long_name") or measure)
+    words = re.split("[:;,]", text)[0].replace("force [N] or torque [N m]", kind).replace("force or torque", kind)
+    return f"{response.part}: {words}" if response.part else words
 
 
 def check_part(mechanism: Mechanism, response: Response) -> None:

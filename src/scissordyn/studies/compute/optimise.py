@@ -12,7 +12,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, design_values, quantiles
-from scissordyn.studies.ask.requirement import Optimisation, response_unit, response_values, risk_value
+from scissordyn.studies.ask.requirement import Optimisation, response_label, response_unit, response_values, risk_value
 from scissordyn.studies.compute.execute import How, execute
 from scissordyn.studies.compute.store import COMPLETE, PENDING, Store
 from scissordyn.studies.compute.table import about_number, chosen_numbers, column
@@ -162,7 +162,8 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     for goal, values in zip(plan.goals, matrix.T, strict=True):
         chosen = goal.measure in study.factor_names
         unit = about_number(study, results, goal.measure) if chosen else {"units": response_unit(results, goal.response)}
-        about = {**unit, "long_name": f"{plan.risk} of {goal.response.name}"}
+        label = goal.measure if chosen else response_label(results, goal.response)
+        about = {**unit, "long_name": f"{plan.risk} of {goal.response.name}", "label": label}
         variables[goal.label] = ("point", values, about)
     complete = np.asarray(study.cells(results["status"].values == COMPLETE).all(axis=(1, 2)))
     front, usable = np.zeros(len(complete), bool), complete & (violation <= 0.0)

@@ -242,12 +242,12 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     assert 0.02 * 400 <= beyond <= 0.09 * 400
     uncertain = tuple(Factor(name, Interval(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
     described = study(
-        uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 6), measures=("peak_force",)
+        uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 8), measures=("peak_force",)
     )
-    found = made_up(described, described.numbers(np.arange(6))["A.clearance"])
+    found = made_up(described, described.numbers(np.arange(8))["A.clearance"])
     table = rankings(described, found, trends(described, found))[0]
     assert table.rows[0][:2] == ("A.clearance", "+1.00")
-    assert "6 samples of 4 parameters" in table.notes[0]
+    assert "8 samples of 4 parameters" in table.notes[0]
 
 
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:

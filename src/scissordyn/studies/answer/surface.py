@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
-CELLS = 48  # [cells] of a surface along each number: finer than the eye needs in a picture of 4 inches
-AVERAGED_POINTS = 16  # [points] whose other numbers a surface is averaged over
 
 
 class Surface:
@@ -102,8 +100,8 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
     return None
 
 
-def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tuple[Field | None, list[Bound]]:
-    """Return the interpolated field of a map and the boundaries of requirements; nothing if interpolation is not possible."""
+def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: int = 48) -> tuple[Field | None, list[Bound]]:
+    """Return the surface of a map and those of requirements, on a grid of `cells` x `cells`; nothing if there is no surface."""
     names = result.study.paths
     if len(names) < 2:
         return None, []
@@ -113,13 +111,13 @@ def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "") -> tupl
         Bound(requirement.label, field, requirement.bound)
         for requirement in result.study.requirements
         if colour in ("met", requirement.response.name)
-        and (field := _field(result, requirement.response.name, x, y)) is not None
+        and (field := _field(result, requirement.response.name, x, y, cells)) is not None
     ]
-    return None if colour == "met" else _field(result, colour, x, y), bounds
+    return None if colour == "met" else _field(result, colour, x, y, cells), bounds
 
 
-def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
-    """Return the mean of a response over all parameters except x and y; None if the points do not predict each other."""
+def _field(result: StudyResult, response: str, x: str, y: str, cells: int, averaged: int = 16) -> Field | None:
+    """Return the surface of a response over x and y, the mean over the other numbers of `averaged` points; None without one."""
     model, names = result.between(response), result.study.paths
     if model is None:
         return None
@@ -128,17 +126,16 @@ def _field(result: StudyResult, response: str, x: str, y: str) -> Field | None:
     def steps(place: int) -> np.ndarray:
         space = np.geomspace if result.study.factors[place].logarithmic else np.linspace
         low, high = float(table[:, place].min()), float(table[:, place].max())  # nothing is extrapolated
-        return np.asarray(space(low, high, CELLS))
+        return np.asarray(space(low, high, cells))
 
     across, up = map(steps, places)
-    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, AVERAGED_POINTS).astype(int))]
-    rows = rows if len(names) > 2 else rows[:1]
-    total, squared = np.zeros(CELLS**2), np.zeros(CELLS**2)
+    rows = table[np.unique(np.linspace(0, table.shape[0] - 1, averaged).astype(int))] if len(names) > 2 else table[:1]
+    means, variances = [], []
     for row in rows:
-        at = np.tile(row, (CELLS**2, 1))
-        at[:, places[0]], at[:, places[1]] = np.tile(across, CELLS), np.repeat(up, CELLS)
+        at = np.tile(row, (cells**2, 1))
+        at[:, places[0]], at[:, places[1]] = np.tile(across, cells), np.repeat(up, cells)
         mean, deviation = model.predict(at)
-        total += mean
-        squared += deviation**2
-    mean, deviation = (values.reshape(CELLS, CELLS) for values in (total / len(rows), np.sqrt(squared / len(rows))))
-    return Field(across, up, mean, deviation, float(np.nanstd(result.points[response].values)), model.error)
+        means.append(mean.reshape(cells, cells))
+        variances.append(deviation.reshape(cells, cells) ** 2)
+    deviation = np.sqrt(np.mean(variances, axis=0))
+    return Field(across, up, np.mean(means, axis=0), deviation, float(np.nanstd(result.points[response].values)), model.error)

@@ -26,8 +26,6 @@ from scissordyn.warning import LISTED_MAX
 
 # [-] share of the variance, predicted with each point left out in turn, from which a trend is reported
 PREDICTED_SHARE_MIN = 0.5
-RANKED_VALUES_MIN = 6  # [values] of a response, below which parameters are not ranked
-SPARE_POINTS_MIN = 2  # [points] more than coefficients, from which a trend is fitted
 SHARE_MIN = 0.05  # [-] smallest share of the variance, or relative effect of a parameter, that is distinguished
 BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
 
@@ -148,7 +146,9 @@ def fitted(
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
     count = int(groups.max(initial=-1)) + 1
-    if not names or count < len(names) + 1 + SPARE_POINTS_MIN or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
+    coefficients = len(names) + 1
+    # the jackknife leaves out one group, and needs one more than coefficients then
+    if not names or count < coefficients + 2 or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
         return ()
     ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
     forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
@@ -289,7 +289,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
         clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
-        if clear or rows.sum() < RANKED_VALUES_MIN or np.unique(values[rows]).size < 3:
+        if clear or rows.sum() < POINTS_MIN or np.unique(values[rows]).size < 3:
             continue
         tables.append(_table(response.name, names, numbers[rows], values[rows]))
     return tables

@@ -35,7 +35,6 @@ or busy machines."""
 BUSY_FRACTION_MAX = 0.5  # [-] fraction of the time that a scheduler may be busy; blocks for very many workers are longer
 WORKER_BLOCKS_MIN = 4  # [blocks] for each worker, so that none waits long for the last
 TIMED_CASES = 8  # [cases] whose time is taken to choose a block
-QUICK_CASE_SECONDS = 0.1  # [s] a longer case is timed alone
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
         return (time.perf_counter() - began) / cases.size
 
     seconds = seconds_of(np.array([0]))
-    if seconds < QUICK_CASE_SECONDS:
+    if TIMED_CASES * seconds < BLOCK_SECONDS:
         seconds = seconds_of(np.unique(np.linspace(0, study.cases - 1, TIMED_CASES).astype(int)))
     size = int(np.clip(block_seconds(workers) / max(seconds, 1e-6), 1, CHUNK_CASES_MAX))
     whole = study.per_point * max(1, size // study.per_point)

@@ -1,4 +1,4 @@
-"""A study and what its store holds as one object: answers, tables, pictures, and what can be done next."""
+"""A study with the results in its store: answers, tables, pictures, and further computation."""
 
 from __future__ import annotations
 
@@ -51,21 +51,21 @@ COUNTED = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}  # Status
 
 
 class StudyResult:
-    """A study and what its store holds, read when it is first asked for.
+    """A study and the results in its store, which are read at the first use.
 
     Parameters
     ----------
     study : Study
-        What was asked.
+        Description of the study.
     store : Store
     build : callable, optional
-        The study with its mechanism and functions, where `study` is one that was only read.
+        Function that returns the study with its mechanism and functions, if `study` was only read.
     """
 
     def __init__(self, study: Study, store: Store, build: Callable[[], Study] | None = None) -> None:
         self.study, self.store, self._build = study, store, build
 
-    # --- what there is --------------------------------------------------------------------------------------------------
+    # --- results --------------------------------------------------------------------------------------------------------
 
     @cached_property
     def dataset(self) -> xr.Dataset:
@@ -158,7 +158,7 @@ class StudyResult:
 
     @cached_property
     def conclusion(self) -> Conclusion:
-        """At most five sentences, tables of requirements, recommended point and trends, and next steps."""
+        """Sentences (at most five), tables of requirements, recommended point and trends, and next steps."""
         return conclude(self, self.store.path)
 
     @cached_property
@@ -310,27 +310,27 @@ class StudyResult:
     # --- going on -------------------------------------------------------------------------------------------------------
 
     def resume(self, *, engine: Engine = None, retry: bool = False, progress: ShowProgress = None) -> StudyResult:
-        """Do what is missing.
+        """Compute the pending cases.
 
         Parameters
         ----------
         engine : Executor or int, optional
             A number is one of threads; one thread per processor if not given.
         retry : bool
-            Do cases that failed again.
+            Repeat failed cases.
         progress : callable, optional
-            Called after each block with how far it is: `complete`, `failed`, `cases`, `rate` [1/s], `left` [s].
+            Called after each block with its progress: `complete`, `failed`, `cases`, `rate` [1/s], `left` [s].
 
         Returns
         -------
         StudyResult
-            The same, with what there is now.
+            The same, with the present results.
         """
         study = replace(self.built(), design=self.store.design())  # which may have more points by now
         return self._now(computed(study, self.store.path, engine=engine, retry=retry, progress=progress))
 
     def extend(self, points: int, *, engine: Engine = None, progress: ShowProgress = None) -> StudyResult:
-        """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and do them.
+        """Add points to a random, Sobol or Saltelli design, or generations to an optimisation, and compute them.
 
         Parameters
         ----------
@@ -342,7 +342,7 @@ class StudyResult:
         Returns
         -------
         StudyResult
-            The same, with what there is now.
+            The same, with the present results.
         """
         study = self.built()
         if study.optimisation is not None:
@@ -368,9 +368,9 @@ class StudyResult:
             ``"minimise peak_force"``, ``"maximise A.clearance"``. One is searched by CMA-ES, several by NSGA-II; all
             combinations are tried where names are chosen, which have no order.
         store : path
-            Of the search; one that was begun goes on.
+            Store of the search; an existing one is continued.
         risk : str
-            What counts of a goal over uncertain numbers and members: "mean", "worst", "quantile 95 %", "cvar 95 %".
+            Statistic of a goal over uncertain numbers and members: "mean", "worst", "quantile 95 %", "cvar 95 %".
         population, generations, seed : int
             Candidates of a generation (0 for the method's own choice), number of generations, seed of the method.
         engine, progress

@@ -46,7 +46,7 @@ class Need:
 class Conclusion:
     """Answers of a study."""
 
-    sentences: tuple[RunWarning, ...]  # Where the requirements are met, the recommended point, members, cheap runs
+    sentences: tuple[RunWarning, ...]  # On the requirements, the recommended point, and members
     requirements: Section  # Margins at the recommended point, fractions of the range with intervals, needed values
     point: Section  # Numbers of the recommended point
     trends: Section
@@ -236,16 +236,21 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
             continue
         side = "at most" if requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0) else "at least"
         scale = number_scale(study, results, name, first, last)
-        text = f"{name} {side} {scale.with_unit(value, 2)}"
+        text = f"{name} {side} {_rounded(scale, value)}"
         beyond = not first <= value <= last
         if beyond:
             text += f", extrapolated from {scale.text(first, 3)} to {scale.with_unit(last, 3)}"
         other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_MIN), None)
         if other is not None:
             second = other.reached(name, requirement.bound, numbers)
-            text += f"; by a {FORMS[other.form]} {'no value' if math.isnan(second) else scale.with_unit(second, 2)}"
+            text += f"; by a {FORMS[other.form]} {'no value' if math.isnan(second) else _rounded(scale, second)}"
         found.append(Need(requirement.label, name, value, text, beyond))
     return found
+
+
+def _rounded(scale: Scale, value: float) -> str:
+    """Return a value from a trend with two digits and its unit."""
+    return f"{float(scale.text(value, 2)):g} {scale.unit}".rstrip()
 
 
 def _facts_of_requirements(

@@ -99,7 +99,7 @@ def _check(study: Study, budget: float | None) -> None:
         return
     kind, allowed = (study.design.kind, "design") if study.factors else (study.sampling.kind, "sampling")
     if kind not in SPLIT:
-        what = f"cheap runs of a {kind} {allowed}, of which the first points are not a sample"
+        what = f"cheap runs of a {kind} {allowed}, whose first points are not a sample"
         raise InputError(what, f"a {allowed} of kind {' or '.join(SPLIT)}", f'kind = "{SPLIT[1]}"')
     if budget is not None and not study.factors:
         raise InputError("a budget of a study of one point", "numbers under [vary], with a design", 'kind = "random"')

@@ -202,8 +202,8 @@ class Study:
         first, *others = (parts_of(variant) for variant in self.variants)
         differs = next((dim for parts in others for dim in dims if parts[dim] != first[dim]), None)
         if differs is not None:
-            what = f"measures of each {differs}, of which the mechanisms have different ones"
-            raise InputError(what, f"names and dimensions with which each {differs} stays, or other measures")
+            what = f"measures of each {differs}, which differ between the mechanisms"
+            raise InputError(what, f"names and dimensions that keep each {differs}, or other measures")
 
     def _check_size(self) -> None:
         """Raise `InputError` for more cases than answers are computed from."""
@@ -454,7 +454,7 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(hint: Any, plain: Any, read: Read = MappingProxyType({})) -> Any:
-    """The value of which `to_plain` wrote this; `ValueError` if plain data do not fit the annotation."""
+    """Return the value that `to_plain` wrote; raise `ValueError` if plain data do not fit the annotation."""
     kind: Any = next((member for member in members(hint) if member is not type(None)), Any)
     if kind in read:
         return None if plain is None else read[kind](plain)

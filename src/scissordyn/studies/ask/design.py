@@ -70,7 +70,7 @@ class Factor:
 
     @property
     def shown(self) -> dict[str, Any]:
-        """Attributes that tell pictures the unit, or the names."""
+        """Attributes of variables with the unit or the names that pictures show."""
         if self.labels:
             return {"labels": list(self.labels)}
         return {"shown_unit": self.unit, "shown_scale": self.scale} if self.unit else {}
@@ -264,7 +264,7 @@ OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = Mapp
         "morris": lambda design, d, at: morris_numbers(design, d)[at],
     }
 )
-"""Designs by kind: the numbers of points in the unit cube, of which the quantile functions make values."""
+"""Designs by kind: the points in the unit cube, which are probabilities of the quantile functions."""
 
 DESIGNS = (*OF_LEVELS, *OF_NUMBERS, "adaptive")
 INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Designs whose points are a sample of the range

@@ -309,7 +309,7 @@ def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Seq
 
 
 def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
-    """Return a measure of risk of values, of which large ones are bad.
+    """Return a measure of risk of values; large values are bad.
 
     Shapes: `values` (points, cases); returns (points,).
     """

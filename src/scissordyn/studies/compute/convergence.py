@@ -98,16 +98,16 @@ def convergence(
     ----------
     mechanism : Mechanism
     options : Options
-        Of the runs; rtol and atol, or with hard contacts the step, are those that are tried.
+        Options of the runs; rtol and atol, or with hard contacts the step, are varied.
     response : str
         A measure of `simulate_many`, or that of a part: ``peak_force``, ``tip.error``.
     within : float
-        How well it is to be known, as a fraction of it.
+        Required accuracy, as a fraction of the measure.
     members : int
         Runs at each level from starts that differ by round-off.
     threads : int, optional
     over : {"accuracy", "modes"}
-        What is tried: tolerances or steps, or with these as they are, numbers of modes of all bars that bend.
+        Setting that is varied: tolerance or step, or the number of modes of all bars that bend.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def convergence(
     Raises
     ------
     InputError
-        If there is no such measure or part, or no bar that bends by modes.
+        If the measure or part does not exist, or no bar bends by modes.
     """
     if not 0.0 < within < 1.0:
         raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")

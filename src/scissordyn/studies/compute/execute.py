@@ -1,4 +1,4 @@
-"""Do what is missing of a study, block by block: the cases of each are one batch, whose rows go to the store."""
+"""Compute the pending cases of a study, block by block: the cases of a block are one batch, whose rows go to the store."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class Progress:
     complete: int
     failed: int
     cases: int
-    seconds: float  # Since it was begun or taken up [s]
-    done_here: int  # Cases since then
+    seconds: float  # Time since the start of this computation [s]
+    done_here: int  # Cases of this computation
     generation: int = 0  # Generation of an optimisation, from 1
 
     @property
@@ -64,7 +64,7 @@ class How(TypedDict, total=False):
 
     engine: Engine
     block: int | None  # Cases of a block of a new store
-    retry: bool  # Do cases that failed again
+    retry: bool  # Repeat failed cases
     progress: Callable[[Progress], None] | None
     generation: int  # Generation of an optimisation, from 1
 
@@ -110,7 +110,7 @@ def execute(
     points: np.ndarray | None = None,
     **how: Unpack[How],
 ) -> Store:
-    """Do the missing cases of a study; what is in the store already is kept.
+    """Compute the missing cases of a study; the rows of the store are kept.
 
     Shapes: `points` (points, factors).
     """
@@ -153,7 +153,7 @@ def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: 
 
 
 def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpack[How]) -> Store:
-    """Add points to a random, Sobol or Saltelli design, and do them."""
+    """Add points to a random, Sobol or Saltelli design, and compute them."""
     if not study.design.extendable:
         raise InputError(f"more points of a {study.design.kind} design", "a random, sobol or saltelli design")
     if points < study.design.points:
@@ -172,7 +172,7 @@ def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpac
 
 
 class ProgramError(ScissordynError):
-    """A worker whose program gives other numbers than the one that hands out the blocks."""
+    """Error of a worker whose program differs from the one that hands out the blocks."""
 
 
 @dataclass(frozen=True)

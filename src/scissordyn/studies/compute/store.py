@@ -34,25 +34,25 @@ LOCK_SECONDS_MAX = 60.0  # [s] longest time that a writer waits for readers
 
 
 class StoreError(ScissordynError):
-    """A store that could be read or written before and cannot now: a full disk, a disk that is gone."""
+    """Error of the disk: a store can no longer be read or written."""
 
 
 @dataclass(frozen=True)
 class BlockResult:
-    """The rows of a block: values by array, status, cause and warnings of each case, and what they took."""
+    """Rows of a block: values by array, status, cause and warnings of each case, and times."""
 
     cases: np.ndarray
     values: Mapping[str, np.ndarray]
     status: np.ndarray
     texts: list[tuple[str, str]]
-    times: Sequence[float] = (0.0, 0.0, 0.0)  # Seconds, those of integration, and how many cases took them
+    times: Sequence[float] = (0.0, 0.0, 0.0)  # Seconds, seconds of integration, and number of timed cases
 
 
 class Store:
     """The store of one study, in a file.
 
-    Every row has a digest, by which a changed byte is noticed: its case is pending again. A block of cases is written in one
-    transaction: after a kill or on a full disk it is there or not.
+    Each row has a digest: the case of a changed row is pending again. A block of cases is written in one transaction: after a
+    kill or on a full disk it is complete or absent.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -166,7 +166,7 @@ class Store:
 
     @contextmanager
     def _sound(self, name: str) -> Iterator[None]:
-        """Raise `InputError` if what a note says cannot be used: another program has written it, with the right digest."""
+        """Raise `InputError` if a note has the right digest but unusable content, as written by another program."""
         try:
             yield
         except ScissordynError:
@@ -282,13 +282,13 @@ class Store:
             _write_block(connection, block, size, added)
 
     def extend(self, study: Study) -> None:
-        """Make room for more points of the same design."""
+        """Change the study to more points of the same design."""
         with self.alone(), self._transaction() as connection:
             _note(connection, "study", study.to_plain())
             _note(connection, "cases", study.cases)
 
     def conclude(self, facts: Sequence[Mapping[str, Any]]) -> None:
-        """Note what the study has found, as plain data, for other tools."""
+        """Write the answers of the study as plain data, for other tools."""
         with self.alone(), self._transaction() as connection:
             _note(connection, "conclusions", facts)
 

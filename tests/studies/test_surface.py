@@ -122,5 +122,6 @@ def test_legends_of_lines_and_marks() -> None:
 
 def test_maps_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: without the package maps show the points alone."""
-    monkeypatch.setitem(sys.modules, "sklearn", None)
+    for name in [name for name in sys.modules if name.split(".")[0] == "sklearn"]:
+        monkeypatch.setitem(sys.modules, name, None)
     assert surfaces(result_of(*proportional(1000.0)), "peak_force") == (None, [])

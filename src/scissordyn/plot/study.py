@@ -99,9 +99,8 @@ def _ratio(values: np.ndarray) -> float:
     return float(values.max() / values.min()) if values.size and values.min() > 0.0 else 1.0
 
 
-def _label(points: xr.Dataset, name: str, scale: Scale) -> str:
-    """Return the label of a response or factor with its unit, wrapped."""
-    longest = 44  # characters per line
+def _label(points: xr.Dataset, name: str, scale: Scale, longest: int = 44) -> str:
+    """Return the label of a response or factor with its unit, wrapped to lines of `longest` characters."""
     return "\n".join(wrap(literal(scale.label(str(points[name].attrs.get("label", name)))), longest))
 
 
@@ -281,7 +280,7 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             if row == len(names) - 1:
                 panel.set_xlabel(sx.label(literal(factor)))
             if place == 0:
-                panel.set_ylabel(_label(points, name, sy), fontsize=small())
+                panel.set_ylabel(_label(points, name, sy, longest=28), fontsize=small())
     if len(factors) < len(every):
         title = f"{len(factors)} of {len(every)} factors: those with the largest rank correlations"
         panels_drawn[0].set_title(title, loc="left", fontsize=small())

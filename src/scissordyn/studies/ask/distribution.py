@@ -16,7 +16,7 @@ from scissordyn.units import Meaning, documented
 
 GRID_LEVELS = 10  # [levels] of an interval in a grid, by default
 
-PROBABILITY_MIN, PROBABILITY_MAX = np.finfo(float).tiny, 1.0 - np.finfo(float).epsneg
+PROBABILITY_MIN, PROBABILITY_MAX = 0.5 * np.finfo(float).epsneg, 1.0 - np.finfo(float).epsneg
 """Probabilities that keep the quantiles of unbounded distributions finite."""
 
 DISTRIBUTIONS = ("uniform", "norm", "truncnorm", "lognorm", "triang", "trapezoid", "beta", "weibull_min")
@@ -170,7 +170,8 @@ class Distribution(Variation):
             )
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
-        return np.asarray(_scipy(self.name).ppf(np.clip(u, PROBABILITY_MIN, PROBABILITY_MAX), **dict(self.arguments)))
+        with np.errstate(invalid="ignore"):  # of arguments out of range, which give NaN
+            return np.asarray(_scipy(self.name).ppf(np.clip(u, PROBABILITY_MIN, PROBABILITY_MAX), **dict(self.arguments)))
 
     @property
     def ends(self) -> tuple[float, float]:

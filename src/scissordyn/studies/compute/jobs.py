@@ -68,7 +68,7 @@ class Jobs:
 
     def __init__(self, cluster: Any, kind: str, count: int, folder: Path, report: Callable[[str], None]) -> None:
         self._cluster, self._kind, self._count, self._folder, self._report = cluster, kind, count, folder, report
-        self._submitted, self._alive = 0, list[str]()  # Number of submitted jobs; the queue's numbers of those that have not ended
+        self._submitted, self._alive = 0, list[str]()  # Number of submitted jobs; queue's numbers of those not ended
         self._ended, self._fruitless, self._finished = 0, 0, 0  # Ended jobs, those since the last finished block, blocks
         self._next_poll = self._last_hope = time.monotonic()  # Next query; last time that a job ran or could start
         self._last_line = ""

@@ -155,7 +155,7 @@ WORDS: Mapping[str, str] = MappingProxyType(
         "best there; all other values of the search come from cheap runs.",
     }
 )
-"""Text of each kind of warning.
+"""Text of each kind of warning and sentence.
 
 A text that follows the name of a part begins with a colon if several parts can share a line.
 """
@@ -166,10 +166,10 @@ WORST = MappingProxyType({"fast": "speed"})
 
 @dataclass(frozen=True)
 class RunWarning:
-    """Something doubtful in a run; its text is a sentence."""
+    """Warning of a run, or sentence about a study; its text is that of its kind with its numbers."""
 
     kind: str  # key of `WORDS`
-    part: str = ""  # name of the part; empty if the warning is about the whole run
+    part: str = ""  # name of the part; empty if it is about the whole run or study
     what: str = "joint"  # kind of part
     numbers: Mapping[str, Any] = field(default_factory=dict)  # in the units of the text; some values are texts
 

@@ -131,7 +131,7 @@ def _greet(server: socket.socket) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[1, 2]", "is no table"),
+        ("[1, 2]", "is not a table"),
         ("kind: abacus\njobs: 2", "one of .*slurm"),
         ("kind: jobqueue\njobs: 2", "one of htcondor, lsf"),
         ("kind: slurm\njobs: 0", "jobs 0"),

@@ -179,7 +179,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
         store.study(reading=True).own_measures[0].callable()(found)
     file.write_text(same)
     unnamed = dataclasses.replace(plain, own_measures=(OwnMeasure("twice", lambda run: 2.0),)).to_plain()
-    with pytest.raises(sd.InputError, match=r"'twice' is a Python function of no file; .*measures="):
+    with pytest.raises(sd.InputError, match=r"'twice' is a Python function that is not in a file; .*measures="):
         Study.from_plain(unnamed)
     fault = dataclasses.replace(plain, own_measures=(OwnMeasure("fault", f"{file}:fault", of="accumulators"),))
     failed = execute(fault, tmp_path / "b.db", block=6).results()

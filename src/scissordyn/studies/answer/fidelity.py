@@ -140,7 +140,7 @@ def _split(study: Study, budget: float) -> Study:
 
 def _piloted(study: Study) -> tuple[xr.Dataset, float]:
     """Compute all cases of a small study; return them and the time of a point [s]."""
-    simulated(study, np.array([0]))  # whatever is compiled or read once
+    simulated(study, np.array([0]))  # compile and read first
     began = time.perf_counter()
     runs = simulated(study, np.arange(study.cases))
     return runs, (time.perf_counter() - began) / study.points

@@ -174,7 +174,7 @@ def _jackknife(
 ) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]:
     """Return slopes, constant, half intervals of slopes, fitted values, and predictions of left-out groups."""
     middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
-    design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned whatever the units are
+    design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned in any units
     products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
     of_group = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
     np.add.at(of_group[0], groups, products)

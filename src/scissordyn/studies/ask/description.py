@@ -64,7 +64,7 @@ class OwnMeasure:
             raise InputError(f"a measure of '{self.of}'", "dataset, accumulators")
         if not self.name.isidentifier() or self.name in MEASURES:
             raise InputError(
-                f"'{self.name}' as the name of your own measure", "a name that is not taken, of letters and digits"
+                f"'{self.name}' as the name of a user-defined measure", "an unused name of letters and digits"
             )
         if isinstance(self.function, str):
             self._check_reference(self.function)
@@ -110,7 +110,7 @@ class Study:
     design: Design = field(default_factory=Design)
     measures: tuple[str, ...] = ("peak_force", "peak_drive_torque")
     own_measures: tuple[OwnMeasure, ...] = ()
-    uncertain: tuple[Factor, ...] = ()  # Numbers that nobody chooses
+    uncertain: tuple[Factor, ...] = ()  # Numbers that are not chosen
     sampling: Sampling = field(default_factory=Sampling)
     members: int = 1  # Runs of each sample, from starts that differ by round-off
     perturbation: float = 1e-14  # Relative perturbation of the starts
@@ -125,12 +125,12 @@ class Study:
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
             raise InputError(
-                "a study in which nothing varies", "parameters and what they vary over", "--vary A.clearance='0.1..0.4 mm'"
+                "a study in which nothing varies", "parameters and their values", "--vary A.clearance='0.1..0.4 mm'"
             )
         if self.sampling.samples > 1 and not self.uncertain:
             raise InputError(
-                f"{self.sampling.samples} samples of no uncertain number",
-                "a number that nobody chooses, with its distribution",
+                f"{self.sampling.samples} samples without an uncertain parameter",
+                "an uncertain parameter and its distribution",
                 "--uncertain A.damping.restitution='0.5..0.9', or the same in [uncertain]",
             )
         whole_number("members", self.members)
@@ -189,10 +189,10 @@ class Study:
             what = f"'{named[0]}': names, which have no order, in a Morris design"
             raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
         if any(goal.measure in named for goal in self.goals):
-            raise InputError(f"a goal about names, '{named[0]}'", "a goal about a measure or a number", "'minimise mass'")
+            raise InputError(f"goal '{named[0]}': names have no order", "a measure or a number as goal", "'minimise mass'")
         if self.design.kind == "one-at-a-time" and self.mechanism not in self.variants:
-            what = f"'{self.apart[0].path}' in a one-at-a-time design, without what the case has"
-            raise InputError(what, "the names and levels of the case among them")
+            what = f"'{self.apart[0].path}' in a one-at-a-time design, without the value of the case"
+            raise InputError(what, "names and levels that include those of the case")
         for factor in (varied for varied in self.varied if not varied.texts):
             quantities = (number(variant, factor.path).quantity for variant in self.variants)
             units = {quantity.unit for quantity in quantities if quantity is not None}
@@ -419,7 +419,7 @@ def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading:
     what = f"the study's measure '{entry['name']}'"
     if not entry["function"]:
         sample = f"sd.open_study('study.db', measures={{'{entry['name']}': function}})"
-        raise InputError(f"{what} is a Python function of no file", "the function, from Python", sample)
+        raise InputError(f"{what} is a Python function that is not in a file", "the function, from Python", sample)
     path = Path(entry["function"].rpartition(":")[0])
     if path.resolve() not in {Path(file).resolve() for file in allow_code}:
         raise InputError(
@@ -433,7 +433,7 @@ def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading:
 
 
 def _not_read(_: Any) -> float:
-    raise InputError("a measure of yours in a study that is only read", "the name of its file", "--allow-code mine.py")
+    raise InputError("a user-defined measure of a study that is only read", "the name of its file", "--allow-code mine.py")
 
 
 def to_plain(value: Any) -> Any:

@@ -131,7 +131,7 @@ class Design:
 def uniform_numbers(seed: int, stream: int, dimensions: int, at: np.ndarray) -> np.ndarray:
     """Return uniform random numbers that depend only on their index.
 
-    Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts, whatever else is computed.
+    Philox numbers its outputs (Salmon et al., SC11, 2011): point k takes a fixed range of counts.
 
     Shapes: `at` (n,); returns (n, dimensions).
     """

@@ -20,7 +20,7 @@ from scissordyn.run.engine import STOP_SECONDS, EngineError, block_signals
 from scissordyn.studies.compute.jobs import ANSWER_SECONDS_MAX, Jobs, remove_left_behind
 
 KEYS = ("_job_ca_file", "_job_cert", "_job_key")
-"""Where dask-jobqueue has the temporary files of certificates, which it would keep as long as this process."""
+"""Attributes of dask-jobqueue with temporary files of certificates, which it would keep until this process ends."""
 
 LOGGERS = ("distributed", "tornado.application", "asyncio")
 """Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
@@ -85,14 +85,14 @@ def _connected(distributed: Any, where: Any) -> Any:
         return _within(
             ANSWER_SECONDS_MAX + 1.0, lambda: distributed.Client(where, timeout=ANSWER_SECONDS_MAX, set_as_default=False)
         )
-    except Exception as error:  # what answers may be anything, and the library raises whatever it makes of it
+    except Exception as error:  # the answer can be of any program, and the library raises any error
         reason = " ".join(str(error).split())[:200] or f"no answer within {ANSWER_SECONDS_MAX:g} s"
         what = f"scheduler '{where}' does not answer: {reason}"
         raise InputError(what, "the address that dask scheduler prints", "tls://host:8786") from None
 
 
 def _within(seconds: float, function: Callable[[], Any]) -> Any:
-    """Call something, and wait no longer than that: the other end may be gone or silent."""
+    """Call a function and wait at most `seconds` for its result: the other end may be gone or silent."""
     result: Future[Any] = Future()
 
     def call() -> None:
@@ -118,7 +118,7 @@ def _described(file: Path) -> tuple[Any, dict[str, Any], str, int]:
         raise InputError(f"'{file}': kind '{kind}', jobs {jobs!r}", allowed, "kind: slurm")
     described = getattr(dask_jobqueue, kinds[kind])
     submit = str(described.job_cls.submit_command).split()[0]
-    if shutil.which(submit) is None:  # the library would wait for jobs that nobody submits
+    if shutil.which(submit) is None:  # the library would wait for jobs that are never submitted
         raise InputError(f"'{file}': no command '{submit}' here", f"a machine from which {kind} takes jobs", "--workers 2")
     return described, options, kind, jobs
 
@@ -159,5 +159,5 @@ def _options(file: Path) -> dict[str, Any]:
         reason = getattr(error, "strerror", None) or getattr(error, "problem", None) or type(error).__name__
         raise InputError(f"cannot read '{file}': {reason}", "YAML with kind, jobs and options", "kind: slurm") from None
     if not isinstance(options, dict):
-        raise InputError(f"'{file}' is no table", "YAML with kind, jobs and options", "kind: slurm")
+        raise InputError(f"'{file}' is not a table", "YAML with kind, jobs and options", "kind: slurm")
     return options

@@ -147,8 +147,8 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
             without = int(np.isinf(values).sum())
             missing |= without > 0
             rows.append((response.name, *shown, scale.unit, *spread, str(without)))
-    head = ("response", "smallest", "median", "largest", "unit")
-    head += ("largest spread of members",) if study.members > 1 else ()
+    members = ("largest spread of members",) if study.members > 1 else ()
+    head = ("response", "smallest", "median", "largest", "unit", *members)
     if not missing:
         return Section(head, [row[:-1] for row in rows])
     note = "Cases without a value do not meet a requirement, and no trend is fitted to the others."

@@ -240,14 +240,15 @@ def test_joints_are_ranked_from_any_sampling() -> None:
         x, y = stats.rankdata(rng.random((16, 19)), axis=0), np.arange(16.0)
         beyond += bool(np.max(np.abs(np.corrcoef(x.T, y)[-1, :-1])) > chance[0])
     assert 0.02 * 400 <= beyond <= 0.09 * 400
-    uncertain = tuple(Factor(name, Interval(0.1, 0.9)) for name in ("gravity", "body.slider.mass"))
+    masses = ("body.slider.mass", "body.unit 1/bar 1.mass", "body.unit 1/bar 2.mass")
+    uncertain = tuple(Factor(name, Interval(0.1, 0.9)) for name in ("gravity", *masses))
     described = study(
         uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 8), measures=("peak_force",)
     )
     found = made_up(described, described.numbers(np.arange(8))["A.clearance"])
     table = rankings(described, found, trends(described, found))[0]
     assert table.rows[0][:2] == ("A.clearance", "+1.00")
-    assert "8 samples of 4 parameters" in table.notes[0]
+    assert "8 samples of 6 parameters" in table.notes[0]
 
 
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:
@@ -415,7 +416,7 @@ def test_fronts_and_effects_have_units() -> None:
     found = found.assign({"A.clearance": found["A.clearance"].copy(data=np.repeat(points, 2))})
     part = best_points(result_of(best, found), 5)
     assert part.head == ("point", "A.clearance [mm]", "minimise peak_force [kN]")
-    assert part.rows == [("2", "0.3000", "30.00")]
+    assert part.rows == [("2", "0.300", "30.00")]
     steps = np.array([[0.0], [2.0 / 3.0]] * 8)
     effects = morris_indices(steps, 3e3 * steps[:, 0], ["A.clearance"])
     effects.attrs["units"] = "N"

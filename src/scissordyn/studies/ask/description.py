@@ -63,9 +63,7 @@ class OwnMeasure:
         if self.of not in ("dataset", "accumulators"):
             raise InputError(f"a measure of '{self.of}'", "dataset, accumulators")
         if not self.name.isidentifier() or self.name in MEASURES:
-            raise InputError(
-                f"'{self.name}' as the name of a user-defined measure", "an unused name of letters and digits"
-            )
+            raise InputError(f"'{self.name}' as the name of a user-defined measure", "an unused name of letters and digits")
         if isinstance(self.function, str):
             self._check_reference(self.function)
             path, name = split_reference("measure", self.function)

@@ -108,7 +108,7 @@ class Declaration:
 
     @property
     def accounts(self) -> tuple[str, ...]:
-        """Names of the energy and powers that follow the forces."""
+        """Names of the results that an element returns after its forces: stored energy and supplied power, if it has them."""
         return (*(ENERGY if self.passive else ()), *(SUPPLY if self.supplied else ()))
 
     @property

@@ -132,7 +132,7 @@ def step_to_fall(problem, T, guard, t, h, most, s, w, S):
 
 @kernel
 def after_rejection(T, t, h, error, to_fall, s, w):
-    """Shrink the step; return whether its size fell to round-off."""
+    """Shrink the step after its rejection; return whether its size fell to round-off."""
     clock = s.clock[0]
     s.counts[0].rejected += 1
     clock.stalled += 1

@@ -17,7 +17,7 @@ def width(lower: int, upper: int) -> int:
 
 @kernel
 def factorize(band, lower, upper, pivots):
-    """Factorize in place; return the row of a zero pivot, or -1.
+    """Factorize a banded matrix in place, with row exchanges; return the row of a zero pivot, or -1.
 
     `pivots` receives the row exchanged with each row, then the last column of each row.
     """

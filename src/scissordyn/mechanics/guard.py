@@ -136,7 +136,7 @@ def lock(t, y, guard, S, data):
 
 @kernel
 def impulsive_work(S):
-    """Return the work [J] of drives and prescribed distances in a velocity jump W.A[:n] at the position W.X.
+    """Return the work [J] of drives and prescribed distances in the velocity jump `Work.A[:n]` at the position `Work.X`.
 
     The impulses P of the constraints follow from the jump, which equals -Phi_x^T P. The impulse of a drive on its entries of b
     is M_bx jump + Phi_b^T P; the drive's speed is unchanged.

@@ -219,7 +219,7 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
 
 @kernel
 def keep(W):
-    """Copy the equations, which the solution overwrites."""
+    """Copy the matrix and the loads before the solution overwrites them."""
     for row in range(W.load.shape[0]):
         for lane in range(W.load.shape[1]):
             W.kept_load[row, lane] = W.load[row, lane]

@@ -69,7 +69,12 @@ def constraint_row(p, hg, S):
 
 @kernel
 def orient_pairs(hg, S):
-    """Write the factors of both coordinates of each pair; return a row whose constraint or gradient vanishes, or -1."""
+    """Turn both coordinates of each pair into a known and an unknown change, and their equations into one without multiplier.
+
+    A pair is the two coordinates of a constraint that no other constraint reads: it fixes their change along its row, and its
+    multiplier is eliminated.
+    Returns the row of a pair whose constraint or gradient vanishes, or -1.
+    """
     M, W = S.model, S.work
     for q in range(M.pair.shape[0]):
         p, a, b = M.pair[q, 0], M.pair[q, 1], M.pair[q, 2]
@@ -223,7 +228,7 @@ def solve(r, S):
 
 @kernel
 def load_constraints(r, S):
-    """Add the effect of the positions' part of r through the constraints to the right-hand side."""
+    """Add the constraints' share of r to the right-hand side; r has n entries of positions, then n of rates."""
     M, W = S.model, S.work
     n, hg, place = M.n, W.gamma[0], M.permutation
     for p in range(M.part_constraint.size):

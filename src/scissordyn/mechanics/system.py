@@ -135,7 +135,7 @@ class Model(NamedTuple):
     rail_table: F1  # places of the cross-sections; Legendre coefficients of the shapes, by spans
     rail_place: I1  # index of a column of the bar's shapes among those of the element
     pair: I2  # (pairs, 3) part of a constraint whose multiplier is eliminated, and its two coordinates
-    pair_of: I1  # (m,) pair of a constraint, or -1
+    pair_of: I1  # (m,) row of `pair` for each constraint, or -1
 
 
 class Parameters(NamedTuple):

@@ -26,7 +26,7 @@ PIECE_COLUMNS = 10
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
-    """Return the pieces of a time function.
+    """Return the pieces of a time function, one per row: a polynomial or harmonic each.
 
     Shapes: returns (pieces, PIECE_COLUMNS).
     """

@@ -185,7 +185,11 @@ def _offset(natural: Natural, beam: Beam, body: str, point: str) -> int:
 
 
 def straight_maps(beam: Beam, u: PointMap, first: PointMap, second: PointMap) -> tuple[tuple[PointMap, float], ...]:
-    """Return vectors that vanish if an element is not strained, with their typical lengths [m]."""
+    """Return two vectors that vanish if an element is straight and unstretched, each with its unit of length.
+
+    The first is the end's displacement from its undeformed place, over the length [m]; the second the difference of both ends'
+    unit tangents.
+    """
     return (combined((u, 1.0), (first, -beam.length)), beam.length), (combined((second, 1.0), (first, -1.0)), 1.0)
 
 

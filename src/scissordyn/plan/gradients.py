@@ -52,7 +52,7 @@ class Gradients:
         return values
 
     def count_turns(self, references: np.ndarray) -> None:
-        """Set the references from which turns of angles are counted to the last entries of `references`."""
+        """Choose the branch of measured angles: each lies within half a turn of its reference, the last of `references`."""
         self.reference = references[references.size - self.reference.size :].copy()
 
     def slopes(self, d: np.ndarray) -> np.ndarray:

@@ -30,7 +30,7 @@ ELEMENT_ROWS_MAX = 3  # Largest number of rows of a force element: N and T of a 
 
 
 class ElasticLaw(NamedTuple):
-    """Stiffness law of a contact, for kernels."""
+    """Elastic force of a contact as a function of its indentation: compiled functions and their parameters."""
 
     force: int  # Pointer to the force
     energy: int  # Pointer to the energy; 0 for an energy by quadrature

@@ -18,8 +18,9 @@ class Ordering(NamedTuple):
 
     permutation: np.ndarray  # (n+m+nz,) Row of each acceleration, multiplier and internal state; -1 if it is eliminated
     reach: int  # Number of off-diagonals on either side
-    pair: np.ndarray  # (pairs, 3) Part of the constraint and its two coordinates
-    pair_of: np.ndarray  # (m,) Pair of each constraint, or -1
+    # (pairs, 3) Constraint whose multiplier is eliminated: its only part and its two coordinates, read by no other constraint
+    pair: np.ndarray
+    pair_of: np.ndarray  # (m,) Row of `pair` for each constraint, or -1
 
 
 def order_unknowns(
@@ -60,7 +61,7 @@ def order_unknowns(
 def _pairs(
     constraints: Sequence[Constraint], columns: Sequence[np.ndarray], latched: set[int], free: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the constraints with one part on two coordinates that no other constraint reads."""
+    """Return `Ordering.pair` and `Ordering.pair_of`."""
     readers = np.zeros(free, np.int64)
     for read in columns:
         readers[np.unique(read)] += 1

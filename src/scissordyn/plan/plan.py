@@ -155,7 +155,7 @@ class Plan:
         return self.mechanism.lubricated
 
     def places(self, names: Iterable[str]) -> np.ndarray:
-        """Return the indices of joints, guides or contact points in `joint_names`."""
+        """Return the places of the joints, guides or contact points `names` in the mechanism's `joint_names`."""
         return np.array([self._joint_place[name] for name in names], np.int64)
 
     @cached_property

@@ -297,7 +297,7 @@ def _check_radius(label: str, given: float, radius: float, why: str) -> None:
 
 @dataclass(frozen=True)
 class Pressure:
-    """Workless force between two wheels, or a pinion and its rack: along the line of centres, or across the rack.
+    """Force between two wheels along the line of centres, or between a pinion and its rack across the rack; it does no work.
 
     It is positive if it presses them apart; `mechanics.body_maps.pressure` defines the tables.
     """
@@ -311,7 +311,7 @@ class Pressure:
 
 
 def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
-    """Return the pressure of teeth or a belt; None if there is none."""
+    """Return the force by which teeth or a belt press the wheels apart or together; None without such a force."""
     transmission = getattr(part, "transmission", None)
     if isinstance(transmission, Belt):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")

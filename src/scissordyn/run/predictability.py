@@ -28,7 +28,8 @@ JOURNAL_DIVERGENCE = 0.1
 """[clearances] distance between two positions of a journal, relative to its bearing, from which two runs count as diverged; the
 same holds for a corner of a block across its guide"""
 
-BODY_DIVERGENCE = 1e-2  # [mechanism sizes] distance between two positions of a point of a body
+BODY_DIVERGENCE = 1e-2
+"""[mechanism sizes] distance between two positions of a point of a body from which two runs count as diverged"""
 REPETITION = "repetition"  # name of the second run in a checkpoint
 TOLERANCE_FRACTION = 1e-3
 """Tolerances of the second run divided by those of the first run.

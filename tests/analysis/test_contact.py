@@ -145,7 +145,7 @@ def test_deviation_of_a_made_up_run() -> None:
     assert float(found["output_error_max"]) == pytest.approx(0.2, rel=1e-5)
     assert float(found["output_error_rms"]) == pytest.approx(0.2 / math.sqrt(2.0), rel=1e-3)
     assert float(found["position_error_rms"].sel(body="unit 1/bar 1")) == pytest.approx(0.05, rel=1e-12)
-    with pytest.raises(InputError, match="with the same until and samples"):
+    with pytest.raises(InputError, match="the same options `until` and `samples`"):
         deviation(run, made_up_run([], instants=501))
 
 

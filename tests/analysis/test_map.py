@@ -82,7 +82,7 @@ def test_section_says_what_is_wrong() -> None:
     run = made_up_run([])
     with pytest.raises(InputError, match="did you mean 'slider_position'"):
         section(run, variable="slider_positon")
-    with pytest.raises(InputError, match="without body and axis"):
+    with pytest.raises(InputError, match="no choice of body and axis"):
         section(run, variable="position")
     with pytest.raises(InputError, match="body 'sledge'"):
         section(run, variable="position", at={"body": "sledge", "axis": "x"})

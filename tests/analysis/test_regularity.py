@@ -165,7 +165,7 @@ def test_determinism_of_noise_and_rotation() -> None:
     embedded = float(recurrence(rotation(601)[:, 0], dimension=2)["determinism"])
     assert whole == 1.0
     assert embedded > projected + 0.2
-    with pytest.raises(InputError, match="apart = 20 for 20 points; expected at most 19"):
+    with pytest.raises(InputError, match="apart = 20 for 20 embedded states; expected an index difference of at most 19"):
         recurrence(np.arange(20.0), apart=20)
     assert float(recurrence(np.arange(20.0), apart=19)["recurrence_rate"]) == 0.0
     with pytest.raises(InputError, match="at most 5000"):

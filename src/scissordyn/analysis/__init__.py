@@ -1,1 +1,1 @@
-"""Measures of a motion, one subject per file; each takes arrays or a run and returns a Dataset or a verdict."""
+"""Measures of a motion: contact statistics, Poincaré maps, Lyapunov exponents, 0-1 test, motor requirements."""

@@ -13,7 +13,7 @@ from scissordyn.annotation import shown
 from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn, time_columns
 
-FORCES = ("normal_force", "indentation", "friction_force")
+CONTACT_VARIABLES = ("normal_force", "indentation", "friction_force")  # Zero without contact: events start near zero
 """Quantities that are zero between events; an event begins at a rise above 5 % of the largest value."""
 
 
@@ -47,7 +47,7 @@ class Measured:
                 raise InputError(f"{name} = {shown(values)}", "an array of numbers", "np.array([0.0, 0.1])")
         for name in ("headings", "units"):
             if not (isinstance(texts := getattr(self, name), tuple | list) and all(isinstance(text, str) for text in texts)):
-                raise InputError(f"{name} = {shown(texts)}", "a tuple of texts, one a column")
+                raise InputError(f"{name} = {shown(texts)}", "a tuple of texts, one per column")
         if self.time.size < 2:
             raise InputError(f"'{self.name}' has {self.time.size} instants", "at least two")
         if self.values.shape != (self.time.size, len(self.headings)) or len(self.units) != len(self.headings):
@@ -65,15 +65,15 @@ class Measured:
             )
 
     def column(self, heading: str) -> np.ndarray:
-        """Return the values of one quantity, shape (n,)."""
+        """Return the measured values of one quantity at all n instants [SI units], shape (n,)."""
         return np.asarray(self.values[:, self.headings.index(heading)])
 
     def rows(self, first: int, last: int) -> Measured:
-        """Return the results at the instants `first` to `last` - 1; their times are unchanged."""
+        """Return the part of the record from row `first` to row `last` - 1."""
         return self._of(slice(first, last))
 
     def every(self, step: int) -> Measured:
-        """Return every `step`-th instant."""
+        """Return the record reduced to every `step`-th row."""
         return self._of(slice(None, None, step))
 
     def _of(self, part: slice) -> Measured:
@@ -96,13 +96,13 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
     * correlation: Pearson correlation of r and m.
     * explained: 1 - sum (r - m)^2 / sum (m - mean m)^2 (Nash and Sutcliffe 1970); 1 for equal curves, 0 for a run that is no
       better than the mean.
-    * peak_error: largest \|r\| minus largest \|m\|, divided by the latter; peak_lag: its time in the run minus the measured
-    time
-      [s]. For contact forces the run's located peaks are used, which lie between samples.
-    * events: rises of m above 5 % of its largest value for contact forces and indentations, above the middle of its range for
-      others; run_events: the same for r; matched_events: pairs of mutually nearest events; event_lag: mean of run minus
-      measured
-      time of the pairs, and event_deviation: root mean square of these differences [s].
+    * peak_error: largest \|r\| minus largest \|m\|, divided by the latter.
+    * peak_lag: time of the largest \|r\| minus time of the largest \|m\| [s]. For contact forces, peak_error and peak_lag use
+      the peaks that the integrator located between samples.
+    * events: number of rises of m above 5 % of its largest value for contact forces and indentations, above the middle of its
+      range for other quantities; run_events: the same for r.
+    * matched_events: number of pairs of mutually nearest events; event_lag: mean of run time minus measured time of the pairs
+      [s]; event_deviation: root mean square of these differences [s].
     """
     columns = {column.heading: column for column in time_columns(run)}
     time = run["time"].values
@@ -136,7 +136,7 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
 
 
 def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
-    """Return the largest located contact force within a time span, and its time; None for other quantities."""
+    """Return the largest contact force that the integrator located in a time span, and its time; None for other quantities."""
     if column.variable != "normal_force" or "peak_normal_force" not in run:
         return None
     joint = str(run["joint"].values[column.index[0]])
@@ -151,7 +151,7 @@ def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> 
 def _measures(
     time: np.ndarray, measured: np.ndarray, shown: np.ndarray, variable: str, own: tuple[float, float] | None
 ) -> dict[str, float]:
-    """Return the measures of agreement of one quantity."""
+    """Return the measures of agreement of one quantity, by name (see `agreement`)."""
     difference = shown - measured
     spread, span = measured - measured.mean(), float(np.ptp(measured))
     square = float(spread @ spread)
@@ -159,7 +159,9 @@ def _measures(
     rmse = math.sqrt(float(np.mean(difference**2)))
     at, mine = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(shown)))
     peak, run_peak = float(abs(measured[at])), (float(abs(shown[mine])), float(time[mine])) if own is None else own
-    level = 0.05 * float(np.max(measured)) if variable in FORCES else float(0.5 * (np.max(measured) + np.min(measured)))
+    level = (
+        0.05 * float(np.max(measured)) if variable in CONTACT_VARIABLES else float(0.5 * (np.max(measured) + np.min(measured)))
+    )
     events, run_events = rises(time, measured, level), rises(time, shown, level)
     lags = matched_events(events, run_events)
     return {
@@ -186,7 +188,7 @@ def rises(time: np.ndarray, values: np.ndarray, level: float) -> np.ndarray:
 
 
 def matched_events(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the differences (second minus first) of pairs of mutually nearest events."""
+    """Return the time differences (second minus first) of pairs of mutually nearest events [s]."""
     if not first.size or not second.size:
         return np.empty(0)
     distance = np.abs(first[:, None] - second[None])

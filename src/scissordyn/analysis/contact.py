@@ -17,7 +17,7 @@ from scissordyn.record.joint_force import largest_force, some_clearance_joints
 from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
 
-QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the quantiles of forces and impulses
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the reported quantiles of forces and impulses
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
@@ -25,7 +25,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 
     Shapes: returns (contacts, 2) [s].
     """
-    table = run.variables  # run[name] would be slower: it makes a DataArray with coordinates
+    table = run.variables  # faster than run[name], which creates a DataArray with coordinates
     ours = table["contact_joint"].values.astype(str) == joint
     start = table["contact_start"].values[ours]
     end = start + table["contact_duration"].values[ours]
@@ -36,7 +36,7 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 def contact_statistics(
     run: xr.Dataset, *, ideal: xr.Dataset | None = None, after: float = 0.0, until: float | None = None
 ) -> xr.Dataset:
-    """Compute number, duration, arc, forces, impulses and losses of the contacts of each clearance joint of a run.
+    """Compute statistics of the contacts of each clearance joint: count, time, arc, forces, impulses and energy losses.
 
     Counts, fractions of time, peaks, impulses and losses come from the table of contacts and are as exact as the run. Arcs and
     forces over time come from the samples.
@@ -83,7 +83,7 @@ def contact_statistics(
         for name in joints
     ]
     variables: dict[str, Variable] = {}
-    for name, (units, text) in MEASURES.items():
+    for name, (units, text) in CONTACT_STATISTICS.items():
         values = np.array([column[name] for column in columns])
         variables[name] = described(("joint", "quantile")[: values.ndim], values, units, text)
     coordinates = {"joint": joints, "quantile": list(QUANTILES)}
@@ -94,7 +94,7 @@ def contact_statistics(
     return statistics.merge(deviation(run, ideal, after=start, until=end), combine_attrs="override")
 
 
-MEASURES = {
+CONTACT_STATISTICS = {  # Unit and meaning of each variable of `contact_statistics`
     "impacts": ("1", "contacts that start in the window"),
     "impact_rate": ("1/s", "contacts per time"),
     "contact_fraction": ("1", "fraction of the time in contact"),
@@ -119,7 +119,7 @@ MEASURES = {
 
 
 def _measures_of_table(run: xr.Dataset, joint: str, start: float, end: float) -> dict[str, float | np.ndarray]:
-    """Return the measures that come from the table of contacts."""
+    """Return the statistics of one joint that come from the table of contacts: counts, times, peaks, impulses, losses."""
     spans = np.clip(contact_spans(run, joint), start, end)
     ours = run["contact_joint"].values.astype(str) == joint
     begin = run["contact_start"].values
@@ -151,7 +151,10 @@ def _measures_of_table(run: xr.Dataset, joint: str, start: float, end: float) ->
 def _measures_of_samples(
     run: xr.Dataset, joint: str, start: float, end: float, bearing: np.ndarray | None
 ) -> dict[str, float | np.ndarray]:
-    """Return the measures that come from the samples."""
+    """Return the statistics of one joint that come from the samples: contact arcs, mean force and contact force.
+
+    Shapes: `bearing` (nt,) is the angle of the bearing over time [rad]; without it the arcs are in the fixed frame.
+    """
     time = run["time"].values
     inside = (time >= start) & (time <= end)
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
@@ -173,12 +176,16 @@ def _measures_of_samples(
 
 
 def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray:
-    """Return a column of the table of contacts, or a single NaN if the table does not have it."""
+    """Return a column of the table of contacts, for the selected contacts; a single NaN if the table has no such column."""
     return run[name].values[begun] if name in run else np.full(1, math.nan)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
-    """Return quantiles: linear between sorted values; with weights, the smallest value not exceeded for the fraction."""
+    """Return the quantiles of values at the probabilities `QUANTILES`.
+
+    Values without weights are interpolated linearly. With weights a quantile is the smallest value whose cumulative weight
+    reaches the probability.
+    """
     if not values.size:
         return np.full(len(QUANTILES), math.nan)
     if weights is None:
@@ -227,11 +234,11 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     return float(np.min(twice[last] - twice[first]))
 
 
-PART = re.compile(r"unit (\d+)/(bar \d+)")  # Names of the bars of an array
+ARRAY_BAR = re.compile(r"unit (\d+)/(bar \d+)")  # Name of a bar in an array of scissor units: unit number and bar
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:
-    """Compute the position error and the loss of synchronism between the units of an array.
+    """Compute the deviation from the ideal motion: position error, and synchronisation error between the units of an array.
 
     With e_k the angle of a bar minus that of the ideal mechanism in unit k, the synchronisation error is the spread between the
     units, largest over the bars of a unit:
@@ -244,9 +251,9 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         times, ideal_times, rtol=0.0, atol=1e-9 * float(times[-1] - times[0])
     ):
         raise InputError(
-            f"the ideal run has {ideal.sizes['time']} instants to {float(ideal['time'].values[-1]):g} s, the run has "
-            f"{times.size} instants to {times[-1]:g} s",
-            "a run of the mechanism with ideal joints, with the same until and samples",
+            f"the ideal run has {ideal.sizes['time']} instants up to {float(ideal['time'].values[-1]):g} s, the run has "
+            f"{times.size} instants up to {times[-1]:g} s",
+            "a run of the mechanism with ideal joints and the same options `until` and `samples`",
             "simulate(arm.ideal(), until=..., samples=...)",
         )
     bodies = [str(name) for name in run["body"].values]
@@ -287,9 +294,9 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
 
 
 def _units(bodies: list[str]) -> list[list[int]]:
-    """Return the columns of bars with the same name in every unit; empty for a single unit."""
+    """Return body indices of each bar that every unit of an array has, one list per bar; empty for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
-        if matched := PART.fullmatch(name):
+        if matched := ARRAY_BAR.fullmatch(name):
             parts.setdefault(matched[2], []).append(column)
     return [columns for columns in parts.values() if len(columns) > 1]

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 def exponent_from_growth(
     log_growth: ArrayLike, durations: ArrayLike, *, discard: int = 0, blocks: int = 20, unit: str = "1/s"
 ) -> xr.Dataset:
-    """Compute the exponent from the growth of a perturbation that is rescaled to its initial size after every interval.
+    """Compute the Lyapunov exponent from the growth of a perturbation that is rescaled to its initial size after each interval.
 
         lambda = sum ln(d_k / d_0) / sum T_k
 

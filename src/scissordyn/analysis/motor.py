@@ -1,4 +1,4 @@
-"""Requirements of a drive, actuator or motor: torque and speed relative to a motor curve, and figures of merit."""
+"""Sizing of drives, actuators and motors: required torque over speed, fraction of a motor curve, tracking errors."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from scissordyn.record.joint_force import clearance_joints, largest_force
 from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
 
-SAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
+EXAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
 
 
 @dataclass(frozen=True)
 class MotorCurve:
-    """Largest required torque of a run as a fraction of the torque that the motor gives at that speed.
+    """Torque-speed curve of a motor, and the largest fraction of it that a run requires.
 
-    Called with a run it returns the fraction, so that it can be a measure of a study; above 1 the motor is too weak.
+    Called with a run it returns that fraction, so it can be a response of a study; above 1 the motor is too weak.
 
     Parameters
     ----------
@@ -54,24 +54,24 @@ class MotorCurve:
         speeds, torques = np.array(self.speeds), np.array(self.torques)
         if speeds.size < 2 or speeds.size != torques.size:
             raise InputError(
-                f"a motor with {speeds.size} speeds and {torques.size} torques", "the same number of each, at least 2", SAMPLE
+                f"a motor with {speeds.size} speeds and {torques.size} torques", "the same number of each, at least 2", EXAMPLE
             )
         if not (np.all(np.isfinite(speeds)) and speeds[0] == 0.0 and np.all(np.diff(speeds) > 0.0)):
             came = ", ".join(f"{speed:g}" for speed in speeds)
-            raise InputError(f"the speeds of a motor are {came} rad/s", "values ascending from 0", SAMPLE)
+            raise InputError(f"the speeds of a motor are {came} rad/s", "values ascending from 0", EXAMPLE)
         if not (np.all(np.isfinite(torques)) and np.all(torques >= 0.0) and np.any(torques > 0.0)):
             raise InputError(
-                f"the torques of a motor are {', '.join(f'{torque:g}' for torque in torques)} N m", "numbers >= 0", SAMPLE
+                f"the torques of a motor are {', '.join(f'{torque:g}' for torque in torques)} N m", "numbers >= 0", EXAMPLE
             )
         if not 0.0 < self.ratio < math.inf:
             raise InputError(f"the gear ratio is {self.ratio:g}", "a number > 0", "ratio=50.0")
 
     def available(self, speed: np.ndarray) -> np.ndarray:
-        """Return the available torque at the joint at given speeds of the joint [N m]; 0 beyond the curve."""
+        """Return the available torque at the joint [N m] for speeds of the joint [rad/s]; 0 beyond the curve."""
         return np.asarray(self.ratio * np.interp(self.ratio * np.abs(speed), self.speeds, self.torques, right=0.0))
 
     def fraction(self, needed: xr.Dataset) -> np.ndarray:
-        """Return the fraction of the available torque over the time of `torque_over_speed`; infinite beyond the curve."""
+        """Return required over available torque at the instants of `torque_over_speed`; infinite beyond the curve."""
         torque, speed = np.abs(needed["torque"].values), needed["speed"].values
         available, beyond = self.available(speed), self.ratio * np.abs(speed) > self.speeds[-1]
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -79,37 +79,37 @@ class MotorCurve:
         return np.where(beyond, np.inf, share)
 
     def __call__(self, run: xr.Dataset) -> float:
-        """Return the largest fraction in a run."""
+        """Return the largest required torque of a run as a fraction of the motor's torque at the same speed."""
         return float(np.max(self.fraction(torque_over_speed(_without_contact_samples(run), self.of))))
 
 
 def _without_contact_samples(run: xr.Dataset) -> xr.Dataset:
-    """Return a run without the additional samples of "auto", on which a fraction must not depend."""
+    """Return a run without the samples that "auto" adds during contacts, so that the fraction does not depend on them."""
     options = read_configuration(run).options
     if options is None or options.samples != AUTO or run.attrs["status"] != "complete":
         return run
     return run.isel(time=np.isin(run["time"].values, np.linspace(0.0, float(run["time"][-1]), DEFAULT_SAMPLES)))
 
 
-class _Source(NamedTuple):
-    """Part that rotates a body relative to another one or the ground."""
+class _TorqueSource(NamedTuple):
+    """Drive, actuator or motor that turns a body relative to another body or the ground."""
 
     body: str
     base: str
     torque: np.ndarray  # (nt,) [N m]
-    peak: str  # Variable of the largest torques
-    along: str  # Dimension of that variable
-    number: int  # Index in that dimension
+    peak: str  # Variable of the run with its largest torque
+    dimension: str  # Dimension of that variable
+    index: int  # Index of this source along the dimension
 
 
-def _sources(run: xr.Dataset) -> dict[str, _Source]:
-    """Return drives, actuators and motors of a run by name; a single drive is called "drive"."""
+def _sources(run: xr.Dataset) -> dict[str, _TorqueSource]:
+    """Return the drives, actuators and motors of a run, by name; a single drive is called "drive"."""
     mechanism = read_configuration(run).mechanism
-    sources, drives, components = dict[str, _Source](), mechanism.drives, list[Any](mechanism.components)
+    sources, drives, components = dict[str, _TorqueSource](), mechanism.drives, list[Any](mechanism.components)
     for k, drive in enumerate(drives):
         torque = run["drive_torques"].values[:, k] if "drive_torques" in run else run["drive_torque"].values
         name = "drive" if len(drives) == 1 else str(drive.body)
-        sources[name] = _Source(str(drive.body), GROUND, torque, "peak_drive_torque", "drive", k)
+        sources[name] = _TorqueSource(str(drive.body), GROUND, torque, "peak_drive_torque", "drive", k)
     for kind, variable, along, peak in (
         (Actuator, "control_torque", "actuator", "peak_control_torque"),
         (Motor, "motor_torque", "motor", "motor_peak_torque"),
@@ -119,32 +119,31 @@ def _sources(run: xr.Dataset) -> dict[str, _Source]:
         for part in components:
             if isinstance(part, kind) and part.name in names:
                 k = names.index(part.name)
-                sources[part.name] = _Source(str(part.body), str(part.base), run[variable].values[:, k], peak, along, k)
+                sources[part.name] = _TorqueSource(str(part.body), str(part.base), run[variable].values[:, k], peak, along, k)
     return sources
 
 
 @checked
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
-    """Return torque and relative speed of a drive, an actuator or a motor.
+    """Return torque, relative speed and power of a drive, an actuator or a motor over time.
 
     Parameters
     ----------
     run : Dataset
     of : str
-        Name of an actuator or a motor, "drive", or the driven body if there are several drives. It is not needed if there is
-        only one of all these.
+        Name of an actuator or a motor, "drive", or the driven body if there are several drives. Not needed if the run has
+        only one of them.
 
     Returns
     -------
     Dataset
-        Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W], at the samples of the
-        run
-        and at the located largest torque, there with the speed of the sample before it.
+        Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W]. The instants are the
+        samples of the run and that of the largest torque, which has the speed of the sample before it.
 
     Raises
     ------
     InputError
-        If there is no such part.
+        If the run has no drive, actuator or motor of that name.
     """
     sources = _sources(run)
     if not sources:
@@ -177,7 +176,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
 
 @checked
 def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) -> xr.Dataset:
-    """Compute figures of merit of a drive or a controller.
+    """Compute figures of merit of a driven or controlled mechanism: contact, torque, energy, and errors of the motion.
 
     Parameters
     ----------
@@ -194,18 +193,16 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         For each clearance joint: `contact_fraction` of the time, number of `separations`, `in_contact_from` [s] (start of the
         contact that lasts to the end, or NaN), `peak_force` [N]. For the whole mechanism: `peak_torque` [N m],
         `torque_root_mean_square` [N m], `energy_used` [J] (integral of the positive power over the samples), `tracking_error`
-        [rad] of the driven body, `position_error` [m] of the output body, and its `synchronisation_error` [m]. The latter is
-        the
-        distance from the position in the ideal mechanism at the same angle of the driven body; it is NaN if more than half of
-        the
-        samples have an angle that the ideal run does not reach. Errors are the largest ones at the samples.
+        [rad] of the driven body, `position_error` [m] of the output body, and its `synchronisation_error` [m]: the distance
+        from its position in the ideal mechanism at the same angle of the driven body. The latter is NaN if the ideal run
+        does not reach that angle for more than half of the samples. Errors are the largest ones at the samples.
 
     Raises
     ------
     InputError
         If the runs have no driven body or belong to different mechanisms.
     """
-    sources = [source for source in _sources(run).values() if source.along in ("drive", "actuator")]
+    sources = [source for source in _sources(run).values() if source.dimension in ("drive", "actuator")]
     if not sources:
         raise InputError("the run has no drive or actuator", "a mechanism with driven() or controlled()")
     body = sources[0].body
@@ -219,15 +216,16 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
     torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
-    located = len(sources) == 1 and after <= time[0]  # located by the integrator: one source over the whole run
-    peak = abs(run[sources[0].peak].values[sources[0].number]) if located else np.max(np.abs(torque))
+    # the integrator has located the largest torque between samples, of each source over the whole run
+    located = len(sources) == 1 and after <= time[0]
+    peak = abs(run[sources[0].peak].values[sources[0].index]) if located else np.max(np.abs(torque))
     (angle, place), (ideal_angle, ideal_place) = (
         (motion["angle"].sel(body=body).values, motion["slider_position"].values) for motion in (run, ideal)
     )
     wanted_angle, wanted_place = (np.interp(time, ideal["time"].values, ours) for ours in (ideal_angle, ideal_place))
     order = np.argsort(ideal_angle)
     through = np.interp(angle, ideal_angle[order], ideal_place[order])
-    # outside this range the ideal run has no values
+    # the ideal run has no positions for angles outside this range
     inside = part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())
     single = {
         "peak_torque": (peak, "N m", "largest driving torque"),
@@ -256,7 +254,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
 
 
 def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Return fraction of the time in contact, separations, start of the lasting contact, and largest force."""
+    """Return of one joint: fraction of time in contact, separations, start of the contact at the end, largest force."""
     end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
@@ -270,7 +268,8 @@ def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, f
 
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:
+    """Return values as a tuple of floats; raise `InputError` if they are not numbers."""
     given = tuple(values) if isinstance(values, tuple | list | np.ndarray) and np.ndim(values) == 1 else ()
     if not given or not all(map(is_number, given)):
-        raise InputError(f"{name} = {shown(values)} of a motor", "a tuple of numbers", SAMPLE)
+        raise InputError(f"{name} = {shown(values)} of a motor", "a tuple of numbers", EXAMPLE)
     return tuple(map(float, given))

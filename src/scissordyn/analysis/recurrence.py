@@ -1,4 +1,4 @@
-"""Recurrence plots: returns of a motion to earlier states."""
+"""Recurrence plots: pairs of samples at which a motion returns to an earlier state."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
-MATRIX_SAMPLES_MAX = 5000  # Largest number of samples; the recurrence matrix has its square of entries
+MATRIX_SAMPLES_MAX = 5000  # Largest number of samples n; it limits the memory of the n x n recurrence matrix
 
 
 def recurrence(
@@ -24,7 +24,7 @@ def recurrence(
     shortest: int = 2,
     apart: int = 1,
 ) -> xr.Dataset:
-    r"""Compute the recurrence plot and its rates.
+    r"""Compute the recurrence plot, its recurrence rate and its determinism.
 
     .. math::
         R_{ij} = 1 \text{ if } \|x_i - x_j\| \le \text{threshold},\quad
@@ -73,9 +73,9 @@ def recurrence(
     table = finite_numbers(values, least=10 + (dimension - 1) * delay, dimensions=2)
     count = table.shape[0] - (dimension - 1) * delay
     if count > MATRIX_SAMPLES_MAX:
-        raise InputError(f"a recurrence plot of {count} samples", f"at most {MATRIX_SAMPLES_MAX}", "values[-2000:]")
+        raise InputError(f"a recurrence plot of {count} samples", f"at most {MATRIX_SAMPLES_MAX} samples", "values[-2000:]")
     if apart >= count:
-        raise InputError(f"apart = {apart!r} for {count} points", f"at most {count - 1}")
+        raise InputError(f"apart = {apart!r} for {count} embedded states", f"an index difference of at most {count - 1}")
     near = 0.2 * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold
     if not (math.isfinite(near) and near >= 0.0):
         raise InputError(f"threshold = {near!r}", "a number >= 0 in the unit of the values")
@@ -96,7 +96,7 @@ def recurrence(
 
 
 def _lines(recurrent: np.ndarray, apart: int) -> np.ndarray:
-    """Return the numbers of points of all diagonal lines, including single points, from the diagonal `apart` on."""
+    """Return the lengths in points of all diagonal lines, single points included, whose indices differ by at least `apart`."""
     lengths = []
     for offset in range(apart, len(recurrent)):
         diagonal = np.diagonal(recurrent, offset)

@@ -1,4 +1,4 @@
-"""Velocity against acceleration at every sample, which the paper calls a "Poincare map"."""
+"""Velocity over acceleration at every sample, a plot that the literature on clearance joints calls a "Poincare map"."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from scissordyn.errors import InputError, did_you_mean
 def velocity_acceleration(
     run: xr.Dataset, *, after: float = 0.0, until: float | None = None, body: str = "", axis: str = "y"
 ) -> xr.Dataset:
-    """Return velocity and acceleration of the slider at every sample.
+    """Return velocity and acceleration of the slider, or of another body's mass centre, at every sample.
 
-    The literature on clearance joints often plots this and calls it a Poincare map. It is a projection of the trajectory: a
+    The literature on clearance joints often plots one over the other and calls it a Poincare map. It is a projection: a
     single stroke has no period, and therefore no map. Use `stroboscopic` or `section` for maps.
 
     Parameters

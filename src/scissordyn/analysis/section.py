@@ -16,7 +16,7 @@ from scissordyn.tolerance import DATA_TOL, EVENT_TOL
 from scissordyn.units import checked
 
 Direction = Literal["both", "rising", "falling"]
-SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
+DIRECTION_SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}  # Signs of the rate
 
 
 @checked
@@ -28,7 +28,7 @@ def section(
     direction: Direction = "both",
     at: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Return the states in which a variable crosses a level, on cubic Hermite polynomials between the samples.
+    """Return the states at which a variable crosses a level, by cubic Hermite interpolation between the samples.
 
     All roots of every cubic are found, even two roots between two samples. A tangent point without crossing is not a root.
 
@@ -53,11 +53,13 @@ def section(
     InputError
         If the variable has no recorded rate, or `at` does not select one series.
     """
-    usable = [name for name, rate in RATES.items() if name in run and rate in run]
+    usable = [name for name, rate in RATE_OF.items() if name in run and rate in run]
     if variable not in usable:
         raise InputError(f"a section of '{variable}'{did_you_mean(variable, usable)}", "one of " + ", ".join(usable))
-    if direction not in SIGNS:
-        raise InputError(f"direction = {direction!r}{did_you_mean(str(direction), SIGNS)}", "one of " + ", ".join(SIGNS))
+    if direction not in DIRECTION_SIGNS:
+        raise InputError(
+            f"direction = {direction!r}{did_you_mean(str(direction), DIRECTION_SIGNS)}", "one of " + ", ".join(DIRECTION_SIGNS)
+        )
     chosen = {} if at is None else dict(at)
     left_over = [str(dim) for dim in run[variable].dims if dim != "time" and dim not in chosen]
     unknown = [
@@ -65,13 +67,14 @@ def section(
     ]
     if left_over or unknown:
         raise InputError(
-            f"a section of '{variable}' " + ("at " + ", ".join(unknown) if unknown else "without " + " and ".join(left_over)),
-            "one name for each of " + ", ".join(str(dim) for dim in run[variable].dims if dim != "time"),
+            f"a section of '{variable}' with "
+            + ("unknown " + ", ".join(unknown) if unknown else "no choice of " + " and ".join(left_over)),
+            "in `at`, one name for each of " + ", ".join(str(dim) for dim in run[variable].dims if dim != "time"),
             "at={'body': 'slider', 'axis': 'y'}",
         )
-    values, rates = (run[name].sel(chosen).values - shift for name, shift in ((variable, level), (RATES[variable], 0.0)))
+    values, rates = (run[name].sel(chosen).values - shift for name, shift in ((variable, level), (RATE_OF[variable], 0.0)))
     when, way = _crossings(_cubics(run["time"].values, values, rates))
-    kept = np.isin(way, SIGNS[direction])
+    kept = np.isin(way, DIRECTION_SIGNS[direction])
     attributes = {**run.attrs, "section_variable": variable, "section_level": level, "section_direction": direction}
     crossings = xr.Dataset(
         {
@@ -85,7 +88,7 @@ def section(
 
 
 def _cubics(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> BPoly:
-    """Return cubics with given values and rates at both ends of each interval.
+    """Return the cubic Hermite polynomials with given values and rates at both ends of each interval.
 
     Their error is at most y''''(t) h^4/384 (Davis 1975, Interpolation and Approximation).
     """
@@ -94,7 +97,7 @@ def _cubics(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> BPoly:
 
 
 def _crossings(cubics: BPoly) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and directions of the zeros at which the cubics change sign."""
+    """Return times [s] and directions (1 rising, -1 falling) of the zeros at which the cubics change sign."""
     time = cubics.x
     zeros = np.sort(PPoly.from_bernstein_basis(cubics).roots())
     near = DATA_TOL * np.diff(time)[np.clip(np.searchsorted(time, zeros) - 1, 0, time.size - 2)]
@@ -165,7 +168,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     )
 
 
-RATES = {
+RATE_OF = {  # Recorded time derivative of each variable
     "slider_position": "slider_velocity",
     "slider_velocity": "slider_acceleration",
     "position": "velocity",
@@ -177,15 +180,15 @@ RATES = {
 
 
 def _interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:
-    """Return the variables of a run, interpolated between its samples."""
+    """Return the variables of a run that have a recorded rate, interpolated at the instants `when`."""
     variables: dict[str, Variable] = {}
-    for name, rate in RATES.items():
+    for name, rate in RATE_OF.items():
         if name not in run or rate not in run:
             continue
         ordered = run[name].transpose("time", ...)
         cubics = _cubics(run["time"].values, ordered.values, run[rate].transpose(*ordered.dims).values)
         dims = (dim, *map(str, ordered.dims[1:]))
         variables[name] = dims, cubics(when), dict(run[name].attrs)
-        if rate not in RATES:
+        if rate not in RATE_OF:
             variables[rate] = dims, cubics.derivative()(when), dict(run[rate].attrs)
     return variables

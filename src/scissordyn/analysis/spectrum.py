@@ -13,7 +13,7 @@ from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 from scissordyn.units import checked
 
-DOMINANCE_MIN = 10.0  # Power density of a dominant frequency, relative to the median
+DOMINANCE_MIN = 10.0  # Smallest power density of a dominant frequency, relative to the median density
 
 
 @checked

@@ -1,4 +1,4 @@
-"""Helpers of the measures: variables with units, the window of time, and checks of arrays."""
+"""Helpers for measures of a motion: Dataset variables with units, time windows, and checks of arrays."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 
 
 def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
-    """Return a variable of a Dataset with its unit and long name."""
+    """Return dimensions, values and attributes of a Dataset variable with a unit and a long name."""
     return dims, np.asarray(values), {"units": units, "long_name": long_name}
 
 
 def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, float]:
-    """Return the checked window of a run, from start to end [s]."""
+    """Return start and end of a time window of a run [s]; raise `InputError` if it does not fit the run."""
     first, last = float(run["time"].values[0]), float(run["time"].values[-1])
     end = last if until is None else until
     if not (math.isfinite(after) and math.isfinite(end) and after < end <= last * (1.0 + 1e-12)) or end <= first:

@@ -1,4 +1,4 @@
-"""Classification of a motion with evidence: from stroboscopic samples, a run, or an ensemble."""
+"""Classify a motion as periodic, quasi-periodic or irregular, from stroboscopic samples, a run or an ensemble of runs."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from scissordyn.units import checked
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
-MAP_SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test, whose displacements extend over only a tenth of them
+MAP_SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test; its largest lag is a tenth of that number
 
 REGULAR, CHAOTIC = 0.2, 0.8
-"""Limits of K of the 0-1 test: regular below, irregular above; in between a longer run is needed."""
+"""Limits of K of the 0-1 test: regular motion below 0.2, irregular above 0.8; in between a longer run is needed."""
 
-REPETITIONS_MIN = 4  # Smallest number of repetitions that establish a period
+REPETITIONS_MIN = 4  # Smallest number of repetitions that prove a period
 
 SPREAD_RATIO_MAX = 4.0
-"""Largest ratio, or its inverse, of the spreads in the last and the first quarter of the samples of a settled motion."""
+"""Largest factor by which the spread of the samples may differ between first and last quarter in a settled motion."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Verdict:
 
     @property
     def name(self) -> str:
-        """Kind and, if there is one, period."""
+        """Text of the kind and, if the motion has a period, of the period: "periodic, period 3"."""
         return f"{self.kind}, period {self.period}" if self.period is not None else self.kind
 
 
@@ -141,7 +141,7 @@ def classify_samples(
 
 
 def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[str], measures: dict[str, float]) -> int | None:
-    """Return the smallest period of the second half of the samples; None if there is none."""
+    """Return the smallest number of samples after which the second half repeats; None if it does not repeat."""
     tail = scaled[len(scaled) // 2 :]
     misses = [
         float(np.max(np.abs(tail[p:] - tail[:-p])))
@@ -171,7 +171,7 @@ def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[s
 def _classify_aperiodic(
     scaled: np.ndarray, longest: int, seed: int, evidence: list[str], measures: dict[str, float]
 ) -> Literal["quasi-periodic", "irregular", "transient only"]:
-    """Classify samples without a period."""
+    """Classify samples that do not repeat, by their drift and the 0-1 test; add the evidence and its numbers."""
     if len(scaled) < MAP_SAMPLES_MIN:
         evidence.append(
             f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; "
@@ -212,7 +212,7 @@ def _classify_aperiodic(
 
 
 def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
-    """Add the predictability horizon [s] and the trusted fraction of a motion to the evidence."""
+    """Add the predictability horizon [s], and the fraction of the motion before it, to the evidence and the numbers."""
     if math.isnan(horizon):
         evidence.append("The reproducible part of the trajectory has not been determined: repeat the run with trust=True.")
         return
@@ -221,7 +221,7 @@ def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str
         evidence.append(f"{beyond} the predictability horizon of {horizon:.6g} s. Compare an ensemble beyond it.")
 
 
-MAPS = ("strobe", "cycle")  # Dimensions of stroboscopic maps: of `stroboscopic`, and of long periodic runs
+MAP_DIMENSIONS = ("strobe", "cycle")  # Dimension of a map from `stroboscopic`, and of the cycles of a periodic run
 
 
 @checked
@@ -276,15 +276,15 @@ def classify(
             return _classify_stroke(run, after, trusted)
         strobe, fraction = _sampled_map(run, period, phase, skip)
     else:
-        dim = next((name for name in MAPS if name in run.dims), None)
+        dim = next((name for name in MAP_DIMENSIONS if name in run.dims), None)
         if dim is None:
-            raise InputError("the dataset has no time, strobe or cycle", "a run, or a map of one")
+            raise InputError("the dataset has no dimension time, strobe or cycle", "a run, or a stroboscopic map of a run")
         strobe = run.isel({dim: slice(skip, None)})
         if "contact_fraction" in strobe and strobe.sizes[dim]:
             fraction = _exact_zero(
                 float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
             )
-    dim = next(name for name in MAPS if name in strobe.dims)
+    dim = next(name for name in MAP_DIMENSIONS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
         raise InputError(f"{strobe.sizes[dim]} samples are left after skip = {skip}", "at least 2, and 200 for a verdict")
     clearance = _clearances(strobe)
@@ -302,7 +302,7 @@ def classify(
 
 
 def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tuple[xr.Dataset, float | None]:
-    """Return the samples of a run once per period, and the largest flight fraction over their second half."""
+    """Return the samples of a run once per period, and the largest free-flight fraction of a joint in the second half."""
     strobe = stroboscopic(run, period=period, phase=phase, skip=skip)
     if strobe.attrs.get("source") != "samples":
         raise InputError(
@@ -316,12 +316,12 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
 
 
 def _exact_zero(fraction: float) -> float:
-    """Return zero if only round-off of the sum of contact times is left."""
+    """Return zero for a fraction that is only round-off in the sum of contact times, otherwise the fraction."""
     return 0.0 if fraction < 1e-12 else fraction
 
 
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
-    """Return the clearance of every clearance joint of a map [m]."""
+    """Return the clearance of each clearance joint of a stroboscopic map [m], by name."""
     if "clearance" in strobe:
         return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
     joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
@@ -332,7 +332,7 @@ def _clearances(strobe: xr.Dataset) -> dict[str, float]:
 
 
 def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
-    """Classify a single stroke."""
+    """Classify a single stroke: continuous contact if no joint separates, else transient only."""
     statistics = contact_statistics(run, after=after)
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(float(statistics["flight_fraction"].max()))
@@ -368,7 +368,7 @@ def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
 
 @dataclass(frozen=True)
 class Consensus:
-    """Most frequent verdict of an ensemble, and how the others differ.
+    """Most frequent verdict of an ensemble of runs, with the counts of all verdicts and the spread of their numbers.
 
     Parameters
     ----------
@@ -381,7 +381,7 @@ class Consensus:
     counts : mapping of str to int
         Number of members with each verdict, most frequent first.
     measures : Dataset
-        `mean`, `deviation` (standard deviation), `least`, `largest` and `members` (how many have it) along `measure`.
+        `mean`, `deviation` (standard deviation), `least`, `largest` and `members` (number that have it) along `measure`.
     evidence : tuple of str
         Sentences with the numbers.
     """
@@ -399,7 +399,7 @@ def _deviation(values: list[float]) -> float:
     return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
-STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {
+MEMBER_STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {  # Function, unit and meaning
     "mean": (np.mean, "of the measure", "mean over the members"),
     "deviation": (_deviation, "of the measure", "standard deviation over the members"),
     "least": (min, "of the measure", "smallest of the members"),
@@ -458,7 +458,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
         measures=xr.Dataset(
             {
                 name: described(("measure",), [statistic(values) for values in measured.values()], units, text)
-                for name, (statistic, units, text) in STATISTICS.items()
+                for name, (statistic, units, text) in MEMBER_STATISTICS.items()
             },
             coords={"measure": list(measured)},
         ),

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
 
-UNDECIDED = "the values vary by no more than their errors, which the test cannot distinguish from chaos"
+UNDECIDED = "the values vary by no more than their errors, and the test cannot distinguish errors from chaos"
 
 
 @checked
@@ -70,7 +70,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     centred, unknown = _centred(numbers, noise)
     wheel = np.exp(1j * chosen[:, None] * np.arange(1, numbers.size + 1))
     path = np.cumsum(centred * wheel, axis=1)
-    # lags up to a tenth of the samples (Gottwald and Melbourne 2009, section 3)
+    # lags: at most a tenth of the number of samples (Gottwald and Melbourne 2009, section 3)
     lags = np.arange(1, max(int(0.1 * numbers.size), 5) + 1)
     displacement = _mean_square_displacement(path, lags)
     correlation = np.array([_correlation(lags, row) for row in displacement])
@@ -97,7 +97,7 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
 
 
 def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
-    """Return the differences from the mean, zero if round-off, and whether they do not exceed the errors."""
+    """Return values minus mean, zero if only round-off; and True if they vary by no more than `noise` times the largest."""
     centred = values - np.mean(values)
     varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
     if varying <= ROUND_OFF_TOL * size:
@@ -106,7 +106,7 @@ def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
 
 
 def _mean_square_displacement(path: np.ndarray, lags: np.ndarray) -> np.ndarray:
-    """Return the mean over j = 1, ..., n - n_cut of |z(j + n) - z(j)|^2 for every lag n by FFT, shape (angles, lags)."""
+    """Return the mean of |z(j + n) - z(j)|^2 over j for each lag n by FFT, shape (angles, lags); z is the complex path."""
     samples, most = path.shape[1], int(lags[-1])
     kept = samples - most
     # differences do not depend on the mean, and sums of squares lose fewer digits without it

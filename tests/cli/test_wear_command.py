@@ -95,7 +95,7 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
     (folder / "other.toml").write_text(CASE.replace('wear = "1e-4 mm^3/(N m)"\n', ""), encoding="utf-8")
     assert "no clearance joint has a coefficient of wear" in refused("wear", "other.toml")
     assert status_of(["wear", case, "--cycles", "10", "-o", "life.nc", "-q"]) == 0
-    assert "of another case or other options" in refused("wear", case, "--set", "drive.speed=2900 rpm", "-o", "life.nc")
+    assert "has another case or other options" in refused("wear", case, "--set", "drive.speed=2900 rpm", "-o", "life.nc")
     assert "expected a" in refused("wear", case, "--set", "clearance.wear='1e-4 mm^3/N'")
     (folder / "oil.toml").write_text(CASE.replace("[wear]", 'contact = "hard"\n\n[wear]'), encoding="utf-8")
     assert "wear of a joint with hard contact" in refused("wear", "oil.toml")

@@ -118,7 +118,7 @@ def test_an_interrupted_wear_goes_on(tmp_path):
     assert again.attrs["status"] == "complete"
     longer = worn(mechanism, 60, earlier=again)
     assert longer["cycle"].values.tolist() == [*whole["cycle"].values.tolist(), 60]
-    with pytest.raises(InputError, match="of another case or other options"):
+    with pytest.raises(InputError, match="has another case or other options"):
         worn(rotor(2e-10, 50, unbalance=0.4), 50, earlier=again)
     with pytest.raises(InputError, match="has 60 cycles already"):
         worn(mechanism, 50, earlier=longer)

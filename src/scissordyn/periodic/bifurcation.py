@@ -34,7 +34,7 @@ from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcome
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 
-SAVE_SECONDS = 10.0  # [s] shortest time between two writes of the store, and thus the work that can be lost
+SAVE_SECONDS = 10.0  # [s] shortest time between two writes of the store; a crash loses at most this much work
 
 
 @checked
@@ -149,7 +149,7 @@ def _compute(
     target: Path | None,
     progress: Callable[[int, int], None] | None,
 ) -> bool:
-    """Store the results as they finish, and save them regularly; return True if the user interrupted the computation."""
+    """Store results in the diagram as they finish and save it regularly; return True if the user interrupted."""
     saved = time.perf_counter()
     try:
         for result in results:
@@ -184,7 +184,7 @@ def _follow_values(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[i
 
 
 def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snapshot:
-    """Return the state of one mechanism as the start of another, with the same positions and velocities of bodies.
+    """Convert a state of one mechanism to a start of another, with the same positions and velocities of the bodies.
 
     Both are at the same phase of their drives; time restarts from zero.
     """
@@ -192,7 +192,10 @@ def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snap
         [part.name for part in getattr(before, parts)] != [part.name for part in getattr(after, parts)]
         for parts in ("bodies", "contacts")
     ):
-        raise InputError("follow = True: the mechanisms have different bodies or clearance joints", "follow = False")
+        raise InputError(
+            "follow = True: two values of the parameter give mechanisms with different bodies or clearance joints",
+            "follow = False",
+        )
     old, new = plan(before), plan(after)
     system = make_system(new)
     n = old.coordinates.free
@@ -200,7 +203,9 @@ def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snap
     b, rate = basis_at_start(system.content)
     internal = state.y[2 * n :]
     if internal.size != int(system.content.model.state_start[-1]):
-        raise InputError("follow = True: the friction laws of the mechanisms have different states", "follow = False")
+        raise InputError(
+            "follow = True: two values of the parameter give mechanisms with different internal states", "follow = False"
+        )
     full = np.concatenate([new.coordinates.nearest(b, position), new.coordinates.nearest(rate, velocity), internal])
     begin = start_state(after)
     kept = {name: state.arrays[name] for name in ("memory", "mass", "reference")}
@@ -209,7 +214,7 @@ def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snap
 
 
 class OtherDiagramError(InputError):
-    """Error: a store holds another diagram, or one that other sources or libraries made."""
+    """Error: the store holds another diagram, or one computed with other sources or libraries."""
 
 
 def empty_diagram(
@@ -220,7 +225,7 @@ def empty_diagram(
     follow: bool,
     shown: tuple[str, float] | None = None,
 ) -> xr.Dataset:
-    """Return a diagram without results."""
+    """Return a diagram with a pending row for each value of the parameter."""
     first = cases[0]
     if isinstance(over, str):
         quantity = number(mechanism, over).quantity
@@ -257,13 +262,13 @@ def empty_diagram(
 
 
 def _value_in_words(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
-    """Return a value of the parameter as text, in its shown unit or in SI units."""
+    """Return a value of the parameter as text, in the unit `shown` or in SI units."""
     unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
     return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
 
 
 def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
-    """Return warnings about singular positions that the drives lead through; name the first value if not all are concerned."""
+    """Return warnings about singular positions on the drives' paths; name the first value if only some have them."""
     of_motion: dict[str, list[str]] = {}
     warned: dict[str, list[str]] = {}
     for case, value in zip(cases, values, strict=True):
@@ -276,7 +281,7 @@ def _warnings(cases: Sequence[CycleCase], values: list[str]) -> list[str]:
 
 
 def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Return the diagram stored in a file, or the blank diagram if there is no file."""
+    """Return the diagram stored in a file, or `blank` if the file does not exist."""
     if target is None or not target.exists():
         return blank
     try:
@@ -302,7 +307,7 @@ def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
     if differs:
         raise OtherDiagramError(
             f"'{target}' holds another diagram (differs in {', '.join(differs)})",
-            "the file of the same diagram, or a name that is not taken",
+            "the file of the same diagram, or the name of a new file",
             "store='another.nc'",
         )
     stored["value"].attrs = blank["value"].attrs
@@ -313,7 +318,7 @@ def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
 
 
 def store_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
-    """Store the results of one value in the diagram, with its final state, from which the next value can continue."""
+    """Store the results of one parameter value in the diagram, and its final state, from which the next value may start."""
     store_row(diagram, "value", outcome)
     if outcome.value is None:
         return
@@ -327,7 +332,7 @@ def store_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> N
 
 
 def final_state(diagram: xr.Dataset, at: int, mechanism: Mechanism) -> Snapshot:
-    """Return the stored final state of a value."""
+    """Return the final state of the parameter value with index `at`, as a start for the same mechanism."""
     begin, packed = start_state(mechanism), diagram["end"].values[at]
     guards, first = begin.mode.size, begin.y.size
     y, mode, memory, mass, reference = np.split(packed, first + guards * np.arange(4))
@@ -349,7 +354,7 @@ def store_summary(diagram: xr.Dataset, interrupted: bool, seconds: float) -> Non
 
 
 def _warnings_of_values(diagram: xr.Dataset) -> list[str]:
-    """Return the warnings about single values, each once with its first value."""
+    """Return the warnings about single values; a repeated warning names the first value only."""
     values, warnings = diagram["value"].values, []
     for text, at in grouped_lines(diagram["warnings"].values).items():
         others = f", the first of {len(at)} values" if len(at) > 1 else ""

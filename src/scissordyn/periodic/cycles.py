@@ -1,4 +1,4 @@
-"""Long periodic runs: stroboscopic samples and statistics of every cycle, without a dense record."""
+"""Long periodic runs: one stroboscopic sample and statistics per cycle, without samples in between."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.stroboscope import DESCRIBED, Cycles, drive_period, run_cycles
+from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, Cycles, drive_period, run_cycles
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
@@ -50,8 +50,8 @@ def cycle(
     period : float, optional
         T [s]; by default the period of the mechanism's drive.
     keep : int, optional
-        Number of last cycles to return; by default all. Energies and largest forces are computed in these cycles only, so that
-        the earlier cycles take about a quarter less time.
+        Number of last cycles to return; by default all. Energies and largest forces are computed in these cycles only; the
+        earlier cycles take about a quarter less time.
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     start : {"concentric", "in-contact", "static"} or Dataset
@@ -72,9 +72,9 @@ def cycle(
         named after their joint or component). Variables whose names begin with "end" are the final state, from which the run
         can be continued. Values are in SI units; a variable whose entries have different units has no attribute "units".
         Attributes: status ("complete", "interrupted" or "failed"), cause, period, cycles_per_second, statistics, configuration,
-        warnings. A run that fails in cycle k has the cycles before k. Warnings concern laws outside their range and controllers
-        at their limits in the returned cycles, and singular positions that the drives lead through in a period. Motion that the
-        drives do not determine is not searched for singular positions.
+        warnings. A run that fails in cycle k has the cycles before it. Warnings concern laws outside their range and
+        controllers at their limits in the returned cycles, and singular positions that the drives lead through in a period.
+        Motion that the drives do not determine is not searched for singular positions.
 
     Raises
     ------
@@ -90,10 +90,10 @@ def cycle(
 
 
 def _start_of(run: xr.Dataset) -> StartKind:
-    """Return the `start` option of the earlier run; the method is chosen by it."""
+    """Return the `start` option of an earlier run; the automatic choice of the method depends on it."""
     options = read_configuration(run).options if "end_y" in run else None
     if options is None:
-        raise InputError("start: the dataset has no final state", "a Dataset that cycle() made")
+        raise InputError("start: the dataset has no final state", "a Dataset that cycle() returned")
     return options.start
 
 
@@ -101,10 +101,10 @@ def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     """Return the final state of an earlier run; raise `InputError` if its period or mechanism differs."""
     before = number_attribute(run, "period")
     if not math.isclose(before, period, rel_tol=1e-12):
-        raise InputError(f"start: its cycles last {before:g} s, those of this run {period:g} s", "the same period")
+        raise InputError(f"start: the earlier cycles last {before:g} s, those of this run {period:g} s", "the same period")
     configuration = read_configuration(run)
     if configuration.text != write_configuration(mechanism, configuration.options):
-        raise InputError("start: its cycles are those of another mechanism", "cycles of the same mechanism")
+        raise InputError("start: the earlier cycles belong to another mechanism", "cycles of the same mechanism")
     return Snapshot.from_plain({str(name)[4:]: part.values for name, part in run.data_vars.items() if str(name)[:4] == "end_"})
 
 
@@ -116,10 +116,10 @@ END_UNITS = {"counts": "1", "mode": "1", "history_length": "1", "reference": "ra
 
 
 def recorded_names(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the names of the quantities that are recorded once per cycle of a mechanism and can be plotted."""
-    absent = [name for name in DESCRIBED if name.startswith("slider_")] if mechanism.output_guide is None else []
-    absent += [name for name, (dims, _, _) in DESCRIBED.items() if "joint" in dims and not mechanism.contacts]
-    return tuple(name for name in DESCRIBED if name not in absent)
+    """Return the names of the variables that `cycle` records once per cycle of this mechanism."""
+    absent = [name for name in CYCLE_VARIABLES if name.startswith("slider_")] if mechanism.output_guide is None else []
+    absent += [name for name, (dims, _, _) in CYCLE_VARIABLES.items() if "joint" in dims and not mechanism.contacts]
+    return tuple(name for name in CYCLE_VARIABLES if name not in absent)
 
 
 def _internal_states(plan: Plan) -> np.ndarray:
@@ -132,7 +132,7 @@ def _internal_states(plan: Plan) -> np.ndarray:
 def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:
     plan, n, variables = found.plan, found.plan.coordinates.free, {}
     for name, values in found.values.items():
-        dims, units, long_name = DESCRIBED[name]
+        dims, units, long_name = CYCLE_VARIABLES[name]
         variables[name] = (dims, values, {"units": units, "long_name": long_name})
     state = found.samples.state
     for name, dim, part in (

@@ -1,4 +1,4 @@
-"""Ensembles: many runs of one case whose starts differ by round-off, to measure the predictability of periodic runs."""
+"""Ensembles: runs of one case whose starts differ by round-off, to measure how long a periodic run is predictable."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.rows import COLUMNS, CycleCase, empty_rows, run_case, store_row
-from scissordyn.periodic.stroboscope import DESCRIBED, drive_period, make_consistent, start_state
+from scissordyn.periodic.rows import RUN_COLUMNS, CycleCase, empty_rows, run_case, store_row
+from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, drive_period, make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
@@ -44,7 +44,7 @@ def ensemble(
     engine: Annotated[Engine, Meaning(ENGINES, "engine=2")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    """Run the same mechanism from starts that differ by round-off.
+    """Run a mechanism many times, from starts that differ by round-off.
 
     Every entry y of a member's state starts as y (1 + p g), with g from a normal distribution; member 0 is not perturbed. Two
     members agree in a cycle if their journals are within a fraction of the clearance of each other at all clearance joints. The
@@ -62,7 +62,7 @@ def ensemble(
     phase : float
         Phase of the samples in the cycle, in [0, 1).
     perturbation : float
-        p, from 1e-16 to 1e-6.
+        p, the relative size of the perturbation, from 1e-16 to 1e-6.
     seed : int
         Seed of the perturbations; the same seed gives the same ensemble with any engine.
     skip : int
@@ -111,11 +111,11 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
     for name, count, least in (("members", members, 2), ("cycles", cycles, 1), ("skip", skip, 0)):
         whole_number(name, count, least)
     if skip >= cycles:
-        raise InputError(f"skip = {skip} of {cycles} cycles", f"a number below {cycles}")
+        raise InputError(f"skip = {skip} of {cycles} cycles", f"fewer than {cycles} skipped cycles")
     if not 1e-16 <= perturbation <= 1e-6:
-        raise InputError(f"perturbation = {perturbation!r}", "a number from 1e-16 to 1e-06")
+        raise InputError(f"perturbation = {perturbation!r}", "a relative change of the start from 1e-16 to 1e-06")
     if not 0.0 < agreement < 1.0:
-        raise InputError(f"agreement = {agreement!r}", "a fraction of the clearance, above 0 and below 1")
+        raise InputError(f"agreement = {agreement!r}", "a distance as a fraction of the clearance, above 0 and below 1")
     if not mechanism.contacts:
         raise InputError("ensemble: the mechanism has no clearance joints", "a mechanism with a clearance")
     whole_number("cycles of all members", members * cycles)
@@ -124,20 +124,20 @@ def _check(mechanism: Mechanism, members: int, cycles: int, skip: int, perturbat
 def _compute_members(
     cases: list[CycleCase], engine: Engine, progress: Callable[[int, int], None] | None
 ) -> tuple[xr.Dataset, Iterable[str]]:
-    """Return all cycles of all members, and the warnings about them."""
+    """Return the cycles of all members as one Dataset, and the warnings about them."""
     members = len(cases)
     run = empty_rows(cases, "member", {"member": np.arange(members)})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
         store_row(run, "member", outcome)
     lines = grouped_lines(run["warnings"].values)
-    run = run.drop_vars([name for name in run.data_vars if name in COLUMNS and name not in ("status", "cause")])
+    run = run.drop_vars([name for name in run.data_vars if name in RUN_COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
         raise InputError(f"ensemble: every member failed: {run['cause'].values[0]}", "a mechanism that runs")
     return run, lines
 
 
 def _make_starts(mechanism: Mechanism, start: StartKind, members: int, perturbation: float, seed: int) -> list[Snapshot]:
-    """Return the consistent initial states of all members."""
+    """Return the perturbed initial states of all members, projected onto the constraints."""
     first = start_state(mechanism, start)
     system = make_system(plan(mechanism))
     numbers = np.random.default_rng(seed)
@@ -154,7 +154,7 @@ def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, peri
     place = run["eccentricity"].values
     difference = place - place[:1]
     apart = np.max(np.hypot(difference[..., 0], difference[..., 1]) / clearance, axis=2)
-    # a failed member is NaN and agrees with no other
+    # a failed member has NaN and agrees with no other member
     agrees = apart <= agreement
     cycles = run.sizes["cycle"]
     diverged = np.where(np.all(agrees, axis=1), cycles, np.argmin(agrees, axis=1))
@@ -170,8 +170,8 @@ def _add_agreement(run: xr.Dataset, mechanism: Mechanism, agreement: float, peri
 
 
 def _add_means(run: xr.Dataset, skip: int) -> None:
-    """Add the means over the counted cycles of each member, and their spread."""
-    for name in DESCRIBED:
+    """Add to the ensemble the mean of each variable over the cycles after `skip`, per member, and its spread over members."""
+    for name in CYCLE_VARIABLES:
         if name not in run or name == "in_contact":
             continue
         about = run[name].attrs

@@ -1,4 +1,4 @@
-"""Life of worn joints: cycles until a requirement fails, with an interval, and the words that say so."""
+"""Life of worn joints: number of cycles until a requirement fails, with its 95 % interval, and the lines that report it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from scissordyn.units import short
 
 
 class Requirement(NamedTuple):
-    """A limit that a curve over the cycles must not exceed."""
+    """Limit of a wear result that must not be exceeded: deviation of a track, clearance of a joint, or depth of a bush."""
 
     text: str
     limit: float  # [m]
-    curve: np.ndarray  # (states,) [m]
+    curve: np.ndarray  # (states,) the limited quantity after each simulated state [m]
     error: np.ndarray  # (states,) half the 95 % interval [m]
-    joint: str  # joint that is worn, or "" for a requirement on the whole mechanism
+    joint: str  # joint whose wear is limited, or "" for a requirement on a track
 
 
 def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Iterator[Requirement]:
-    """Yield the requirements of tracks, of the largest clearance and of bushes."""
+    """Yield the requirements: tolerances of tracks, largest clearance of worn joints, thickness of bushes."""
     for k, track in enumerate(mechanism.tracks):
         if track.tolerance is not None and np.all(np.isfinite(run["track_deviation"].values[:, k])):
             curve, error = run["track_deviation"].values[:, k], run["track_deviation_error"].values[:, k]
@@ -41,11 +41,11 @@ def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Itera
 
 
 def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Dataset:
-    """Add the life until each requirement fails, and the joint that limits it."""
+    """Add to a wear result the life until each requirement fails, its interval, and the joint that limits it."""
     cycles, listed = run["cycle"].values.astype(float), list(requirements(run, mechanism, settings))
     lives, joints = np.full((3, len(listed)), math.nan), []
     for r, need in enumerate(listed):
-        # what is known of the depth is known of the cycles at which it is reached
+        # the relative error of the depth is also that of the number of cycles at which the depth is reached
         at = run["joint"].values.tolist().index(need.joint) if need.joint else int(np.argmax(run["depth_largest"].values[-1]))
         lives[0, r] = first_crossing(cycles, need.curve, need.limit)
         lives[1, r] = first_crossing(cycles, need.curve + need.error, need.limit)
@@ -67,7 +67,7 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
 
 
 def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float:
-    """Return the number of cycles at which a curve first exceeds a limit, linear in between; NaN if it does not."""
+    """Return the number of cycles at which a curve first exceeds a limit, by linear interpolation; NaN if it does not."""
     beyond = np.flatnonzero(curve > limit)
     if not beyond.size:
         return math.nan
@@ -79,7 +79,7 @@ def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float
 
 
 def life_lines(run: xr.Dataset) -> list[str]:
-    """Return the answers of a wear result, the shortest life first, then the joints by depth."""
+    """Return text lines of a wear result: a line per requirement, shortest life first; a line per joint, deepest first."""
     reached, lines = int(run["cycle"].values[-1]), []
     lives = run["life"].values
     for r in np.argsort(np.where(np.isnan(lives), math.inf, lives), kind="stable").tolist():

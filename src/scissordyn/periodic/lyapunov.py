@@ -196,7 +196,7 @@ def variational_exponent(
 
 
 def _check_continuous(mechanism: Mechanism) -> None:
-    """Raise `InputError` if the variational equation of a mechanism is not defined or not continuous."""
+    """Raise `InputError` for laws, end stops or latches with which the variational equation is undefined or discontinuous."""
     for joint in mechanism.contacts:
         laws = joint.clearance
         if laws is not None and not (isinstance(laws.damping, NoDamping) and isinstance(laws.friction, NoFriction)):
@@ -214,7 +214,10 @@ def _check_continuous(mechanism: Mechanism) -> None:
 
 
 def _propagate_tangent(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
-    """Return a tangent at the sample `first` after `substeps` steps of length h [s] along a trajectory."""
+    """Integrate the variational equation over `substeps` of length h [s]; return the tangent at their end.
+
+    The tangent starts at the sample `first` of the trajectory, which has a sample at the end and middle of each substep.
+    """
     samples, live, address = path.samples, path.system.content.state, path.system.address
     slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
     last = first + 2 * substeps
@@ -243,24 +246,24 @@ def _norm(difference: np.ndarray, n: int, pulse: float) -> float:
 
 
 def _first_tangent(system: Handle, state: np.ndarray, n: int, pulse: float, seed: int) -> np.ndarray:
-    """Return a direction of unit length in which the mechanism can move."""
+    """Return a random tangent of unit norm that satisfies the constraints."""
     tangent = np.zeros(state.size)
     tangent[: 2 * n] = np.random.default_rng(seed).standard_normal(2 * n)
     tangent[:n] /= pulse
     tangent = _project_tangent(system, 0.0, state, tangent)
     length = _norm(tangent, n, pulse)
-    # The projection has an error of about 1e-7, and a free direction a length of about 1.
+    # The error of the projection is about 1e-7; a direction of free motion has a norm of about 1.
     if not length > 1e-4:
         raise InputError(
-            "exponent: the drives prescribe the whole motion of the mechanism",
-            "a mechanism that can move freely",
+            "Lyapunov exponent: the drives prescribe the whole motion of the mechanism",
+            "a mechanism with a degree of freedom that no drive prescribes",
             "mechanism.with_clearance(...)",
         )
     return tangent / length
 
 
 def _project_tangent(system: Handle, time: float, state: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """Project a tangent onto the length constraints, by the difference between two projected states."""
+    """Project a tangent onto the length constraints, by the central difference of two projected states."""
     base, answer = state.copy(), np.zeros(2)
     functions.accept(time, base, system.address, answer)
     size = 1e-7 * max(1.0, float(np.max(np.abs(base)))) / float(np.max(np.abs(tangent)))
@@ -273,11 +276,11 @@ def _project_tangent(system: Handle, time: float, state: np.ndarray, tangent: np
 def _place_companion(
     system: Handle, reference: Snapshot, companion: Snapshot, difference: np.ndarray, factor: float
 ) -> Snapshot:
-    """Return the companion, moved to `factor` times its difference from the reference and made consistent."""
+    """Return the companion with its difference from the reference scaled by `factor`, projected onto the constraints."""
     model, contacts = system.content.model, system.content.parameters.contact.size
     full = reference.y + factor * difference
     both = (reference.mode == 1) & (companion.mode == 1)
-    onset = {}  # Approach speeds and effective masses, which contacts keep from their onset
+    onset = {}  # approach speed and effective mass of each contact, constant from its onset to its release
     for name in ("memory", "mass"):
         first, second = reference.arrays[name], companion.arrays[name]
         onset[name] = np.where(both, first + factor * (second - first), second)
@@ -292,7 +295,7 @@ def _place_companion(
 
 
 def _make_result(
-    mechanism: Mechanism, growth: list[float], part: float, skip: int, road: str, status: str, cause: str
+    mechanism: Mechanism, growth: list[float], part: float, skip: int, algorithm: str, status: str, cause: str
 ) -> xr.Dataset:
     if len(growth) <= skip:
         raise InputError(f"no interval left to average over: {cause or 'all are skipped'}", "a run longer than skip")
@@ -301,7 +304,7 @@ def _make_result(
     result["log_growth"] = ("interval", counted, {"units": "1", "long_name": "logarithm of the growth in an interval"})
     result.attrs |= {
         "title": "scissordyn exponent",
-        "road": road,
+        "algorithm": algorithm,
         "status": status,
         "cause": cause,
         "configuration": write_configuration(mechanism),

@@ -1,4 +1,4 @@
-"""Datasets of many periodic runs: one row per case, filled as the cases finish."""
+"""Collect the results of many periodic runs in a Dataset with one row per case, as the cases finish."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.periodic.stroboscope import DESCRIBED, run_cycles
+from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, run_cycles
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import STATES, Outcome, error_text
 
@@ -23,7 +23,7 @@ PENDING = STATES[0]  # status of a case that has not been computed yet
 class CycleCase:
     """One periodic run, with all inputs that a worker needs."""
 
-    at: int  # index among the cases
+    at: int  # row of the case
     mechanism: Mechanism
     options: Options  # its `until` is the period
     cycles: int
@@ -36,14 +36,14 @@ class CycleCase:
 class CycleRow:
     """Result of one case."""
 
-    values: dict[str, np.ndarray]  # last cycles, by the names of `DESCRIBED`; shorter if the run failed
+    values: dict[str, np.ndarray]  # last cycles, by the names of `CYCLE_VARIABLES`; shorter if the run failed
     end: Snapshot
-    # status, cause, warnings (one a line), completed_cycles, total_steps, total_events, seconds and processor_seconds
+    # status, cause, warnings (one per line), completed_cycles, total_steps, total_events, seconds and processor_seconds
     about: dict[str, str | int | float]
 
 
 def run_case(case: CycleCase) -> CycleRow:
-    """Compute one periodic run; raise `KeyboardInterrupt` if it is interrupted."""
+    """Compute the periodic run of one case; raise `KeyboardInterrupt` if the user interrupts it."""
     began, worked = time.perf_counter(), time.thread_time()
     run = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if run.status == "interrupted":
@@ -62,15 +62,15 @@ def run_case(case: CycleCase) -> CycleRow:
     return CycleRow(values, run.end, about)
 
 
-COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
+RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {  # Blank value and attributes of each column of a row
     "status": (PENDING, {"long_name": "status"}),
-    "cause": ("", {"long_name": "cause if it is not complete"}),
-    "warnings": ("", {"long_name": "warnings about the cycles kept, one a line"}),
-    "completed_cycles": (0, {"units": "1", "long_name": "whole cycles"}),
+    "cause": ("", {"long_name": "reason why the run is not complete"}),
+    "warnings": ("", {"long_name": "warnings about the cycles kept, one per line"}),
+    "completed_cycles": (0, {"units": "1", "long_name": "complete cycles"}),
     "total_steps": (0, {"units": "1", "long_name": "integration steps"}),
-    "total_events": (0, {"units": "1", "long_name": "contacts begun and ended"}),
-    "seconds": (0.0, {"units": "s", "long_name": "time taken"}),
-    "processor_seconds": (0.0, {"units": "s", "long_name": "time of the processor taken"}),
+    "total_events": (0, {"units": "1", "long_name": "starts and ends of contacts"}),
+    "seconds": (0.0, {"units": "s", "long_name": "computing time"}),
+    "processor_seconds": (0.0, {"units": "s", "long_name": "processor time"}),
 }
 """Columns of each case besides its cycles: the value before the case is computed, and attributes."""
 
@@ -79,7 +79,7 @@ def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str,
     """Return a Dataset with an empty row for each case."""
     first, kinds = cases[0], {str: object, int: np.int64, float: float}
     return xr.Dataset(
-        {name: (along, np.full(len(cases), blank, kinds[type(blank)]), about) for name, (blank, about) in COLUMNS.items()},
+        {name: (along, np.full(len(cases), blank, kinds[type(blank)]), about) for name, (blank, about) in RUN_COLUMNS.items()},
         coords={
             **coordinates,
             "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
@@ -98,7 +98,7 @@ def store_row(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow
         return
     for name, values in row.values.items():
         if name not in rows:
-            dims, units, long_name = DESCRIBED[name]
+            dims, units, long_name = CYCLE_VARIABLES[name]
             full = np.full((rows.sizes[along], rows.sizes["cycle"], *values.shape[1:]), np.nan)
             rows[name] = ((along, *dims), full, {"units": units, "long_name": long_name})
         rows[name].values[at, : values.shape[0]] = values

@@ -1,4 +1,4 @@
-"""Loop over cycles, from one period of a drive to the next, and consistent states to start from."""
+"""Integrate a mechanism cycle by cycle, and make states that satisfy the constraints to start from."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from scissordyn.run.advance.driver import Choice, Driver, Snapshot, count_steps
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver
 
-DESCRIBED = {
+CYCLE_VARIABLES = {
     "slider_position": (("cycle",), "m", "position of the slider along its guide"),
     "slider_velocity": (("cycle",), "m/s", "velocity of the slider along its guide"),
     "slider_acceleration": (("cycle",), "m/s^2", "acceleration of the slider along its guide"),
@@ -53,7 +53,7 @@ class Cycles:
     plan: Plan
     first: int  # index of the first cycle; cycle k lasts from k to k + 1 periods
     samples: Samples  # one row per cycle, at its start plus the phase
-    values: dict[str, np.ndarray]  # quantities recorded once per cycle, by the names of `DESCRIBED`
+    values: dict[str, np.ndarray]  # quantities recorded once per cycle, by the names of `CYCLE_VARIABLES`
     end: Snapshot  # state after the last whole cycle
     status: str  # "complete", "interrupted" or "failed"
     cause: str  # reason why the run is not complete, or ""
@@ -80,16 +80,16 @@ def drive_period(mechanism: Mechanism) -> float:
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
-    """Return the initial state of a run."""
+    """Return the state at the start of a run: coordinates, velocities, internal states and contact modes."""
     driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()
 
 
 def make_consistent(system: Handle, state: Snapshot) -> Snapshot:
-    """Return a consistent start from a state with slightly violated constraints and possibly outdated contact modes.
+    """Return a start that satisfies the constraints, with contact modes that fit its indentations.
 
-    A joint that was in contact and has indentation stays in contact, with its approach speed and internal states. Another joint
-    with indentation starts a new contact.
+    The state may violate the constraints slightly, and its contact modes may be outdated. A joint that was in contact and has
+    indentation stays in contact, with its approach speed and internal states. Another joint with indentation starts a contact.
     """
     live, y, answer = system.content.state, state.y.copy(), np.zeros(2)
     live.mode[:], live.memory[:], live.mass[:] = state.mode, state.arrays["memory"], state.arrays["mass"]
@@ -125,7 +125,7 @@ def run_cycles(
     start: Snapshot | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Cycles:
-    """Run the cycles and return plain arrays; without `start`, the run starts as its options say. See `cycle`."""
+    """Run the cycles of `cycle` and return arrays; without `start`, the options determine the initial state."""
     whole_number("cycles", cycles)
     keep = whole_number("keep", cycles if keep is None else keep)
     if not 0.0 <= phase < 1.0:
@@ -213,7 +213,7 @@ def _run_cycles(
 
 
 def _peak_forces(driver: Driver) -> np.ndarray:
-    """Return the largest forces of the contacts in the cycle of the log, shape (contacts,) [N]."""
+    """Return the largest force of each contact since the driver's event log was cleared, shape (contacts,) [N]."""
     largest, log, model = driver.peak["largest"], driver.log, driver.system.content.model
     companion, guard = companions(model), log["guard"].astype(np.int64)
     last = np.where(companion >= 0, companion, np.arange(companion.size))
@@ -225,7 +225,7 @@ def _peak_forces(driver: Driver) -> np.ndarray:
 
 
 def _record_samples(plan: Plan, system: Handle, samples: Samples) -> dict[str, np.ndarray]:
-    """Return the quantities of the stroboscopic map at the samples."""
+    """Return the variables of the stroboscopic map at the samples, by name."""
     rows = record(plan.maps, system, samples)
     contacts = system.content.parameters.contact.size
     maps = [plan.eccentricity(j) for j in range(contacts)]
@@ -249,7 +249,10 @@ def _record_samples(plan: Plan, system: Handle, samples: Samples) -> dict[str, n
 def count_contacts(
     log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
 ) -> None:
-    """Count the contacts that start in a cycle and sum the time in contact; `mode` holds the modes at its start."""
+    """Count the contacts that start in a cycle and sum the time in contact.
+
+    `mode` holds the contact modes at the start of the cycle; `impacts` and `fraction` receive the results per contact.
+    """
     for j in range(mode.size):
         contacts = log[log["guard"] == j]
         time, rises = contacts["time"], contacts["mode"] == RISE

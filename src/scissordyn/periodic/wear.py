@@ -1,4 +1,4 @@
-"""Wear of joints over many cycles: a cycle is simulated, its loads wear the bearings over the next cycles, and so on."""
+"""Wear of bearings over many cycles: simulate a cycle, wear the bearings by its loads for some cycles, repeat."""
 
 from __future__ import annotations
 
@@ -26,31 +26,31 @@ from scissordyn.units import Meaning, checked, quantities
 TITLE = "scissordyn wear"
 
 
-TRIALS_MAX = 12  # largest number of reductions of a step of cycles whose change of the contour is too large
+STEP_TRIALS_MAX = 12  # largest number of reductions of a wear step that changes the contour too much
 
-GROWTH_MAX = 4.0  # largest ratio of two successive steps of cycles
+STEP_GROWTH_MAX = 4.0  # largest ratio of the cycle counts of two successive wear steps
 
-NUMBER = re.compile(r"[\d.]+")  # digits of a warning
+NUMBER = re.compile(r"[\d.]+")  # number in a warning; warnings that differ only in numbers are reported once
 
-SPREAD_MAX = 0.2  # relative standard deviation of the wear between cycles from which a warning is given
+SPREAD_MAX = 0.2  # a warning is given if the relative standard deviation of the wear between cycles exceeds this
 
 
-NO_LOADS = Loads(*np.zeros((4, 0)))  # loads of a state that is not simulated yet
+NO_LOADS = Loads(*np.zeros((4, 0)))  # placeholder for the loads of a state whose cycle is not simulated yet
 
 
 class State(NamedTuple):
-    """State of the bearings at a number of cycles, with the loads of a simulated cycle."""
+    """Contours of the bearings after a number of cycles, and the loads of a cycle simulated with them."""
 
     cycle: int
-    step: int  # cycles since the last state
+    step: int  # number of cycles since the previous state
     depths: np.ndarray  # (joints, angles) [m]
     loads: Loads
-    variance: np.ndarray  # (joints,) of the largest depth, from the spread of the members and between states [m^2]
-    bias: np.ndarray  # (joints,) estimated error of the largest depth from the steps of cycles [m]
+    variance: np.ndarray  # (joints,) variance of the largest depth, from the spread of members and between states [m^2]
+    bias: np.ndarray  # (joints,) error of the largest depth because loads are held constant over a step [m]
 
     @property
     def error(self) -> np.ndarray:
-        """Half the 95 % interval of the largest depth of each joint [m]."""
+        """Half width of the 95 % confidence interval of each joint's largest wear depth, shape (joints,) [m]."""
         return np.asarray(CONFIDENCE_FACTOR * np.sqrt(self.variance) + np.abs(self.bias))
 
 
@@ -71,7 +71,9 @@ def wear(
     atol: float = 1e-6,
     method: str = "auto",
     most_steps: int = Options.most_steps,
-    earlier: Annotated[xr.Dataset | None, Meaning("an unfinished result of the same wear, to go on from")] = None,
+    earlier: Annotated[
+        xr.Dataset | None, Meaning("an unfinished result of the same wear computation, which is continued")
+    ] = None,
     each: Annotated[Callable[[xr.Dataset], None] | None, Meaning("called with the result so far after each step")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
@@ -88,7 +90,7 @@ def wear(
     Parameters
     ----------
     mechanism : Mechanism
-        At least one of its clearance joints has a coefficient of wear, ``Clearance(wear=...)``.
+        Mechanism with a wear coefficient at one or several clearance joints, ``Clearance(wear=...)``.
     until : float
         End of the run that is a cycle [s]; not used where a cycle is a period of the drive.
     cycles : int
@@ -100,7 +102,7 @@ def wear(
         Periods at the start of each simulation that are not counted.
     members : int
         Number of averaged cycles: periods one after another, or runs from starts that differ by round-off. Their spread
-        gives the interval of the life; with one member it is not known.
+        gives the interval of the life; one member gives no interval.
     change : float
         Largest change of a contour between two simulations, as a fraction of the clearance.
     angles : int
@@ -164,7 +166,7 @@ def wear_out(
 
 
 class _Life:
-    """Contours of the bearings over the cycles."""
+    """Wear computation: states of the bearings over the cycles, and the next state to simulate."""
 
     def __init__(self, mechanism: Mechanism, options: Options, settings: Wear) -> None:
         self.mechanism, self.options, self.settings = mechanism, options, settings
@@ -174,7 +176,7 @@ class _Life:
         self.bearings = [Bearing(mechanism.joint(name), settings.angles) for name in self.names]
         joints = len(self.names)
         self.next = State(0, 0, np.stack([bearing.depths for bearing in self.bearings]), NO_LOADS, *np.zeros((2, joints)))
-        self.deepened = np.zeros(joints)  # [m] in the last step
+        self.deepened = np.zeros(joints)  # [m] increase of the largest depth in the last step
         self.cause = ""
         self.states: list[State] = []
         self.warnings: list[str] = []
@@ -185,7 +187,7 @@ class _Life:
         return self.states[-1].cycle if self.states else 0
 
     def steps(self) -> Iterator[None]:
-        """Simulate and wear in turn until all cycles are done; yield after each simulated state."""
+        """Simulate a cycle and wear the bearings, alternately, until all cycles are done; yield after each simulation."""
         while True:
             if not self.states or self.states[-1].cycle < self.next.cycle:
                 self._simulate()
@@ -198,16 +200,16 @@ class _Life:
         state, loads = self.next, self.runner.loads(self.next.depths)
         variance, bias = state.variance, state.bias
         if self.states and state.step > 1:
-            # the first loads of a step act throughout; the loads at its end show by how much they have changed
+            # the step assumes constant loads; the loads simulated at its end show the error of this assumption
             before, after = (np.mean(part.energy, axis=0).sum(axis=-1) for part in (self.states[-1].loads, loads))
             part = np.divide(after - before, before, out=np.zeros_like(before), where=before > 0.0)
             bias = bias + 0.5 * (state.step - 1) / state.step * part * self.deepened
-            variance = variance + (0.5 * part * self.deepened) ** 2  # the change may be no trend
+            variance = variance + (0.5 * part * self.deepened) ** 2  # the change of the loads may be random
         self.states.append(state._replace(loads=loads, variance=variance, bias=bias))
         self._warn(loads)
 
     def _warn(self, loads: Loads) -> None:
-        """Note the warnings of a simulated state, each once although its numbers may differ between states."""
+        """Add the warnings of a simulated state, except those that differ from earlier ones only in their numbers."""
         found = list(loads.warnings)
         if self.settings.members > 1:
             for name, spread in zip(self.names, loads.spread, strict=True):
@@ -220,7 +222,7 @@ class _Life:
         self.warnings += [text for text in found if NUMBER.sub("", text) not in told]
 
     def _wear(self) -> None:
-        """Wear all bearings for as many cycles as the permitted change allows."""
+        """Make one wear step: wear all bearings by the last loads, for as many cycles as the option `change` permits."""
         last, left = self.states[-1], self.settings.cycles - self.states[-1].cycle
         n, worn = self._chosen_step(last, left)
         deepened = np.array([part.deepened for part in worn])
@@ -235,8 +237,8 @@ class _Life:
     def _chosen_step(self, last: State, left: int) -> tuple[int, list[Worn]]:
         """Return the number of cycles of the next step, at most `left`, and the bearings after it."""
         limit = self.settings.change
-        n = min(left, max(1, int(GROWTH_MAX * last.step))) if last.step else self._first_step(last, left)
-        for _ in range(TRIALS_MAX):
+        n = min(left, max(1, int(STEP_GROWTH_MAX * last.step))) if last.step else self._first_step(last, left)
+        for _ in range(STEP_TRIALS_MAX):
             worn = [bearing.worn(last.depths[j], last.loads, j, n) for j, bearing in enumerate(self.bearings)]
             changes = [part.deepened / bearing.clearance for part, bearing in zip(worn, self.bearings, strict=True)]
             largest = math.inf if any(part.depths is None for part in worn) else max(changes)
@@ -252,7 +254,7 @@ class _Life:
         return n, worn
 
     def _first_step(self, last: State, left: int) -> int:
-        """Return a first number of cycles from the depth that a single cycle would wear without widening the contact."""
+        """Return the cycle count of the first step, extrapolated from the depth that a single cycle wears."""
         worn = [bearing.worn(last.depths[j], last.loads, j, 1).deepened for j, bearing in enumerate(self.bearings)]
         largest = max(depth / bearing.clearance for depth, bearing in zip(worn, self.bearings, strict=True))
         return left if largest == 0.0 else max(1, min(left, int(2.0 * self.settings.change / largest)))
@@ -269,13 +271,13 @@ class _Life:
         self.next = self.states[-1]
 
     def _check_same(self, earlier: xr.Dataset) -> None:
-        """Raise `InputError` if an earlier result is not one of this wear."""
+        """Raise `InputError` if an earlier result belongs to another wear computation."""
         if earlier.attrs.get("title") != TITLE:
             raise InputError(f"earlier: a '{earlier.attrs.get('title')}'", "a result of wear()", "load('life.nc')")
         settings = json.loads(earlier.attrs["settings"]) | {"cycles": self.settings.cycles}
         if earlier.attrs["configuration"] != self._configuration() or settings != self._settings():
             raise InputError(
-                "the earlier result is of another case or other options", "the same case with as many or more cycles"
+                "the earlier result has another case or other options", "the same case with at least as many cycles"
             )
         reached = int(earlier["cycle"].values[-1])
         if reached > self.settings.cycles:
@@ -288,7 +290,7 @@ class _Life:
         return dataclasses.asdict(self.settings)
 
     def dataset(self, status: str, cause: str) -> xr.Dataset:
-        """Return the result so far."""
+        """Return the result of all simulated states, with its status and the reason why it is not complete."""
         states, tracks = self.states, [track.name for track in self.mechanism.tracks]
         depths = np.array([state.depths for state in states])
         clearance = np.array([bearing.clearance for bearing in self.bearings])
@@ -372,7 +374,7 @@ class _Life:
 
 
 def _period(mechanism: Mechanism, settings: Wear) -> float | None:
-    """Return the period of the drive if a cycle is one, else None."""
+    """Return the period of the drive [s] if a cycle is a period; None if a cycle is a whole run."""
     if settings.cycle == "run":
         return None
     try:

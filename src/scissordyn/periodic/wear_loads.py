@@ -1,4 +1,4 @@
-"""Loads on worn bearings in simulated cycles, by angle."""
+"""Loads that wear bearings: friction energy and force by angle, from simulated cycles."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
 from scissordyn.tolerance import CONVERGENCE_TOL
 
-CONFIDENCE_FACTOR = 1.96  # standard errors of a mean on either side of a 95 % interval
+CONFIDENCE_FACTOR = 1.96  # half width of a 95 % confidence interval in standard errors (normal distribution)
 
 
 def worn_joints(mechanism: Mechanism) -> list[str]:
-    """Return the names of the joints with a coefficient of wear."""
+    """Return the names of the clearance joints with a wear coefficient."""
     names = []
     for joint in mechanism.clearance_joints:
         if joint.clearance is not None and joint.clearance.wear is not None:
@@ -49,7 +49,7 @@ def worn_joints(mechanism: Mechanism) -> list[str]:
 
 
 class Loads(NamedTuple):
-    """Loads on the bearings in simulated cycles, and what else is known of these cycles."""
+    """Loads on the bearings in simulated cycles, one member per cycle, and the other results of these cycles."""
 
     energy: np.ndarray  # (members, joints, directions) integral of F_n |v_t| dt [J]
     moment: np.ndarray  # (members, joints, directions) integral of F_n^2 |v_t| dt [N J]
@@ -59,7 +59,7 @@ class Loads(NamedTuple):
 
     @property
     def spread(self) -> np.ndarray:
-        """Standard deviation between members of the energy of each joint, relative to its mean; 0 for one member."""
+        """Relative standard deviation of each joint's energy over the members, shape (joints,); 0 for one member."""
         total = self.energy.sum(axis=-1)
         mean = total.mean(axis=0)
         if len(total) < 2:
@@ -68,17 +68,17 @@ class Loads(NamedTuple):
 
     @property
     def deviation_error(self) -> np.ndarray:
-        """Half the 95 % interval of the mean deviation of each track [m]; 0 for one member."""
+        """Half width of the 95 % confidence interval of each track's mean deviation [m]; 0 for one member."""
         members = len(self.deviation)
         if members < 2:
             return np.zeros(self.deviation.shape[1])
         return np.asarray(CONFIDENCE_FACTOR * self.deviation.std(axis=0, ddof=1) / np.sqrt(members))
 
     def by_direction(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the energy [J] and the mean force [N] of each direction for one joint, averaged over the members.
+        """Return friction energy [J] and mean force [N] of one joint by direction of the contact, averaged over the members.
 
-        The integration of a short step may leave a direction with a negative energy next to one with too much. Such a
-        deficit is taken from the neighbours, so that the sum stays exact.
+        Integration errors of short steps may give a direction a negative energy and its neighbour too much. The deficit is
+        subtracted from the neighbours, so that the sum stays exact.
         """
         energy, moment = self.energy[:, joint].mean(axis=0), self.moment[:, joint].mean(axis=0)
         for _ in range(LOAD_DIRECTIONS):
@@ -92,7 +92,7 @@ class Loads(NamedTuple):
 
     @classmethod
     def columns(cls, states: Sequence[Self]) -> dict[str, Any]:
-        """Return the variables of a Dataset that hold some states."""
+        """Return the loads of several states as variables of a Dataset; `from_row` is the inverse."""
         dims = {"energy": ("joint", "direction"), "moment": ("joint", "direction"), "peak": ("joint",), "deviation": ("track",)}
         units = {"energy": "J", "moment": "N J", "peak": "N", "deviation": "m"}
         words = {
@@ -112,13 +112,13 @@ class Loads(NamedTuple):
 
     @classmethod
     def from_row(cls, row: xr.Dataset, warnings: Sequence[str]) -> Self:
-        """Return the loads of one state of a Dataset."""
+        """Return the loads of one state from a Dataset that `columns` made."""
         energy, moment, peak, deviation = (row[f"member_{name}"].values for name in ("energy", "moment", "peak", "deviation"))
         return cls(energy, moment, peak, deviation, tuple(warnings))
 
 
 class CycleRunner:
-    """Simulates the cycles of a mechanism with given contours."""
+    """Simulation of cycles of a mechanism with worn bearings."""
 
     def __init__(
         self, mechanism: Mechanism, options: Options, settings: Wear, names: Sequence[str], period: float | None
@@ -136,7 +136,7 @@ class CycleRunner:
             self.ideal = ideal_path(base, self.options)
 
     def loads(self, depths: np.ndarray) -> Loads:
-        """Return the loads with the given depths of the worn bearings, shape (joints, angles) [m]."""
+        """Simulate cycles with worn bearings and return their loads; `depths` is the wear, shape (joints, angles) [m]."""
         mechanism = self.mechanism
         for name, contour in zip(self.names, depths, strict=True):
             clearance = mechanism.joint(name).clearance
@@ -156,13 +156,13 @@ class CycleRunner:
         return list(self._cycles(mechanism, member))
 
     def _joined(self, parts: Iterable[Loads]) -> Loads:
-        """Return the loads of several cycles as members of one."""
+        """Join the loads of single cycles into one object with a member per cycle."""
         listed = list(parts)
         energy, moment, peak, deviation = (np.concatenate([part[k] for part in listed]) for k in range(4))
         return Loads(energy, moment, peak, deviation, tuple(dict.fromkeys(text for part in listed for text in part.warnings)))
 
     def _cycles(self, mechanism: Mechanism, member: int) -> Iterator[Loads]:
-        """Simulate from the start; yield the loads of each counted cycle."""
+        """Simulate from the start; yield the loads of each cycle after the settling cycles."""
         perturbed = Perturbed(member, CONVERGENCE_TOL)
         driver, prepared, _ = make_driver(plan(mechanism), self.options, perturb=partial(perturbed.start, member), loads=True)
         if self.ideal is not None:
@@ -182,7 +182,7 @@ class CycleRunner:
                 yield self._measured(driver, (*map(str, prepared.warnings), *found))
 
     def _measured(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
-        """Return what the driver has accumulated since the last stop, as one member."""
+        """Return the loads of the cycle that the driver has just finished."""
         contacts = [contact.name for contact in driver.plan.contacts]
         worn = [j for j, contact in enumerate(driver.plan.contacts) if getattr(contact.clearance, "contour", ())]
         rows = [worn.index(contacts.index(name)) for name in self.names]

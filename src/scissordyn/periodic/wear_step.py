@@ -1,4 +1,4 @@
-"""Wear of one bearing by the loads of a cycle, for many cycles."""
+"""Wear step: change of one bearing's contour by the loads of a cycle, repeated for many cycles."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from scissordyn.model.joint import Revolute
 from scissordyn.periodic.wear_loads import Loads
 from scissordyn.plan.numbers import contour_table
 
-SUBSTEPS_MAX = 4000  # largest number of parts of one wear step
+SUBSTEPS_MAX = 4000  # largest number of substeps of one wear step
 
 
 class Worn(NamedTuple):
-    """Result of a wear step."""
+    """Contour of a bearing after a wear step."""
 
     depths: np.ndarray | None  # (angles,) [m]; None if the wear is too large for one step
-    deepened: float  # largest change of the depth [m]
+    deepened: float  # largest increase of the depth [m]
 
 
 class Bearing:
-    """Bearing of a joint that wears."""
+    """Bearing with a wear coefficient: its geometry, initial contour and pressure table."""
 
     def __init__(self, joint: Revolute, angles: int) -> None:
         clearance = joint.clearance
@@ -34,7 +34,7 @@ class Bearing:
         if clearance.contour and len(clearance.contour) != angles:
             raise InputError(
                 f"joint '{joint.name}': a contour of {len(clearance.contour)} depths",
-                f"{angles} depths, as many as the angles of the wear",
+                f"{angles} depths, one for each angle of the wear computation",
                 f"angles = {len(clearance.contour)}",
             )
         self.coefficient, self.bush = clearance.wear, clearance.bush
@@ -44,7 +44,7 @@ class Bearing:
         self.table = pressure_table(clearance.stiffness, surfaces)
 
     def worn(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int) -> Worn:
-        """Return the depths after some cycles of the loads on the bearing, the `joint`-th of them."""
+        """Return the contour after some cycles; `joint` is the index of this bearing in the loads."""
         energy, force = loads.by_direction(joint)
         contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
         done = kernels.wear_out(
@@ -55,5 +55,5 @@ class Bearing:
         return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
 
     def depth_per_cycle(self, depths: np.ndarray, loads: Loads, joint: int) -> float:
-        """Return the largest depth that a single cycle of the loads wears [m]."""
+        """Return the largest wear depth of a single cycle [m]."""
         return self.worn(depths, loads, joint, 1).deepened

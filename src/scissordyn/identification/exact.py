@@ -20,17 +20,17 @@ from scissordyn.sensitivity.gradient import check_derivable
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives
 
-STEP = 1e-5  # Step along the derivatives of the states, as a fraction of a parameter's scale; the curves are smooth in them
+DIFFERENCE_STEP = 1e-5  # [parameter scales] Step of the central differences of curves along exact state derivatives
 
 
 def has_events(problem: Problem) -> bool:
-    """Return whether contacts, stops or latches may act in the runs of a fit, and all of them start as the case says."""
+    """Return True if runs of the fit may have contacts, stops or latches, and the case gives the start of every run."""
     guards = plan(problem.mechanism).model.guard_component.size
     return guards > 0 and all(segment.chart is None for segment in problem.segments)
 
 
 def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the residuals by the free parameters; raise `ScissordynError` where they do not exist."""
+    """Return the derivatives of the residuals by the free parameters; raise `ScissordynError` if they do not exist."""
     fitted, values = problem.fitted_mechanism(unknowns), problem.values(unknowns)
     blocks = [
         _slopes(problem, fitted, values, segment.record.time) / problem.deviation[:, None] for segment in problem.segments
@@ -42,7 +42,7 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
 
 
 def _slopes(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the curves by the unknowns, shape (times, columns, parameters)."""
+    """Return the derivatives of the curves by the scaled free parameters, shape (times, columns, parameters)."""
     method = "dop853" if problem.options.method == "auto" else problem.options.method
     options = dataclasses.replace(
         problem.options, until=float(times[-1]), samples=2, trust=False, events="located", method=method
@@ -57,8 +57,10 @@ def _slopes(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.n
         problem.runs += 1
         for k, free in enumerate(problem.free[first : first + DERIVATIVES]):
             value = float(values[first + k])
-            ends = [_moved_curves(problem, run, k, fitted, free, value, sign * STEP, options) for sign in (1.0, -1.0)]
-            slopes.append((ends[0] - ends[1]) / (2.0 * STEP))
+            ends = [
+                _moved_curves(problem, run, k, fitted, free, value, sign * DIFFERENCE_STEP, options) for sign in (1.0, -1.0)
+            ]
+            slopes.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE_STEP))
     return np.stack(slopes, axis=2)
 
 
@@ -72,7 +74,10 @@ def _moved_curves(
     step: float,
     options: Options,
 ) -> np.ndarray:
-    """Return the curves of a run that is moved along its derivatives by one parameter."""
+    """Return the curves of a run whose states are extrapolated along their derivatives by one parameter.
+
+    `parameter` is the index of the derivative in `run`, `step` the change of the parameter in units of its scale.
+    """
     mechanism = changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
     tables, samples = plan(mechanism), run.driver.samples
     moved = {name: getattr(samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED}

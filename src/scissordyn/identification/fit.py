@@ -26,7 +26,7 @@ SEARCH_TOL = 1e-8  # Relative change of the sum of squares, or of the unknowns, 
 
 
 def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
-    """Return the units of the quantities that a run of a mechanism has over time, by heading."""
+    """Return the SI unit of each quantity that a run of a mechanism has over time, by its column heading."""
     try:
         return {heading: column.unit for heading, column in columns_of(mechanism, options).items()}
     except FailedRunError as failed:
@@ -45,14 +45,14 @@ def fit_parameters(
     most: int = 100,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
-    """Fit parameters of a mechanism by least squares (`config.fits.fit`)."""
+    """Fit parameters of a mechanism to records by least squares; `config.fits.fit` describes the arguments and the result."""
     began = clocks.perf_counter()
     if not free:
         raise InputError("no free parameter is given", "at least one parameter", "--free 'arm.inertia'")
     names = [parameter.path for parameter in free]
     for name in names:
         if names.count(name) > 1:
-            raise InputError(f"'{name}' is free twice", "each parameter once")
+            raise InputError(f"the free parameter '{name}' is given twice", "each parameter once")
     if segment is not None:
         check_autonomous(mechanism)
     segments, columns, options = prepared(mechanism, options, records, segment=segment)
@@ -77,7 +77,10 @@ def fit_parameters(
 def _solved(
     problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None
 ) -> tuple[Problem, np.ndarray, OptimizeResult]:
-    """Solve a problem; unless weights are given, repeat it with weights from its residuals. Return problem and unknowns."""
+    """Solve the least-squares problem with at most `most` evaluations; return the problem, the unknowns and SciPy's result.
+
+    With `weights`, the solution is repeated with the standard deviation of each quantity estimated from its residuals.
+    """
     unknowns = problem.start()
     try:
         problem.run_segments(unknowns)
@@ -119,7 +122,7 @@ def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
 
 
 def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
-    """Return the standard deviations of the columns; if they are not given, the spread of each column."""
+    """Return the standard deviation of each measured column; if none is given, the spread of the column."""
     if not deviations:
         return spread(record)
     for heading, value in deviations.items():
@@ -138,11 +141,11 @@ def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) 
 
 
 def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None:
-    """Return the standard deviations of the jumps of a state between segments."""
+    """Return the standard deviations of the jumps of the state between successive segments; None without penalty."""
     if jump is None or not any(segment.follows for segment in segments):
         return None
     if not jump > 0.0:
-        raise InputError(f"jumps have the standard deviation {jump:g}", "a fraction > 0 of the range of the motion", "1e-3")
+        raise InputError(f"the standard deviation of jumps is {jump:g}", "a fraction > 0 of the range of the motion", "1e-3")
     starts = [segment.chart.mechanism for segment in segments if segment.chart is not None]
     values = []
     for start in starts:
@@ -167,12 +170,12 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
 
 TITLE = "scissordyn fit"
 
-ALIKE_CORRELATION = 0.98  # Parameters with a larger correlation can hardly be distinguished
-DEPENDENCE_MAX = 2.0  # Largest growth of errors by dependent residuals that noise explains
+CORRELATION_MAX = 0.98  # Two parameters with a larger correlation are reported as hardly distinguishable
+DEPENDENCE_MAX = 2.0  # Ratio of errors with and without dependent residuals above which a warning is given
 
 
 def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:
-    """Return parameters, their errors and correlations, and measured and fitted curves."""
+    """Return the result of a fit: parameters, their errors and correlations, and measured and fitted curves."""
     errors, values, rows = uncertainty(problem, unknowns), problem.values(unknowns), records_of(problem.segments)
     fitted = np.concatenate([run.curves for run in problem.run_segments(unknowns)])
     residual = fitted - rows["measured"][1]
@@ -220,14 +223,18 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
 
 
 def _refused(problem: Problem) -> list[str]:
-    """Return a warning if the derivatives of runs with contacts are differences."""
-    return [f"derivatives are differences of runs, which contacts make noisy: {problem.refused}"] if problem.refused else []
+    """Return a warning if exact derivatives do not exist and finite differences of runs with contacts were used."""
+    return (
+        [f"derivatives are finite differences, which are noisy for runs with contacts: {problem.refused}"]
+        if problem.refused
+        else []
+    )
 
 
 def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: np.ndarray) -> list[str]:
-    """Return warnings about the fitted parameters."""
+    """Return warnings about parameters: not determined, not distinguishable, at a bound, or with dependent residuals."""
     warnings = [f"the search did not end: {failure}"] if failure else []
-    for direction in errors.alike:
+    for direction in errors.undetermined:
         names = [f"'{free[k].path}'" for k in direction]
         if len(names) == 1:
             warnings.append(f"{names[0]} cannot be determined: its effect on the data is within their errors")
@@ -246,7 +253,7 @@ def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: n
     for i in range(len(free)):
         for j in range(i):
             both = np.isfinite(errors.error[[i, j]]).all()
-            if both and abs(correlation[i, j]) > ALIKE_CORRELATION:
+            if both and abs(correlation[i, j]) > CORRELATION_MAX:
                 warnings.append(
                     f"'{free[j].path}' and '{free[i].path}' can hardly be distinguished: correlation {correlation[i, j]:.4f}"
                 )

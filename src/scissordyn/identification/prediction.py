@@ -34,7 +34,7 @@ def prediction(
         Options of the runs.
     records : sequence of Measured
     segment : float, optional
-        Duration of segments with starts of their own, as in `fit` [s]; if None each record starts as the case describes.
+        Duration of segments whose starts are estimated, as in `fit` [s]; if None, the case gives the start of each record.
     window : float
         Initial fraction of a segment from which its start is estimated; the rest is predicted.
 
@@ -50,7 +50,7 @@ def prediction(
         If a run fails, or `window` is not between 0 and 1.
     """
     if not 0.0 < window < 1.0:
-        raise InputError(f"window = {window:g}", "a fraction of a record between 0 and 1", "0.1")
+        raise InputError(f"window = {window:g}", "the initial fraction of a segment, between 0 and 1", "window=0.1")
     segments, columns, options = prepared(mechanism, options, records, segment=segment, windows=(0.5 * window, window))
     problem = Problem(mechanism, options, (), segments, columns, np.ones(len(columns)))
     try:

@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
 
 class FailedRunError(Exception):
-    """Run that did not reach the end of its record."""
+    """Error: a run of a fit ended before the end of its record."""
 
 
-KINEMATIC = {
+KINEMATIC_VARIABLES = {  # Variables whose curves need no monitored forces
     f"{rate}{name}"
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
 """Variables that do not need energies to be integrated."""
 
-STATE = ("angle", "angular_velocity", "position", "velocity")
+STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")
 
 
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
-    """Run a mechanism and sample it at some instants."""
+    """Run a mechanism and return its motion at given instants; raise `FailedRunError` if the run ends before the last."""
     try:
         tables = plan(mechanism)
         chosen = dataclasses.replace(options, until=float(times[-1]), samples=2, trust=False)
@@ -57,13 +57,13 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
 
 
 def columns_of(mechanism: Mechanism, options: Options) -> dict[str, TimeColumn]:
-    """Return the quantities that a run of a mechanism has over time, by heading."""
+    """Return the quantities that a run of a mechanism has over time, by column heading."""
     run = motion(mechanism, options, np.array([0.0, 1e-3 * options.until]))
     return {column.heading: column for column in time_columns(run)}
 
 
 def curves(run: xr.Dataset, columns: Sequence[TimeColumn]) -> np.ndarray:
-    """Return the values of some columns, shape (instants, columns)."""
+    """Return the quantities `columns` of a run over time, shape (instants, columns)."""
     return np.column_stack([column.of(run).astype(float) for column in columns])
 
 
@@ -71,8 +71,8 @@ class SegmentRun(NamedTuple):
     """Curves of a run for a segment, and the states at its first and last instant."""
 
     curves: np.ndarray  # (instants, columns)
-    first: np.ndarray  # State: angles, angular velocities, positions and velocities of the bodies
-    last: np.ndarray
+    first: np.ndarray  # State at the first instant: angles, angular velocities, positions and velocities of the bodies
+    last: np.ndarray  # State at the last instant
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,9 @@ class Free:
     scale: float  # Typical size of changes; the unknown of the search is the parameter divided by its scale
     low: float  # Lower bound
     high: float  # Upper bound
-    mean: float  # Value from another measurement, such as weighing
-    deviation: float  # Its standard deviation; infinite without another measurement
-    places: Sequence[Place]  # Places of the parameter path, from `find`
+    mean: float  # Value known from another measurement, such as weighing
+    deviation: float  # Standard deviation of that value; infinite without another measurement
+    places: Sequence[Place]  # Attributes of the mechanism that the parameter path names, from `find`
 
 
 def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
@@ -114,8 +114,8 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
         )
     if not scale > 0.0:
         raise InputError(
-            f"'{parameter}' starts at zero and has no range: the size of its changes is unknown",
-            "a range, or another value in the case",
+            f"the free parameter '{parameter}' is zero and has no range, so its scale is unknown",
+            "a range, or a value other than zero in the case",
             command("--free", f"{parameter}=0..1 {quantity.unit}"),
         )
     if not low <= value <= high:
@@ -127,16 +127,16 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
 
 @dataclass(frozen=True)
 class Segment:
-    """Record, or a part of one, that one run reproduces."""
+    """Record, or part of a record, that is compared with one run."""
 
     record: Measured
-    chart: Chart | None  # Chart of the start; None if the case describes the start
-    turns: np.ndarray  # (columns,) Full turns of measured angles [rad]
-    follows: bool = False  # True if it continues the segment before it
+    chart: Chart | None  # Coordinates of the estimated start; None if the case gives the start
+    turns: np.ndarray  # (columns,) Full turns that measured angles differ from those of the run [rad]
+    follows: bool = False  # True if this segment continues the previous one
 
 
 def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
-    """Return the variables of a Dataset with the rows of all segments."""
+    """Return the measured values of all segments, row after row, as variables of a Dataset."""
     records = [segment.record for segment in segments]
     return {
         "time": ("row", np.concatenate([record.time for record in records]), {"units": "s", "long_name": "time"}),
@@ -157,7 +157,7 @@ def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
 
 @dataclass
 class Problem:
-    """Residuals as functions of free parameters and starts of segments.
+    """Least-squares problem: residuals as functions of the free parameters and of the starts of segments.
 
     The unknowns are the free parameters, divided by their scales, then the states at the start of every segment.
     """
@@ -168,26 +168,26 @@ class Problem:
     segments: Sequence[Segment]
     columns: Sequence[TimeColumn]
     deviation: np.ndarray  # (columns,) Standard deviations of the measured quantities
-    # Standard deviations of the jumps of a state between segments, in the order of `STATE`
+    # Standard deviations of the jumps of a state between segments, in the order of `STATE_VARIABLES`
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
-    derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first ones
-    refused: str = field(default="", init=False)  # Reason why a run with contacts has no exact derivatives
+    derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" until they are first needed
+    refused: str = field(default="", init=False)  # Reason why exact derivatives do not exist
 
     def __post_init__(self) -> None:
         sizes = [0 if segment.chart is None else segment.chart.size for segment in self.segments]
         self.offsets = len(self.free) + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
-        self.monitors = not {column.variable for column in self.columns} <= KINEMATIC
+        self.monitors = not {column.variable for column in self.columns} <= KINEMATIC_VARIABLES
         self.scale = np.array([parameter.scale for parameter in self.free])
         self.known = [k for k, parameter in enumerate(self.free) if np.isfinite(parameter.deviation)]
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns."""
+        """Number of unknowns: free parameters and coordinates of the starts of segments."""
         return int(self.offsets[-1])
 
     def start(self) -> np.ndarray:
-        """Return the initial unknowns of the search."""
+        """Return the unknowns at the start of the search: the parameters of the case, and the estimated starts."""
         starts = [parameter.start for parameter in self.free] / self.scale
         return np.concatenate([starts, np.zeros(self.unknowns - len(self.free))])
 
@@ -195,21 +195,24 @@ class Problem:
         """Return lower and upper bounds of the unknowns."""
         rest = np.full(self.unknowns - len(self.free), np.inf)
         ends = [[getattr(parameter, name) for parameter in self.free] / self.scale for name in ("low", "high")]
-        # the search scales steps by the distance to bounds: bounds farther than 1e4 scales would act like a wrong unit
+        # least_squares scales steps by the distance to a bound: bounds beyond 1e4 scales are treated as infinite
         low, high = (np.where(np.abs(end) < 1e4, end, sign * np.inf) for end, sign in zip(ends, (-1.0, 1.0), strict=True))
         return np.concatenate([low, -rest]), np.concatenate([high, rest])
 
     def values(self, unknowns: np.ndarray) -> np.ndarray:
-        """Return the free parameters in SI units."""
+        """Return the values of the free parameters in SI units."""
         return np.asarray(self.scale * unknowns[: len(self.free)])
 
     def fitted_mechanism(self, unknowns: np.ndarray) -> Mechanism:
-        """Return the mechanism with fitted parameters."""
+        """Return the mechanism with the free parameters set to the unknowns."""
         changes = dict(zip((parameter.path for parameter in self.free), self.values(unknowns).tolist(), strict=True))
         return changed_all(self.mechanism, changes, {parameter.path: parameter.places for parameter in self.free})
 
     def run_segment(self, mechanism: Mechanism, k: int, unknowns: np.ndarray) -> SegmentRun:
-        """Run one segment, in SI units, until the start of the next one if the jump to it is penalised."""
+        """Run segment `k` and return its curves in SI units.
+
+        If the jump to the next segment is penalised, the run continues to the start of that segment.
+        """
         segment, record = self.segments[k], self.segments[k].record
         times = record.time
         if segment.chart is not None:
@@ -219,25 +222,25 @@ class Problem:
             times = np.append(times, self.segments[k + 1].record.time[0] - record.time[0])
         self.runs += 1
         run = motion(mechanism, self.options, times, monitor=self.monitors)
-        first, last = (np.concatenate([run.variables[name].values[at].ravel() for name in STATE]) for at in (0, -1))
+        first, last = (np.concatenate([run.variables[name].values[at].ravel() for name in STATE_VARIABLES]) for at in (0, -1))
         return SegmentRun(curves(run, self.columns)[: record.time.size] + segment.turns, first, last)
 
     def run_segments(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[SegmentRun]:
-        """Run all segments."""
+        """Run all segments and return their curves and end states."""
         fitted = self.fitted_mechanism(unknowns) if mechanism is None else mechanism
         return [self.run_segment(fitted, k, unknowns) for k in range(len(self.segments))]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Return the differences of runs and records divided by their standard deviations; large if a run fails."""
+        """Return run minus record, divided by the standard deviation; large values if a run fails."""
         try:
             return self.join_residuals(self.run_segments(unknowns), unknowns)
         except FailedRunError:
             rows = sum(segment.record.values.size for segment in self.segments)
             rows += 0 if self.jumps is None else self.jumps.size * sum(segment.follows for segment in self.segments)
-            return np.full(rows + len(self.known), 1e3)  # the search turns back from such a trial
+            return np.full(rows + len(self.known), 1e3)  # large residuals make the search reject this trial
 
     def join_residuals(self, segment_runs: Sequence[SegmentRun], unknowns: np.ndarray) -> np.ndarray:
-        """Return the residuals: records by segments and rows, then jumps, then prior knowledge."""
+        """Return the residual vector: records by segment and row, then jumps between segments, then prior knowledge."""
         parts = [
             ((part.curves - segment.record.values) / self.deviation).ravel()
             for part, segment in zip(segment_runs, self.segments, strict=True)
@@ -251,16 +254,17 @@ class Problem:
         return np.concatenate(parts)
 
     def _jump(self, before: SegmentRun, after: SegmentRun) -> np.ndarray:
-        """Return the residuals of a jump between two segments."""
+        """Return the scaled difference between the end state of a segment and the start state of the next one."""
         difference = after.first - before.last
         angles = difference.size // 6  # for each body: one angle, one angular velocity, two coordinates and two velocities
         difference[:angles] -= math.tau * np.round(difference[:angles] / math.tau)
         return np.asarray(difference / self.jumps)
 
     def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
-        """Return the derivatives of the residuals; a segment depends on the free parameters and on its own start.
+        """Return the Jacobian of the residuals by the unknowns.
 
-        They are exact for runs with contacts, whose differences are noisy, and differences of runs otherwise.
+        Runs with contacts have exact derivatives if possible, because their finite differences are noisy. Other runs have
+        finite differences. The start of a segment affects the residuals of that segment only.
         """
         from scissordyn.identification.exact import exact_jacobian, has_events
 
@@ -278,7 +282,7 @@ class Problem:
         matrix = np.zeros((reference.size, self.unknowns))
         for column in range(self.unknowns):
             width = 1e-4 if accurate else DIFFERENCE_FRACTION  # central differences: their error is quadratic in the step
-            # a state contains directions, lengths and rates: steps are absolute for small values and relative for large ones
+            # the start is a state with lengths and rates: its steps are absolute for small values, relative for large ones
             width *= max(1.0, abs(unknowns[column])) if column >= len(self.free) else 1.0
             ends: list[tuple[float, np.ndarray]] = []
             for sense in (1.0, -1.0):
@@ -295,7 +299,7 @@ class Problem:
     def _residuals_after_change(
         self, unknowns: np.ndarray, column: int, base: Sequence[SegmentRun], fitted: Mechanism
     ) -> np.ndarray:
-        """Return the residuals with one unknown changed; a start changes one run, a free parameter all runs."""
+        """Return the residuals after a change of the unknown `column`; runs that do not depend on it are reused from `base`."""
         if column < len(self.free):
             return self.join_residuals(self.run_segments(unknowns), unknowns)
         k = int(np.searchsorted(self.offsets, column, side="right")) - 1

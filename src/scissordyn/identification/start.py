@@ -1,4 +1,4 @@
-"""Segments of records, and estimation of the state at the start of each, by degrees of freedom and their rates."""
+"""Divide records into segments and estimate the state at the start of each, in terms of the degrees of freedom."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from scissordyn.studies.ask.design import POINTS_MIN
 
 
 def check_autonomous(mechanism: Mechanism) -> None:
-    """Raise `InputError` unless the motion can begin at any instant: without prescribed motions, contacts and modes."""
+    """Raise `InputError` for mechanisms with drives, contacts or modes, whose motion cannot start at any instant."""
     reasons = [f"the drive of '{drive.body}'" for drive in mechanism.drives]
     reasons += [f"rod '{rod.name}'" for rod in mechanism.rods if rod.motion is not None]
     reasons += [f"drive '{drive.name}'" for drive in mechanism.coordinate_drives]
@@ -37,18 +37,18 @@ def check_autonomous(mechanism: Mechanism) -> None:
     reasons += [f"clearance joint '{contact.name}'" for contact in mechanism.contacts]
     if reasons:
         raise InputError(
-            f"segments cannot start at any instant with {in_words(reasons[:3])}",
-            "records without segments; the case gives their start, and its parameters may be free",
+            f"segments: the motion of a mechanism with {in_words(reasons[:3])} cannot start at any instant",
+            "records without segments, whose start the case gives; parameters of the start may be free",
             "--free crank.angle --free crank.angular_velocity",
         )
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Positions and velocities of the bodies near a reference, parametrised by the degrees of freedom."""
+    """Local coordinates of the state near a reference: displacements and rates along the degrees of freedom."""
 
-    mechanism: Mechanism  # Mechanism placed at the reference
-    # (natural coordinates, degrees of freedom) Directions of motion at the reference, each with a largest entry of one
+    mechanism: Mechanism  # Mechanism at the reference state
+    # (natural coordinates, degrees of freedom) Directions of motion at the reference, scaled to a largest entry of one
     directions: np.ndarray
     offsets: dict[str, int]  # First natural coordinate of each body
     position: np.ndarray  # Natural coordinates at the reference
@@ -56,11 +56,16 @@ class Chart:
 
     @property
     def size(self) -> int:
-        """Number of parameters of a state: twice the degrees of freedom."""
+        """Number of local coordinates of a state: twice the degrees of freedom."""
         return 2 * int(self.directions.shape[1])
 
     def placed(self, mechanism: Mechanism, numbers: np.ndarray) -> Mechanism:
-        """Return a mechanism placed at a state, to first order; the assembly corrects the rest."""
+        """Return a mechanism whose bodies start at the state with given local coordinates.
+
+        The state is linearised about the reference; the assembly of the mechanism corrects the error of second order.
+
+        Shapes: `numbers` (size,), displacements and then rates along the degrees of freedom.
+        """
         half = self.directions.shape[1]
         position = self.position + self.directions @ numbers[:half]
         velocity = self.velocity + self.directions @ numbers[half:]
@@ -70,7 +75,7 @@ class Chart:
 
 
 def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> Body:
-    """Return a body placed at natural coordinates and rates."""
+    """Return a body with start position, angle and velocities from natural coordinates and rates, from index `p` on."""
     changes: dict[str, object] = {
         "position": tuple(position[p : p + 2].tolist()),
         "velocity": tuple(velocity[p : p + 2].tolist()),
@@ -78,14 +83,14 @@ def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> B
     if body.rotates:
         (cos, sin), (cos_rate, sin_rate) = position[p + 2 : p + 4].tolist(), velocity[p + 2 : p + 4].tolist()
         angle = math.atan2(sin, cos)
-        # angles include full turns
+        # keep the full turns of the body's angle
         changes["angle"] = angle + 2.0 * math.pi * round((body.placed_angle - angle) / (2.0 * math.pi))
         changes["angular_velocity"] = (cos * sin_rate - sin * cos_rate) / (cos * cos + sin * sin)
     return dataclasses.replace(body, **changes)  # type: ignore[arg-type]
 
 
 def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
-    """Return a mechanism whose bodies start at the positions and velocities of bodies with the same names."""
+    """Return a mechanism whose bodies start with the positions and velocities of the given bodies of the same names."""
     where = {body.name: body for body in bodies}
     names = ("position", "angle", "velocity", "angular_velocity")
     placed = [
@@ -95,7 +100,7 @@ def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
 
 
 def chart_of(mechanism: Mechanism) -> Chart:
-    """Return the chart about the assembled position of the placed bodies."""
+    """Assemble a mechanism and return local coordinates about its start state; raise `InputError` if it cannot move."""
     tables = plan(mechanism)
     system = make_system(tables).content
     start: Start = assemble(tables, system, placed_start(tables, system), Held(places=True, speeds=True))
@@ -107,9 +112,13 @@ def chart_of(mechanism: Mechanism) -> Chart:
         jacobian = gradients.jacobian(np.append(start.position, np.ones(coordinates.basis)))[:, : coordinates.free]
         dense = np.asarray(jacobian if isinstance(jacobian, np.ndarray) else jacobian.toarray())
         _, sizes, rows = np.linalg.svd(dense)
-        free = rows[int(np.sum(sizes > 1e-9 * sizes.max(initial=0.0))) :].T  # smaller singular values are zero
+        free = rows[
+            int(np.sum(sizes > 1e-9 * sizes.max(initial=0.0))) :
+        ].T  # singular values below 1e-9 of the largest count as zero
     if not free.shape[1]:
-        raise InputError("segments of a mechanism that cannot move", "a mechanism with at least one degree of freedom")
+        raise InputError(
+            "segments: the mechanism cannot move, so a start cannot be estimated", "at least one degree of freedom"
+        )
     moving = coordinates.matrix[:, : coordinates.free] @ free
     moving = np.asarray(moving) / np.max(np.abs(moving), axis=0)
     position, velocity = natural_state(tables, system, start)
@@ -117,8 +126,8 @@ def chart_of(mechanism: Mechanism) -> Chart:
     return dataclasses.replace(chart, mechanism=chart.placed(mechanism, np.zeros(chart.size)))
 
 
-WINDOWS = (0.05, 0.25, 1.0)
-"""Fractions of a segment over which its start is estimated in turn; a short one has no second minimum."""
+START_WINDOWS = (0.05, 0.25, 1.0)
+"""Initial fractions of a segment to which its start is fitted, one after another; the first one avoids local minima."""
 
 
 def prepared(
@@ -127,19 +136,21 @@ def prepared(
     records: Sequence[Measured],
     *,
     segment: float | None,
-    windows: Sequence[float] = WINDOWS,
+    windows: Sequence[float] = START_WINDOWS,
 ) -> tuple[list[Segment], list[TimeColumn], Options]:
-    """Return segments with estimated starts, the measured columns of a run, and options of its runs."""
+    """Return the segments with estimated starts, the measured quantities of a run, and the options of the runs."""
     headings = records[0].headings
     for record in records[1:]:
         if record.headings != headings:
             raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files with the same columns")
-    tight = min(1e-10, options.rtol), min(1e-10, options.atol)  # derivatives are differences of runs
+    tight = min(1e-10, options.rtol), min(1e-10, options.atol)  # finite differences of runs need small errors
     options = dataclasses.replace(options, rtol=tight[0], atol=tight[1], trust=False)
     if segment is None:
         for record in records:
             if record.time[0] < 0.0:
-                raise InputError(f"'{record.name}' begins at {record.time[0]:g} s", "times >= 0 of the case", "0")
+                raise InputError(
+                    f"'{record.name}' begins at {record.time[0]:g} s", "times >= 0, measured from the start of the case", "0"
+                )
     else:
         if not segment > 0.0:
             raise InputError(f"segment = {segment:g} s", "a duration > 0 [s]", "--segment '1 s'")
@@ -176,7 +187,20 @@ def estimated_start(
     guess: tuple[Body, ...],
     windows: Sequence[float],
 ) -> tuple[Segment, tuple[Body, ...]]:
-    """Estimate the start of a segment by least squares, with unchanged free parameters."""
+    """Estimate the start of a segment by least squares, with the parameters of the case.
+
+    Parameters
+    ----------
+    guess : tuple of Body
+        Bodies with a first estimate of the start.
+    windows : sequence of float
+        Initial fractions of the segment to which the start is fitted, one after another.
+
+    Returns
+    -------
+    tuple
+        The segment with its estimated start, and the bodies at its end.
+    """
     placed = placed_at(mechanism, _measured_bodies(record, guess))
     try:
         for window in windows:
@@ -199,13 +223,16 @@ def estimated_start(
 
 
 def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
-    """Return the full turns between the measured angles and those of a run at the first instant [rad], shape (columns,)."""
+    """Return the full turns by which measured angles differ from a run's at the first instant [rad], shape (columns,)."""
     is_angle = np.array([unit == "rad" for unit in record.units])
     return np.where(is_angle, math.tau * np.round((record.values[0] - shown[0]) / math.tau), 0.0)
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Return the bodies at their first measured angles, rotating as measured or as the first angles change."""
+    """Return the bodies with their first measured angle and angular velocity.
+
+    If the angular velocity was not measured, it is the slope of the first measured angles.
+    """
     placed = []
     some = slice(0, max(3, min(POINTS_MIN, record.time.size)))
     time = record.time[some] - record.time[0]
@@ -221,7 +248,7 @@ def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, .
 
 
 def _at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
-    """Return the bodies at the end of a run."""
+    """Return the bodies with the positions and velocities at the end of a run."""
     last, placed = run.isel(time=-1), []
     for k, body in enumerate(bodies):
         angle, speed = float(last["angle"].values[k]), float(last["angular_velocity"].values[k])

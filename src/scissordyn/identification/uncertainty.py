@@ -11,19 +11,19 @@ from scipy.stats import t as student
 from scissordyn.identification.problem import Problem
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-SHARE_MIN = 0.2  # Parameters with at least this share of the largest change in a direction are named
+SHARE_MIN = 0.2  # [of the largest entry] Smallest entry of an undetermined direction whose parameter is reported
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Errors of the free parameters."""
+    """Covariance, standard errors and intervals of the free parameters, and directions that the data do not determine."""
 
-    covariance: np.ndarray  # (p, p) Covariance of determined directions, in SI units
+    covariance: np.ndarray  # (p, p) Covariance within the determined directions, in SI units
     error: np.ndarray  # (p,) Standard errors; infinite for undetermined parameters
     half_width: np.ndarray  # (p,) Half widths of the intervals with probability `CONFIDENCE_LEVEL`
-    dependence: float  # Largest ratio of the errors with and without regard to dependent residuals
+    dependence: float  # Largest ratio of the errors computed with and without dependence of neighbouring residuals
     # Undetermined directions: relative changes of parameters that leave all measured curves unchanged
-    alike: list[dict[int, float]]
+    undetermined: list[dict[int, float]]
     chi_square: float  # Sum of squared weighted residuals divided by the degrees of freedom
 
     @property
@@ -37,7 +37,7 @@ class Uncertainty:
 def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     r"""Compute the errors of the free parameters at the end of a search.
 
-    The starts of the segments are eliminated; J are the remaining derivatives by the parameters. Two covariances are formed.
+    The starts of the segments are eliminated; J is the Jacobian that remains for the parameters. Two covariances are formed.
     s^2 (J'J)^-1 is valid for independent residuals. (J'J)^-1 (sum of g g') (J'J)^-1, with g = J'r for each of at least 24
     blocks of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), is valid for residuals that depend on
     each other within blocks, as they do if the model is not exact. The larger error is used, with Student's t.
@@ -53,7 +53,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     degrees = max(1, residual.size - problem.unknowns)
     chi_square = float(residual @ residual / degrees)
     noise = np.sqrt(chi_square)
-    # small singular values are errors of the derivatives; a standard error above the scales means undetermined
+    # small singular values are errors of the derivatives; a standard error above the scale means undetermined
     determined = (sizes > 1e-6 * sizes[0]) & (sizes > noise)
     inverse = rows[determined].T / sizes[determined] ** 2 @ rows[determined]
     scores = _scores(problem, of_parameters, residual)
@@ -74,13 +74,13 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         error=np.where(lost, np.inf, scale * np.sqrt(np.diag(covariance))),
         half_width=np.where(lost, np.inf, scale * width),
         dependence=float(np.max(ratio[~lost], initial=0.0)),
-        alike=[_direction(row) for row in rows[~determined]],
+        undetermined=[_direction(row) for row in rows[~determined]],
         chi_square=chi_square,
     )
 
 
 def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
-    """Return the gradients J'r of blocks of consecutive residuals, shape (blocks, p)."""
+    """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p); `own` is J."""
     sizes = [segment.record.values.size for segment in problem.segments]
     per_segment = max(1, -(-least_blocks // len(sizes)))
     scores, first = [], 0
@@ -92,7 +92,7 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
 
 
 def _direction(row: np.ndarray) -> dict[int, float]:
-    """Return the parameters of a direction by their relative changes, with the largest equal to one."""
+    """Return the main entries of a direction by parameter index, relative to the largest entry."""
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]
     return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= SHARE_MIN}

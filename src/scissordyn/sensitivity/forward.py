@@ -1,4 +1,4 @@
-"""One run with the derivatives of everything that it computes by up to eight parameters."""
+"""Simulate a run together with the derivatives of its results by up to eight parameters."""
 
 from __future__ import annotations
 
@@ -21,27 +21,30 @@ from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.replay import ANOTHER_MODE, NO_ROOT, Watched
 from scissordyn.sensitivity.twin import Twin
 
-PIECE = 2_000  # [steps] between two checks of Ctrl-C and progress
+CHECK_STEPS = 2_000  # [steps] between two checks of Ctrl-C and reports of progress
 
-TOLERANCE_FACTOR = 100.0  # Relative error of the derivatives that is allowed in a step, in relative tolerances of the values
+TOLERANCE_FACTOR = 100.0  # [tolerances of the values] Relative error of the derivatives that is allowed in a step
 
 MISFIT_MAX = 1e-6
-"""Largest relative difference between a step and its repetition; round-off is below 1e-10, another mode above 1e-3."""
+"""Largest relative difference of values between a step and its repetition.
 
-CAUSES = {
+Differences by round-off are below 1e-10, those by other contact modes above 1e-3.
+"""
+
+REPLAY_FAILURES = {
     ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",
-    NO_ROOT: "a contact or stop acts again without having been open",
+    NO_ROOT: "a contact or stop closes a second time without opening in between",
 }
-"""Reasons why a step cannot be repeated."""
+"""Reasons why a step cannot be repeated, by the return values of `follow`."""
 
-SAMPLED = ("state", "memory", "mass", "reference")  # Fields of the samples that have derivatives
+SAMPLED = ("state", "memory", "mass", "reference")  # Arrays of the samples that have derivatives
 
-POINTERS = ("force_kernel", "gap_kernel", "switch_kernel")
+POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Arrays of the model with kernel pointers
 
 
 @dataclass(frozen=True)
 class Forward:
-    """End of a run, with derivatives along the last axis of each array: by parameter / scale."""
+    """Finished run, and the derivatives of its arrays by parameter / scale along the last axis."""
 
     driver: Driver
     state: np.ndarray  # (ny, parameters)
@@ -49,13 +52,13 @@ class Forward:
     peak: np.ndarray  # (rows, columns, parameters)
     total: np.ndarray  # (powers, parameters)
     monitored: np.ndarray  # (rows, values, parameters)
-    samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) of the fields `SAMPLED` of the samples
+    samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) by the names in `SAMPLED`
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for the derivatives
 
 
 class _Pass:
-    """A driver and its twin."""
+    """Driver of a run in doubles, and its repetition in dual numbers, up to eight parameters in one pass."""
 
     def __init__(
         self,
@@ -74,7 +77,7 @@ class _Pass:
         self.driver.state.clock["end"] = options.until
         content = self.driver.system.content
         tables = any(name.startswith("model.") for seed in seeds for name in seed)
-        pointers = {int(word) for name in POINTERS for word in getattr(content.model, name)}
+        pointers = {int(word) for name in POINTER_ARRAYS for word in getattr(content.model, name)}
         pointers |= {int(word) for word in content.parameters.controller}
         pointers |= {int(word) for key in content.parameters.law.dtype.names[:7] for word in content.parameters.law[key]}
         self.library: Library = library_for(pointers, tables=tables)
@@ -91,11 +94,11 @@ class _Pass:
         self._put(seeds)
 
     def _rows(self, content: Any) -> np.ndarray:
-        """Return the monitored rows whose largest values are followed: all."""
+        """Return the indices of the monitored rows whose largest values get derivatives: all rows."""
         return np.arange(self.driver.state.peak.shape[0])
 
     def _bind(self) -> None:
-        """Describe the run's arrays, which growing replaces, to the compiled loop."""
+        """Pass the addresses of the run's arrays to the compiled loop; repeat this after an array was replaced."""
         integration = self.driver.integration.content
         state = integration.state
         self.integration = self.twin.address(integration)
@@ -108,7 +111,7 @@ class _Pass:
         self.run = np.array(self.driver.addresses, np.int64)
 
     def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:
-        """Write the derivatives of tables, numbers and start."""
+        """Write the derivatives of the start into the dual arrays; `seeds` has one mapping from array names per parameter."""
         content, state = self.driver.system.content, self.driver.state
         for k, seed in enumerate(seeds):
             for name, slope in seed.items():
@@ -125,17 +128,22 @@ class _Pass:
                     (dual[path[0]] if path else dual)[..., 1 + k] = slope
 
     def advance(self, until: float, most_steps: int, progress: Callable[[float], None] | None) -> str:
-        """Advance to the end; return the cause if it is not reached, else ""."""
+        """Advance to the end; return the reason why the run stopped before, or ""."""
         driver = self.driver
         while True:
             left = most_steps - driver.tried
             if left <= 0:
                 return f"{most_steps} steps are not enough"
             status = self.library.lockstep(
-                self.run.ctypes.data, self.watching, self.integration, self.system, self.seed.ctypes.data, min(PIECE, left)
+                self.run.ctypes.data,
+                self.watching,
+                self.integration,
+                self.system,
+                self.seed.ctypes.data,
+                min(CHECK_STEPS, left),
             )
             if status < 0:
-                raise ScissordynError(f"no derivatives at t = {driver.time:.9g} s: {CAUSES[-status]}")
+                raise ScissordynError(f"no derivatives at t = {driver.time:.9g} s: {REPLAY_FAILURES[-status]}")
             if status == loop.LOG_FULL:
                 old = driver.integration.content.log
                 driver.grow(status)
@@ -150,7 +158,7 @@ class _Pass:
                 progress(driver.time)
 
     def result(self, count: int, *, integrals: bool) -> Forward:
-        """Return the derivatives at the end."""
+        """Return the run with its derivatives by the first `count` parameters."""
         self.library.end(self.integration, self.system)
         state, of = self.driver.state, self.twin.of
         part = slice(1, 1 + count)
@@ -159,7 +167,7 @@ class _Pass:
         first = log.shape[1] - peak.shape[1]
         unknown = [WHEN, STRUCK + 1] + ([] if integrals else list(range(INTEGRAL, STRUCK)))
         peak[:, unknown], log[:, [first + column for column in unknown]] = np.nan, np.nan
-        # a largest value that the repetition has not followed
+        # the repetition has no derivative of these largest values
         peak[of(state.peak)[:, LARGEST, 0] != state.peak[:, LARGEST], LARGEST] = np.nan
         ended = self.driver.integration.content.log[: len(log)]
         log[of(self.driver.integration.content.log)[: len(log), first + LARGEST, 0] != ended[:, first + LARGEST], first] = (

@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 TITLE = "scissordyn gradient"
 
-EXPLICIT = ("dop853", "dopri5")  # Methods whose steps can be repeated in dual numbers
+EXPLICIT_METHODS = ("dop853", "dopri5")  # Methods whose steps can be repeated in dual numbers
 
-TOLERANCE = 1e-11
-"""Default tolerance: derivatives are about a hundred times less accurate than values."""
+GRADIENT_TOLERANCE = 1e-11
+"""Default of `rtol` and `atol`; derivatives are about a hundred times less accurate than values."""
 
-DISPLACEMENT_MAX = 0.1  # Displacement of a journal, relative to its clearance, up to which a change of a parameter is small
+DISPLACEMENT_MAX = 0.1  # [clearances] Displacement of a journal at an event up to which the gradient counts as valid
 
 
 class _Limit(NamedTuple):
-    """Instant up to which a gradient holds for a given change of its parameter, and why it ends there."""
+    """Instant until which a gradient is valid for a change of its parameter, and the reason, a key of `LIMIT_REASONS`."""
 
     time: float
     reason: str
@@ -55,14 +55,14 @@ def gradient(
     by: Sequence[str] | None = None,
     until: EndTime,
     start: StartKind = Options.start,
-    rtol: float = TOLERANCE,
-    atol: float = TOLERANCE,
+    rtol: float = GRADIENT_TOLERANCE,
+    atol: float = GRADIENT_TOLERANCE,
     method: str = "dop853",
     most_steps: int = Options.most_steps,
     change: float = 1e-3,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
-    """Compute how measures of a run change with parameters, exactly and through all contacts.
+    """Compute exact derivatives of measures of a run by parameters, through all contacts.
 
     The run is repeated in dual numbers, step by step. Instants of contacts, approach speeds and velocity jumps move with the
     parameters, so that no term is missing at an event.
@@ -73,7 +73,8 @@ def gradient(
     of : sequence of str
         Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all joints.
     by : sequence of str, optional
-        Parameter paths ("A.clearance", "drive.speed"). By default all parameters that act. Each eight of them are one run.
+        Parameter paths ("A.clearance", "drive.speed"). By default all parameters that affect the run. Each run computes
+        the derivatives by up to eight of them.
     until : float
         End of the simulated time [s].
     start, rtol, atol, most_steps
@@ -81,22 +82,23 @@ def gradient(
     method : str
         "dop853" or "dopri5".
     change : float
-        Relative change of a parameter for which the gradient is meant. `valid_until` is the instant from which on such a
-        change is not small: it moves a journal by a tenth of its clearance, or removes a contact.
+        Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
+        not small: it moves a journal by a tenth of its clearance, or removes a contact.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
 
     Returns
     -------
     Dataset
-        Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (percent for
-        percent), `valid_until` [s], and `smooth`, which is False if another part has nearly the same largest value.
+        Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (relative
+        change per relative change), `valid_until` [s], and `smooth`, which is False if another part has nearly the same
+        largest value.
 
     Raises
     ------
     InputError
-        If a parameter does not act or changes the structure of the mechanism, if a measure is a count, or for what has no
-        derivatives yet: hard contact, bars that bend, oil films, delayed control.
+        If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count, or if the
+        mechanism has a part without derivatives: hard contact, bars that bend, oil films, delayed control.
     ScissordynError
         If the run fails.
 
@@ -147,11 +149,11 @@ def gradient(
 
 
 def check_derivable(made: Plan, options: Options) -> None:
-    """Raise `InputError` for what has no derivatives yet."""
+    """Raise `InputError` if a part of the mechanism or the method has no derivatives yet."""
     if PYTHON:
-        raise InputError("gradients need compiled kernels", "SCISSORDYN_ENGINE not set to python")
-    if options.method not in EXPLICIT:
-        raise InputError(f"method '{options.method}' has no derivatives yet", " or ".join(EXPLICIT), "method='dop853'")
+        raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
+    if options.method not in EXPLICIT_METHODS:
+        raise InputError(f"method '{options.method}' has no derivatives yet", " or ".join(EXPLICIT_METHODS), "method='dop853'")
     refused = {
         "hard contact": bool(made.hard_places),
         "an oil film": bool(made.lubricated),
@@ -160,7 +162,7 @@ def check_derivable(made: Plan, options: Options) -> None:
     }
     for words, here in refused.items():
         if here:
-            raise InputError(f"{words} has no derivatives yet", "compliant contact, rigid bars and an explicit method")
+            raise InputError(f"{words} has no derivatives yet", "a mechanism with compliant contact and rigid bars")
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:
@@ -174,7 +176,7 @@ def _response(mechanism: Mechanism, text: str) -> Response:
 def _seeded(
     made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool
 ) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
-    """Return the parameters, the derivatives of the start by them, and why others are left out."""
+    """Return the parameters, the derivatives of the start by each, and the reason for each parameter that is left out."""
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None)
     parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()
@@ -183,7 +185,7 @@ def _seeded(
             parameter = parameter_of(mechanism, path, size)
             seed = derivatives(begin, parameter)
             if not seed:
-                raise InputError(f"'{path}' does not act on this run", "a parameter that acts")
+                raise InputError(f"'{path}' does not affect this run", "a parameter that affects the run")
         except InputError as error:
             if by is not None:
                 raise
@@ -201,14 +203,16 @@ def _changed(mechanism: Mechanism, parameter: Parameter, part: float) -> Mechani
 
 
 def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
-    """Raise `InputError` for a measure that has no value in this run."""
+    """Raise `InputError` for a measure that is not defined in this run, such as the peak force without a contact."""
     for response, value in zip(responses, values.tolist(), strict=True):
         if not math.isfinite(value):
-            raise InputError(f"'{response.name}' has no value in this run", "a measure of what happens in it")
+            raise InputError(
+                f"'{response.name}' has no value in this run", "a measure of an event that occurs, for example a contact"
+            )
 
 
 def _limit(run: Forward, parameter: int, change: float) -> _Limit:
-    """Return the first event that a change of a parameter moves far or may remove."""
+    """Return the first event at which a change of the parameter moves a journal too far or may remove a contact."""
     log, slope = run.driver.log, run.log[..., parameter]
     clearance = run.driver.system.content.parameters.contact["clearance"]
     for row, by in zip(log, slope, strict=True):
@@ -246,7 +250,11 @@ def _dataset(
             "derivative": (both, derivative, {"long_name": "derivative, in the unit of the measure per unit of the parameter"}),
             "elasticity": (both, elasticity, {"units": "1", "long_name": "relative change per relative change"}),
             "smooth": (both, smooth, {"long_name": "False if another part has nearly the same largest value"}),
-            "valid_until": ("parameter", [limit.time for limit in limits], {"units": "s", "long_name": "valid until"}),
+            "valid_until": (
+                "parameter",
+                [limit.time for limit in limits],
+                {"units": "s", "long_name": "instant until which the gradient is valid"},
+            ),
             "limit": ("parameter", [limit.reason for limit in limits], {"long_name": "reason of the limit, or empty"}),
         },
         coords={
@@ -256,7 +264,7 @@ def _dataset(
     )
 
 
-REASONS = {
+LIMIT_REASONS = {
     "far": "moves a journal by more than a tenth of its clearance",
     "grazing": "may remove a contact",
 }
@@ -269,8 +277,8 @@ def _warnings(found: xr.Dataset, change: float) -> list[str]:
     ):
         if limit:
             warnings.append(
-                f"'{path}': from t = {time:.6g} s on, a change of {100.0 * change:g} % {REASONS[limit]}: the derivatives hold "
-                "only for smaller changes"
+                f"'{path}': from t = {time:.6g} s on, a change of {100.0 * change:g} % {LIMIT_REASONS[limit]}: "
+                "the derivatives are valid only for smaller changes"
             )
     for name, flags in zip(found["measure"].values.tolist(), found["smooth"].values, strict=True):
         if not np.all(flags):

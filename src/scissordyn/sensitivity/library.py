@@ -1,4 +1,4 @@
-"""Library of kernels in dual numbers, compiled at its first use for this processor and kept in a folder of the user."""
+"""Library of kernels in dual numbers, compiled for this processor at its first use and stored in the user's cache folder."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ from scissordyn.mechanics.system import Model
 from scissordyn.plugin.element import RECIPES
 from scissordyn.sensitivity.replay import Watched, end, follow
 
-DERIVATIVES = 8  # Parameters of one pass; 64 bytes, the widest vector of today's processors
+DERIVATIVES = 8  # Derivatives of a dual number, one per parameter; 8 doubles fill the widest vector register
 
-FOLLOW, END = Entry(follow), Entry(end)
+FOLLOW, END = Entry(follow), Entry(end)  # Functions of the library: repeat a step, finish a run
 
 ROOMS = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
-"""Rooms whose files determine the library."""
+"""Subpackages whose sources determine the library: its file name contains their digest."""
 
-ADVANCE = "run_advance_system_advance_systems"  # Function of the package's library that makes steps in doubles
+ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Symbol of the function that makes steps in doubles
 
 
 @dataclass(frozen=True)
 class Library:
-    """Compiled kernels in dual numbers, and where each element's kernel is."""
+    """Compiled kernels in dual numbers, and the pointer to each element's kernel."""
 
     compiled: ctypes.CDLL
     pointers: Mapping[int, int]  # Pointer in this library by the pointer in the package's library
@@ -45,20 +45,26 @@ class Library:
     advance: int  # Pointer to the function that makes steps in doubles
 
     def lockstep(self, run: int, watched: int, integration: int, system: int, seed: int, most: int) -> int:
-        """Make at most that many steps of a run, and repeat each of them; return the status (`loop`, or minus `replay`)."""
+        """Make at most `most` steps of a run in doubles and repeat each in dual numbers.
+
+        Return a status of `integrate.loop`, or minus a status of `replay.follow` if a step cannot be repeated.
+        """
         function = self.compiled.lockstep
         function.argtypes, function.restype = [ctypes.c_void_p] * 6 + [ctypes.c_int64], ctypes.c_int64
         return int(function(self.advance, run, watched, integration, system, seed, most))
 
     def end(self, integration: int, system: int) -> None:
-        """Write the monitored values at the end."""
+        """Write the monitored values and their derivatives at the end of the run."""
         function = getattr(self.compiled, END.symbol)
         function.argtypes, function.restype = [ctypes.c_int64] * 2, None
         function(integration, system)
 
 
 def library_for(pointers: Iterable[int], *, tables: bool) -> Library:
-    """Return the library with the kernels at some pointers; with `tables`, also the tables of lengths have derivatives."""
+    """Return the library with dual-number versions of the kernels at `pointers`.
+
+    With `tables`, the model's tables of lengths have derivatives too.
+    """
     wanted = sorted({pointer for pointer in pointers if pointer})
     if any(pointer not in RECIPES for pointer in wanted):
         raise InputError("a user-defined element without source text has no derivatives", "functions in a file")
@@ -70,7 +76,7 @@ def library_for(pointers: Iterable[int], *, tables: bool) -> Library:
         pointer: _address(getattr(compiled if recipe in ours else _user_defined(recipe), recipe.symbol))
         for pointer, recipe in recipes.items()
     }
-    return Library(compiled, places, doubles, _address(getattr(library(), ADVANCE)))
+    return Library(compiled, places, doubles, _address(getattr(library(), ADVANCE_SYMBOL)))
 
 
 def _address(function: object) -> int:
@@ -89,7 +95,7 @@ def _user_defined(recipe: Recipe) -> ctypes.CDLL:
 
 @cache
 def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CDLL:
-    """Return the library, which is compiled unless the folder has one of the same sources for the same processor."""
+    """Load the library from the cache folder; compile it if the sources or the processor have changed."""
     files_of_rooms = sorted(
         path for room in ROOMS for path in (PACKAGE / room).rglob("*.[pc]*") if path.suffix in (".py", ".c")
     )
@@ -112,12 +118,12 @@ def _source(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> str:
 
 
 def _flags() -> tuple[str, ...]:
-    """Return additional flags of the compiler: the library stays on this machine, so it may use all instructions."""
+    """Return additional compiler flags: the library is used on this machine only, so it may use all its instructions."""
     return ("-O3", *(("-march=native",) if platform.machine() in ("x86_64", "AMD64") else ()))
 
 
 def _processor() -> str:
-    """Return what tells processors with other instructions apart."""
+    """Return a text that differs between processors with different instruction sets."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -126,7 +132,7 @@ def _processor() -> str:
 
 
 def cache_folder() -> Path:
-    """Return the folder of the user in which compiled libraries are kept, or a temporary one."""
+    """Return the user's cache folder for compiled libraries; a temporary folder if it cannot be created."""
     base = os.environ.get("LOCALAPPDATA") if sys.platform == "win32" else os.environ.get("XDG_CACHE_HOME")
     folder = Path(base) if base else Path.home() / ".cache"
     try:

@@ -1,4 +1,4 @@
-"""Derivatives of measures, which are smooth functions of what a run accumulates."""
+"""Derivatives of the measures of a run, from the derivatives of its final state, events and peaks."""
 
 from __future__ import annotations
 
@@ -18,40 +18,42 @@ from scissordyn.sensitivity.forward import Forward
 from scissordyn.studies.ask.requirement import Response
 from scissordyn.tolerance import DATA_TOL
 
-STEP = 1e-4
-"""Step along the derivatives, as a fraction of a parameter's scale; a difference of fourth order has no error but round-off."""
+DIFFERENCE_STEP = 1e-4
+"""[parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only."""
 
 
-WITH_INTEGRALS = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
+INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
+"""Measures that are integrals over time."""
 
-SMOOTH = (
+
+DIFFERENTIABLE = (
     *("peak_force", "peak_approach_speed", "first_contact", "contact_fraction", "peak_pressure_velocity"),
     *("peak_drive_torque", "peak_indentation", "peak_track_deviation", "end_track_deviation", "deployment_time"),
-    *("peak_component_force", "peak_coupling_force", "peak_coordinate_drive_force", "mass", *WITH_INTEGRALS),
+    *("peak_component_force", "peak_coupling_force", "peak_coordinate_drive_force", "mass", *INTEGRAL_MEASURES),
 )
-"""Measures with derivatives. The others are counts, verdicts, or values at samples or ends of steps."""
+"""Measures with derivatives. Other measures are counts, verdicts, or values at samples or ends of steps."""
 
 
 def _contact_forces(ended: Ended) -> np.ndarray:
-    """Return the located largest force of each contact; NaN for joints that are ideal, whose forces are not located."""
+    """Return the largest force of each contact as the integrator located it; NaN for ideal joints."""
     forces = ended.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
     return np.append(forces, np.full(len(parts_of(ended.mechanism)["joint"]) - forces.size, math.nan))
 
 
 VALUES: Mapping[str, Callable[[Ended], float | np.ndarray]] = MappingProxyType(
-    {name: MEASURES[name].value for name in SMOOTH} | {"peak_force": _contact_forces}
+    {name: MEASURES[name].value for name in DIFFERENTIABLE} | {"peak_force": _contact_forces}
 )
 
 
 def check_measure(response: Response) -> None:
-    """Raise `InputError` for a measure without derivatives."""
-    if response.measure not in SMOOTH:
-        kind = "a count" if response.measure in ("contact_count", "steps") else "not located to the last digit in a run"
-        raise InputError(f"'{response.name}' has no derivatives: it is {kind}", ", ".join(SMOOTH))
+    """Raise `InputError` if a response is a measure without derivatives."""
+    if response.measure not in DIFFERENTIABLE:
+        kind = "a count" if response.measure in ("contact_count", "steps") else "taken at samples or ends of steps"
+        raise InputError(f"'{response.name}' has no derivatives: it is {kind}", ", ".join(DIFFERENTIABLE))
 
 
 def value_of_response(ended: Ended, response: Response) -> float:
-    """Return a response of a run: that of a part, or the largest or smallest of all parts."""
+    """Return the value of a response: the measure of its part, or the largest or smallest measure of all parts."""
     values = np.asarray(VALUES[response.measure](ended), float)
     if not values.ndim:
         return float(values)
@@ -64,7 +66,7 @@ def value_of_response(ended: Ended, response: Response) -> float:
 
 @contextmanager
 def _moved(run: Forward, parameter: int, change: float) -> Iterator[None]:
-    """Move what a run has accumulated along its derivatives, for the time of a block."""
+    """Within the block, change the run's state, events and peaks along their derivatives by `change` parameter scales."""
     state = run.driver.state
     log = run.driver.integration.content.log[: len(run.log)]
     pairs = [(state.y, run.state), (log, run.log), (state.peak, run.peak), (state.total, run.total)]
@@ -80,18 +82,18 @@ def _moved(run: Forward, parameter: int, change: float) -> Iterator[None]:
 def derivative_of(
     run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism]
 ) -> tuple[float, bool]:
-    """Return the derivative of a response by parameter / scale, and whether it is the same to both sides.
+    """Return the derivative of a response by parameter / scale, and True if the one-sided derivatives agree.
 
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
     """
     made, values = run.driver.plan, {}
     for place in (-2, -1, 0, 1, 2):
-        with _moved(run, parameter, place * STEP):
+        with _moved(run, parameter, place * DIFFERENCE_STEP):
             if response.measure == "mass":
-                run.driver.plan = plan(mechanism(place * STEP))
+                run.driver.plan = plan(mechanism(place * DIFFERENCE_STEP))
             values[place] = value_of_response(Ended(run.driver), response)
             run.driver.plan = made
-    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * STEP)
-    sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * STEP) for side in (-1, 1)]
+    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * DIFFERENCE_STEP)
+    sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * DIFFERENCE_STEP) for side in (-1, 1)]
     scale = max(abs(slope), abs(values[0]))
     return slope, bool(abs(sides[1] - sides[0]) <= DATA_TOL * scale)

@@ -1,9 +1,9 @@
-"""Repeat each step of a run in dual numbers, right after the run has made it.
+"""Repeat each step of a run in dual numbers, immediately after the run has made it.
 
-The run itself stays in doubles. The repetition has its step sizes, its modes and, after each step, its values, so that only the
-derivatives are new. Time has derivatives too: a step that ends on a located event gets the size at which the event stays where
-it is while the parameters change. Approach speeds, initial states of friction and velocity jumps then need no formulas of their
-own. A step to a fixed instant takes the derivatives of time back.
+The run itself uses doubles. The repetition uses the run's step sizes and contact modes and, after each step, its values: only
+the derivatives are new. Time has derivatives too. If a step ends on a located event, the derivatives of its size are chosen so
+that the event's guard stays zero while the parameters change. Approach speeds, initial states of friction and velocity jumps
+then need no formulas of their own. After a step to a fixed instant, time has the derivatives of that instant.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 
 class Replayed(NamedTuple):
-    """Functions of a problem, as described in `integrate.advance`, and two more.
+    """Functions of a problem that a repetition calls: those of `integrate.advance`, `forget` and `break_at`.
 
-    `forget(S)` discards what is kept for an instant, which may come again with other derivatives. `break_at(t, S)` returns
-    the instant at which a time function of the problem changes its piece, if t is one within round-off, and NaN otherwise.
+    `forget(S)` discards values cached for an instant, because the same instant may return with other derivatives.
+    `break_at(t, S)` returns the instant at which a time function has a kink, if t is equal to it within round-off, else NaN.
     """
 
     rate: Any
@@ -52,24 +52,24 @@ class Replayed(NamedTuple):
 
 
 FOLLOWED, ANOTHER_MODE, NO_ROOT = range(3)
-"""Return values of `follow`: done, the repetition has other modes than the run, or an event is not at its guard's root."""
+"""Return values of `follow`: done; the repetition has other contact modes than the run; a guard is not zero at its event."""
 
-PARTS_MAX = 1000  # Largest number of parts of a step, halvings included
-PART_MIN_FRACTION = 1e-7  # Least part of a step; a shorter one changes no derivative by more than its share of the step
+PARTS_MAX = 1000  # Largest number of parts into which a step is divided, rejected parts included
+PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
 
 WEIGHT_FACTOR = 10.0
-"""Error of a derivative by parameter / scale that is allowed in a step, in weights of the values' errors."""
+"""[error weights of the values] Absolute error of a derivative by parameter / scale that is allowed in a step."""
 
-ROOT_PRECISIONS = 10.0  # Value of a guard, in multiples of the precision of located events, above which it is not at its root
+ROOT_PRECISIONS = 10.0  # [precisions of located events] Largest value of a guard that counts as zero at its event
 
-SLOPE_PROBE = 1e-4  # Distance of the two places at which the slope of a monitored value is taken, as a fraction of the step
-PEAK_MOVED_MAX = 1e-3  # A largest value whose slope has no root within this fraction of the step is not a smooth maximum
-SLOPE_TOL = 1e-3  # Slope at the root of a smooth maximum, relative to the largest slope of the search; a kink keeps its slopes
-PEAK_ROOT_STEPS = 3  # Secant steps to the root of the slope
+SLOPE_PROBE = 1e-4  # [steps] Distance between the first two instants of the secant search for a maximum
+PEAK_MOVED_MAX = 1e-3  # [steps] Largest distance between a recorded peak and the root of its slope, for a smooth maximum
+SLOPE_TOL = 1e-3  # Largest slope at a smooth maximum, relative to the largest slope of the search; larger at a kink
+PEAK_ROOT_STEPS = 3  # Secant steps of the search for the root of the slope
 
 
 class Watched(NamedTuple):
-    """Arrays of the run in doubles, and what the repetition reports about it."""
+    """Arrays of the run in doubles that the repetition reads, and the arrays in which it reports errors."""
 
     clock: ClockArray
     counts: CountsArray
@@ -79,10 +79,10 @@ class Watched(NamedTuple):
     mass: F1
     reference: F1
     scaling: I1
-    slope: F1  # At the start of the next step, if the clock says that it is prepared
+    slope: F1  # Rates at the start of the next step, if the clock's field `prepared` is set
     peak: F2
     log: F2
-    rows: I1  # Monitored rows whose largest values are wanted
+    rows: I1  # Indices of the monitored rows whose largest values get derivatives
     misfit: F1  # (1,) Largest difference between a step and its repetition, relative to the entry of y or to 1
     parameters: I1  # (1,) number of derivatives whose errors are controlled
     tolerance: F1  # (1,) relative error of the derivatives that is allowed in a step
@@ -94,17 +94,17 @@ open_watched = opener(Watched)
 
 @kernel
 def with_value(x, value):
-    """Return x with another value and the same derivatives."""
+    """Return a dual number with the derivatives of x and another value."""
     return (x - value_of(x)) + value
 
 
 def follow(watched: int, address: int, system: int, seed: F1) -> int:
-    """Repeat the last step of a mechanism's run (`follow_step`)."""
+    """Repeat the last step of a mechanism's run by `follow_step`; return its status."""
     return follow_step(MECHANICS, watched, address, system, seed)
 
 
 def end(address: int, system: int) -> None:
-    """Write the monitored values at the end of the run."""
+    """Write the monitored values and their derivatives at the end of the run."""
     s, w = open_integration(address).state, open_integration(address).work
     MECHANICS.forget(system)
     MECHANICS.rate(s.clock[0].time, s.y, system, w.slope)
@@ -113,13 +113,13 @@ def end(address: int, system: int) -> None:
 
 @kernel
 def forget_time(system):
-    """Make the mechanics compute the drives anew."""
+    """Discard the cached instant of the drives, so that the mechanics evaluate them again."""
     open_system(system).work.instant[0] = math.nan
 
 
 @kernel
 def break_at(now, system):
-    """Return the break of a time function at an instant, or NaN."""
+    """Return the instant of a kink of a time function that equals `now` within round-off, or NaN."""
     breaks = open_system(system).parameters.breaks
     for k in range(breaks.size):
         if abs(breaks[k] - now) <= ROUND_OFF_TOL * breaks[k]:
@@ -134,7 +134,11 @@ MECHANICS = Replayed(
 
 @kernel
 def follow_step(problem, watched, address, system, seed):
-    """Repeat the last step of a run; `seed` is a zero whose first derivative is one."""
+    """Repeat the last step of a run and its events; return a status.
+
+    `watched` is the address of the run's arrays in doubles, `address` and `system` those of the dual numbers. `seed` is the
+    dual number 0 with first derivative 1, to differentiate by time.
+    """
     run, r = open_watched(watched), open_integration(address)
     s, w = r.state, r.work
     clock, counts = s.clock[0], s.counts[0]
@@ -147,7 +151,7 @@ def follow_step(problem, watched, address, system, seed):
     if moves:
         guard = int(run.log[first, GUARD]) if after > first else -1
         repeat_step(problem, r.method, guard, now, run, s, w, system, r.samples, seed)
-        if after == first:  # resets may change the state
+        if after == first:  # without an event; resets may change the state
             for i in range(s.y.size):
                 run.misfit[0] = max(run.misfit[0], abs(value_of(s.y[i]) - run.y[i]) / max(1.0, abs(run.y[i])))
     clock.time = with_value(clock.time, now)
@@ -166,7 +170,7 @@ def follow_step(problem, watched, address, system, seed):
 
 @kernel
 def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
-    """Repeat a step, in parts where the derivatives need shorter steps than the values."""
+    """Repeat a step, in several parts if the derivatives need shorter steps than the values."""
     clock = s.clock[0]
     end = clock.time
     if guard < 0:
@@ -179,7 +183,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             if clock.monitors == 1:
                 problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
         last = size >= left
-        # only the part at the onset or at the end of a contact has the square root of time
+        # only the first or last part, at the onset or end of a contact, uses the scaling by the square root of time
         scaling = run.scaling[0]
         if (scaling == BEFORE_END and not last) or (scaling != BEFORE_END and left < whole):
             scaling = EVEN
@@ -212,9 +216,10 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
 
 @kernel
 def accurate(T, h, run, s, w):
-    """Return whether the derivatives of coordinates and rates are as accurate as their values in the step just made.
+    """Return True if the derivatives of coordinates and rates in the last step are accurate enough.
 
-    Values do not control the steps in which a law or controller has a kink: it changes the derivatives, but hardly the values.
+    The error control of the values does not notice a kink of a law or controller, because a kink changes the derivatives much
+    more than the values.
     """
     for which in range(1 + T.combined):
         for i in range(s.y.size):
@@ -238,7 +243,11 @@ def accurate(T, h, run, s, w):
 
 @kernel
 def fixed_instant(problem, now, run, w, system, t):
-    """Return the instant at which a step ends, with its derivatives if it is a given one, or else those of its start t."""
+    """Return the end of a step as a dual number.
+
+    The end of the run has no derivatives. A kink of a time function and a multiple of a delay have their own. Any other
+    instant has the derivatives of the start t.
+    """
     if now == run.clock[0].end:
         return 0.0 * t
     instant = problem.break_at(now, system)
@@ -253,10 +262,10 @@ def fixed_instant(problem, now, run, w, system, t):
 
 @kernel
 def to_event(problem, T, guard, t, h, s, w, system):
-    """Repeat the step with the derivatives of its size by which it ends on the root of a guard; return the size.
+    """Repeat a step so that its guard stays zero at its end while the parameters change; return the size as a dual number.
 
-    The rate of the guard is that of the motion, which the end of a step follows within the error of the step. What remains is
-    corrected along the motion.
+    The derivatives of the size come from the guard's rate along the exact motion. The end of the step follows that motion only
+    within the error of the step; the rest of the guard's derivatives is removed by a motion along the rates.
     """
     h = h + to_root(problem, guard, t + h, w.new, w, system)
     problem.forget(system)
@@ -270,14 +279,14 @@ def to_event(problem, T, guard, t, h, s, w, system):
 
 @kernel
 def to_root(problem, guard, t, y, w, system):
-    """Return a zero with the derivatives of the time from an instant to the root of a guard."""
+    """Return a dual number of value 0 with the derivatives of the time from t to the root of a guard."""
     root = root_at(problem, t, guard, y, w, system)
     return (value_of(root) - root) / value_of(w.rate[guard])
 
 
 @kernel
 def root_at(problem, t, guard, y, w, system):
-    """Return the value of a guard, which is zero within its precision; write its rate."""
+    """Return the value of a guard at its event as a dual number (its value is nearly zero); write its rate to `w.rate`."""
     problem.forget(system)
     problem.guards(t, y, system, w.value, w.rate)
     return w.value[guard]
@@ -285,7 +294,7 @@ def root_at(problem, t, guard, y, w, system):
 
 @kernel
 def move_to_event(problem, guard, s, w, system):
-    """Give time the derivatives of the root of another guard at the same instant, and the state those of its motion there."""
+    """Move the derivatives of time to the root of another guard at the same instant, and the state along its motion."""
     clock = s.clock[0]
     h = to_root(problem, guard, clock.time, s.y, w, system)
     problem.rate(clock.time, s.y, system, w.slope)
@@ -296,7 +305,10 @@ def move_to_event(problem, guard, s, w, system):
 
 @kernel
 def carry_on(T, s, w):
-    """Use the slope and powers at the end of the step as those at the start of the next one, where they are the same."""
+    """Reuse the rates, powers and monitored values at the end of a step for the start of the next one, if they are equal.
+
+    They differ after a projection onto the constraints, and at the end of a contact.
+    """
     s.clock[0].prepared = 0
     if w.accepted[0] != 0.0 or w.scaling[0] == BEFORE_END:
         return
@@ -313,13 +325,13 @@ def carry_on(T, s, w):
 
 @kernel
 def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
-    """Write samples, integrals and largest values of the step."""
+    """Write samples, integrals and largest values within a step, with their derivatives."""
     counts = s.counts[0]
     for k in range(run.rows.size):
         row = run.rows[k]
         when = run.peak[row, WHEN]
         new = run.peak[row, LARGEST] > 0.0 and run.peak[row, LARGEST] != value_of(s.peak[row, LARGEST])
-        # a value that is largest at the end of a step usually goes on to rise: the next step decides
+        # a value that is largest at the end of a step usually rises further: the next step decides
         if new and value_of(t) <= when <= now and (when < now or ends):
             follow_peak(problem, T, row, when, t, h, now, s, w, system, seed)
             s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
@@ -347,14 +359,14 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
 
 @kernel
 def value_at(problem, T, row, theta, t, h, s, w, system):
-    """Return a monitored value on the dense output."""
+    """Return a monitored value at the fraction `theta` of a step, from the dense output."""
     inside_at(T, theta, row, s, w)
     return probed(problem, t + fraction(w.scaling[0], theta) * h, w.inside, row, w, system)
 
 
 @kernel
 def probed(problem, t, y, row, w, system):
-    """Return a monitored value at a state."""
+    """Return the monitored value of a row at a time and state."""
     spare = w.monitored[w.monitored.shape[0] - 1, row]
     problem.forget(system)
     problem.probe(t, y, row, system, w.estimate[0], spare)
@@ -363,7 +375,7 @@ def probed(problem, t, y, row, w, system):
 
 @kernel
 def slope_at(problem, T, row, theta, t, h, s, w, system, seed):
-    """Return a monitored value on the dense output, and its slope by the place as a number without derivatives."""
+    """Return a monitored value at the fraction `theta` of a step, and its slope by `theta` as a plain number."""
     moved = value_at(problem, T, row, theta + seed[0], t, h, s, w, system)
     fixed = value_at(problem, T, row, theta, t, h, s, w, system)
     return fixed, derivative(moved - fixed, 0)
@@ -371,9 +383,9 @@ def slope_at(problem, T, row, theta, t, h, s, w, system, seed):
 
 @kernel
 def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
-    """Write the derivatives of a largest value: at the root of its slope, or at an end of the step that is no smooth maximum.
+    """Write a largest value with its derivatives: at the root of its slope, or at an end of the step without such a root.
 
-    NaN derivatives mark a value that is neither.
+    The derivatives are NaN if the value has neither.
     """
     complete(problem, T, t, h, s, w, system)
     start = place(w.scaling[0], min(max((when - value_of(t)) / value_of(h), 0.0), 1.0))
@@ -402,7 +414,7 @@ def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
 
 @kernel
 def take_event(problem, now, guard, s, w, system, log):
-    """Reset a guard and log its event."""
+    """Handle the event of a guard: reset its mode and add a row to the log."""
     row = log[s.counts[0].events]
     rises = s.mode[guard] == 0
     problem.forget(system)
@@ -418,7 +430,7 @@ def take_event(problem, now, guard, s, w, system, log):
 
 @kernel
 def take_values(run, s, w):
-    """Take the values of the run, which differ by round-off; return a status."""
+    """Replace the values of the dual numbers by those of the run, from which they differ by round-off; return a status."""
     for i in range(s.y.size):
         s.y[i] = with_value(s.y[i], run.y[i])
     if s.clock[0].prepared == 1:

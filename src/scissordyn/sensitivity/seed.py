@@ -1,6 +1,6 @@
-"""Derivatives of a run's tables, numbers and start by parameters, as differences of the mechanism compiled at other values.
+"""Derivatives of the arrays at the start of a run by parameters, as finite differences of the compiled mechanism.
 
-The functions are smooth and cheap, so that differences of sixth order have an error of about 1e-12 of their size.
+The arrays are smooth functions of a parameter, so that differences of sixth order have a relative error of about 1e-12.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.ideal_path import ideal_path
 
-STEP = 4e-3
-"""Distance of neighbouring values, relative to the parameter: a difference of sixth order has an error of 1e-14 f_7/f there,
-and round-off adds 1e-13."""
+DIFFERENCE_STEP = 4e-3
+"""[parameter scales] Step of the differences of sixth order; their relative error is 1e-14 f_7/f, and round-off adds 1e-13."""
 
 CENTRAL = ((-3, -2, -1, 1, 2, 3), (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60), (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0))
 FORWARD = (
@@ -34,11 +33,11 @@ FORWARD = (
     (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),
     (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
 )
-"""Places in steps, weights of sixth order, and weights of a lower order from which the error is estimated."""
+"""Finite differences: places in steps, weights of sixth order, and weights of a lower order to estimate the error."""
 
-KINK_TOL = 1e-6  # Difference of both orders above which a number is not a smooth function of the parameter, relative to it
+KINK_TOL = 1e-6  # Largest relative difference between both orders for a smooth function of the parameter
 
-OWNERS = ("model", "parameters", "state", "friction")  # Parts of a system that are not scratch
+PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of a system, except its work arrays
 
 
 @dataclass(frozen=True)
@@ -56,14 +55,14 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
     place = number(mechanism, path)
     assert place.quantity is not None
     if isinstance(place.value, int):
-        raise InputError(f"'{path}' is a whole number", "a parameter that can change by any small amount")
+        raise InputError(f"'{path}' is an integer", "a parameter that can change by any small amount")
     unit, value = place.quantity.unit, float(place.value)
     return Parameter(path, value, abs(value) or (size if unit == "m" else 1.0), unit)
 
 
 @dataclass
 class Start:
-    """Mechanism, the kind of its start, and all arrays there; with `compared`, also the path of the ideal mechanism."""
+    """Mechanism with the kind of its start, and its arrays there; with `compared`, also the path of the ideal mechanism."""
 
     mechanism: Mechanism
     kind: StartKind
@@ -74,7 +73,7 @@ class Start:
         return self.arrays_of(self.mechanism)
 
     def arrays_of(self, mechanism: Mechanism) -> dict[str, np.ndarray]:
-        """Return the arrays of the mechanism with another value of a parameter."""
+        """Return the arrays at the start of a mechanism, which differs from this one by the value of a parameter."""
         made = plan(mechanism)
         arrays = arrays_at_start(made, self.kind)
         if self.compared is not None:
@@ -84,15 +83,15 @@ class Start:
 
 
 def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
-    """Return the arrays of a system and the state `y` at the start of a run, by name."""
+    """Return the arrays of a system at the start of a run by name; "y" is the state, "log" the initial events."""
     system = make_system(made)
     prepared = prepare_start(made, system, start)
     y = prepared.y
     functions.activate(system.address)
     functions.accept(0.0, y, system.address, np.zeros(3))
     content: System = system.content
-    arrays = dict(_arrays("", {owner: getattr(content, owner) for owner in OWNERS}))
-    # the only scratch that is written at the start alone
+    arrays = dict(_arrays("", {owner: getattr(content, owner) for owner in PERSISTENT_PARTS}))
+    # the only work arrays that are written at the start and not again
     arrays["work.value"], arrays["work.part_weight"] = content.work.value, content.work.part_weight
     arrays["y"] = y
     arrays["log"] = np.array(prepared.initial_events, float).reshape(-1, LOG_COLUMNS)
@@ -100,7 +99,7 @@ def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
 
 
 def _arrays(path: str, content: Any) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield all arrays of named tuples, by path; a field of a structured array is an array."""
+    """Yield path and content of all arrays in nested named tuples; a field of a structured array counts as an array."""
     for name, part in (content if isinstance(content, dict) else content._asdict()).items():
         if isinstance(part, np.ndarray) and part.dtype.names:
             yield from ((f"{path}{name}.{key}", part[key]) for key in part.dtype.names)
@@ -111,18 +110,19 @@ def _arrays(path: str, content: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
-    """Return the derivatives of all arrays at the start by parameter / scale; those that are zero are left out."""
+    """Return the derivatives of the arrays at the start by parameter / scale, by name; constant arrays are left out."""
     error: ScissordynError | None = None
     for places, weights, lower in (CENTRAL, FORWARD, _mirrored(FORWARD)):
         try:
-            several = [_changed_arrays(start, parameter, place * STEP * parameter.scale) for place in places]
+            several = [_changed_arrays(start, parameter, place * DIFFERENCE_STEP * parameter.scale) for place in places]
         except ScissordynError as refused:
             error = error or refused
             continue
         return _differences(parameter, start.arrays, several, weights, lower)
     assert error is not None
     raise InputError(
-        f"'{parameter.path}' cannot change alone: {getattr(error, 'what', error)}", "another parameter, or a pattern"
+        f"'{parameter.path}' cannot change alone: {getattr(error, 'what', error)}",
+        "another parameter, or a pattern that changes several parameters together",
     )
 
 
@@ -138,7 +138,7 @@ def _changed_arrays(start: Start, parameter: Parameter, change: float) -> dict[s
     for name, array in start.arrays.items():
         same = arrays[name].shape == array.shape
         if not same or (array.dtype.kind == "i" and not np.array_equal(arrays[name], array)):
-            raise InputError("the structure of the mechanism changes with it", "another parameter")
+            raise InputError("a change of the parameter changes the structure of the mechanism", "another parameter")
     return arrays
 
 
@@ -158,15 +158,15 @@ def _differences(
         with np.errstate(invalid="ignore"):
             stack = np.stack([arrays[name] for arrays in several]) - array
         stack[~np.isfinite(stack)] = 0.0
-        if not np.any(stack):  # 0 and -0
+        if not np.any(stack):  # the arrays differ only in the sign of zeros
             continue
-        slope = np.tensordot(np.array(weights), stack, 1) / STEP
-        error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / STEP)
+        slope = np.tensordot(np.array(weights), stack, 1) / DIFFERENCE_STEP
+        error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / DIFFERENCE_STEP)
         scale = np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(slope), initial=0.0)
         if "friction" not in name and np.max(error) > KINK_TOL * scale:
             raise InputError(
-                f"'{parameter.path}' = {parameter.value:g}: the start or the tables ({name}) are not a smooth function of it",
-                "another value",
+                f"'{parameter.path}' = {parameter.value:g}: the array '{name}' at the start is not a smooth function of it",
+                "another value of the parameter",
             )
         found[name] = slope
     return found

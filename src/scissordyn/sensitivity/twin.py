@@ -1,4 +1,4 @@
-"""Arrays of a run with derivatives: a copy of each array of doubles, with the same sharing and in the layout of dual.c."""
+"""Copy the arrays of a run to dual numbers in the layout of dual.c; arrays that share memory share a copy."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from scissordyn.kernel import fields_of
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.sensitivity.library import DERIVATIVES
 
-WORDS = DERIVATIVES + 1  # A number: its value, then its derivatives
+DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles of a dual number: its value, then its derivatives
 
 
 class Twin:
-    """Copies of the arrays of named tuples.
+    """Dual-number copies of the arrays in named tuples.
 
     Parameters
     ----------
     doubles : tuple of type
-        Named tuples whose arrays are used as they are.
+        Types of named tuples whose arrays have no derivatives and are not copied.
     pointers : mapping of int to int
-        Kernel pointers of the copy by those of the original.
+        Kernel pointers in the dual-number library, by the pointers in the package's library.
     """
 
     def __init__(self, doubles: tuple[type, ...], pointers: Mapping[int, int]) -> None:
@@ -31,17 +31,17 @@ class Twin:
         self._memory: list[np.ndarray] = []
 
     def address(self, content: Any) -> int:
-        """Return the address of the copy of a named tuple; the copy lives as long as this object."""
+        """Return the address of a named tuple with dual-number arrays; the memory is freed with this object."""
         memory = np.array(self._words(content, type(content)), np.int64)
         self._memory.append(memory)
         return int(memory.ctypes.data)
 
     def of(self, array: np.ndarray) -> np.ndarray:
-        """Return the copy of an array: values at [..., 0] and derivatives at [..., 1:]."""
+        """Return the dual-number copy of an array: values at [..., 0] and derivatives at [..., 1:]."""
         return self._copies[id(array)][1]
 
     def grow(self, old: np.ndarray, new: np.ndarray) -> None:
-        """Replace an array by a longer one that begins with it."""
+        """Replace the copy of an array by that of a longer array with the same first rows."""
         rows, _ = self._copy("", new), self._copies.pop(id(new), None)
         rows[: len(old)] = self.of(old)
         self._copies[id(new)] = new, rows
@@ -78,11 +78,12 @@ class Twin:
         if names is None:
             if array.dtype.kind != "f":
                 return array.copy()
-            numbers = np.zeros((*array.shape, WORDS))
+            numbers = np.zeros((*array.shape, DUAL_DOUBLES))
             numbers[..., 0] = array
             return numbers
         kinds = [
-            (key, array.dtype[key], (WORDS,)) if array.dtype[key].kind == "f" else (key, array.dtype[key]) for key in names
+            (key, array.dtype[key], (DUAL_DOUBLES,)) if array.dtype[key].kind == "f" else (key, array.dtype[key])
+            for key in names
         ]
         records = np.zeros(array.shape, kinds)
         for key in names:

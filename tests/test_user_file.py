@@ -46,7 +46,7 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
     file.write_text("def late(run):\n    return 1.0\n")
     measure = OwnMeasure("late", f"{file}:late")
     file.write_text("def late(run):\n    return 2.0\n")
-    with pytest.raises(InputError, match="has changed since the measure 'late' was declared"):
+    with pytest.raises(InputError, match="has changed since the measure 'late' was loaded"):
         measure.callable()
 
 

@@ -12,7 +12,7 @@ from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.trial import doubts
-from scissordyn.plugin.element import is_ours, pointers, row_of
+from scissordyn.plugin.element import is_built_in, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
 ELASTIC_IMPACT_RATIO_MAX = 1e-5
@@ -119,7 +119,7 @@ def contact_warnings(
         warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
     for slot, law in laws.items():
-        if law is not None and not is_ours(law):
+        if law is not None and not is_built_in(law):
             warnings += [warning("doubt", joint, slot=slot, doubt=doubt) for doubt in doubts(law, contact)]
     if stiffness.caveat:
         warnings.append(warning("caveat", joint, law=name, caveat=stiffness.caveat))

@@ -23,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, offsets, start_coordinates, time_functions
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.coordinates import Coordinates
-from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, is_ours, pointers, row_of
+from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, is_built_in, pointers, row_of
 
 
 def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:

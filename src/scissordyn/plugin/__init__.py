@@ -1,1 +1,1 @@
-"""Let user-defined Python functions replace the package's kernels."""
+"""User-defined elements: contact laws, friction laws, components and controllers written as Python functions."""

@@ -1,7 +1,8 @@
-"""Make a class an element with a slot, kernels with named arguments, states and facts, and find elements by name.
+"""Declare and find elements: contact laws, friction laws, components and controllers with compiled kernels.
 
-Kernels are called by pointers to machine code. Kernels of the package are in its library. A user-defined kernel is compiled at
-its first use, to a library that is kept as long as the process.
+A slot is a kind of element, such as "friction"; it defines the kernels of its elements and their arguments. Kernels are called
+by pointers to machine code. Kernels of the package are in its library. A user-defined kernel is compiled at its first use, to
+a library that stays loaded until the process ends.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ from scissordyn.units import Quantity, State, check_quantities, quantities
 
 Kernel = Callable[..., Any]
 
-RECIPES: dict[int, Recipe] = {}  # Recipe of the function at each pointer
+RECIPES: dict[int, Recipe] = {}  # Kernel pointer -> recipe (Python function and memory layout) that it was compiled from
 
 
 def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:
-    """Raise `InputError` if a kernel has an argument that its slot does not provide."""
+    """Raise `InputError` if a kernel has an argument that its slot does not provide; `places` has the provided ones."""
     for argument in arguments_of(kernel):
         if argument not in places:
             raise InputError(
@@ -52,7 +53,7 @@ def arguments_of(kernel: Kernel) -> tuple[str, ...]:
 
 @cache
 def pointer_of(recipe: Recipe) -> int:
-    """Return the pointer to the machine code of an element's kernel."""
+    """Return the pointer to the machine code of a kernel; compile the kernel if it is user-defined."""
     if PYTHON:
         pointer = len(CALLED) + 1
         CALLED[pointer] = recipe.python()
@@ -64,14 +65,14 @@ def pointer_of(recipe: Recipe) -> int:
     return pointer
 
 
-_KEPT: list[Any] = []
-"""Libraries and functions of user-defined elements, kept as long as the process because their pointers are plain integers."""
+_LOADED: list[Any] = []
+"""Libraries and functions of user-defined elements. The list keeps them in memory; kernel pointers are plain integers."""
 
-_POINTERS = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
+_KERNEL_TYPE = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
 
 
 def _compiled(recipe: Recipe) -> Any:
-    """Return a user-defined function in C; without a source it stays in Python and is about a hundred times slower."""
+    """Compile a user-defined function; a function without source text runs in Python, about a hundred times slower."""
     unit = Unit()
     unit.kernel(recipe)
     try:
@@ -84,7 +85,7 @@ def _compiled(recipe: Recipe) -> Any:
 
 
 def _in_python(recipe: Recipe) -> Callable[..., float]:
-    """Return a Python function that is called by a pointer; errors give NaN, because C has no exceptions."""
+    """Return a Python function that compiled code can call by a pointer; it returns NaN after an exception."""
     called = recipe.python()
 
     def answer(*pointers: Any) -> float:
@@ -99,37 +100,37 @@ def _in_python(recipe: Recipe) -> Callable[..., float]:
     return answer
 
 
-ELEMENT_PARAMETERS_MAX = 16  # Largest number of parameters of an element: the width of a row in the parameter tables of kernels
-ABSENT = "-0.0"  # Argument for a state that a part does not have; -0.0 changes no sum
+ELEMENT_PARAMETERS_MAX = 16  # Largest number of parameters of an element: columns of the parameter tables of kernels
+ABSENT_STATE = "-0.0"  # Source text of a kernel argument for a state that the part does not have; adding -0.0 changes no sum
 
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """Place in a model where elements of one kind act."""
+    """Kind of element, for example friction laws: its name, and the kernels and arguments that its elements may have."""
 
     name: str  # Name of the slot in a case file
-    inputs: tuple[str, ...]  # Arguments that a kernel may have, in the order of their row
-    # Kernels that an element may have, its main kernel first. Each has the number of inputs that it may use, and its results:
-    # "force" (one number and the rates of the states), "states" or "number"
+    inputs: tuple[str, ...]  # Names of the arguments that vary with the motion, in the order of the array `q`
+    # Kernels that an element may have, main kernel first. Each has the number of inputs that it may use, and its results:
+    # "force" (a force and the rates of the states), "states" (one value per state) or "number"
     kernels: Mapping[str, tuple[int, str]]
-    context: tuple[str, ...] = ()  # Further arguments that a kernel may have, in the order of their row
-    defaults: Mapping[str, Any] = field(default_factory=dict)  # Default values of attributes that may be fields
+    context: tuple[str, ...] = ()  # Names of further arguments, in the order of the array `x`
+    defaults: Mapping[str, Any] = field(default_factory=dict)  # Default values of attributes that an element may set
     stateful: bool = False  # True if elements may have internal states
     title: str = ""  # Name of an element in messages
 
 
 @dataclass(frozen=True, eq=False)
 class Element:
-    """Declaration of a class of elements."""
+    """Declaration of an element class: slot, kernels, internal states and parameters."""
 
     slot: Slot
     kernels: Mapping[str, Kernel]
     states: tuple[State, ...] = ()
-    numbers: tuple[str, ...] = ()  # Names of the parameters, in the order of their row
+    numbers: tuple[str, ...] = ()  # Names of the parameters, in the order of the array `p`
 
 
 class Part:
-    """Base of the elements of a slot, with attributes that they declare in addition to their kernels."""
+    """Base of the base classes of slots; the attributes of such a class may be set by an element's declaration."""
 
     slot: ClassVar[Slot]
     declaration: ClassVar[Any]
@@ -139,11 +140,11 @@ class Part:
     """Kernels that all elements of a base share."""
 
     def parameters(self, *_: Any) -> tuple[float, ...]:
-        """Return the parameters that the kernels read."""
+        """Return the values of the parameters that the kernels read, in the order of `Element.numbers`."""
         return numbers(self)
 
 
-SLOTS: dict[str, type[Part]] = {}  # Base classes by the names of their slots
+SLOTS: dict[str, type[Part]] = {}  # Base class of the elements of each slot, by the name of the slot
 
 Class = TypeVar("Class")
 
@@ -159,7 +160,7 @@ class _Declare(Protocol):
 def element(
     *, slot: str = "", name: str = "", source: str = "the user", states: tuple[State, ...] = (), **declared: Any
 ) -> _Declare:
-    """Make a class or a function a contact law, a friction law or a controller.
+    """Declare a class or a function as a contact law, a friction law, a component or a controller.
 
     A class becomes a frozen dataclass, and its kernels refer to its fields by name. A function becomes such a class with the
     function as main kernel. Arguments that are not inputs, context or states of the slot become its fields with their defaults.
@@ -167,7 +168,8 @@ def element(
     Parameters
     ----------
     slot : str, optional
-        Kind of element: "stiffness", "damping", "friction" or "controller"; not for a class that inherits from a base.
+        Kind of element: "stiffness", "damping", "friction" or "controller"; not needed if the class inherits from the
+        slot's base class.
     name : str, optional
         Name of the element; by default the class name in lower case with hyphens.
     source : str
@@ -175,9 +177,9 @@ def element(
     states : tuple of State
         Internal states, each an argument of the kernels; they start at zero unless there is a `start` kernel.
     **declared
-        Kernels and facts of the slot. The arguments of a kernel are inputs of the slot, states, and parameters. Parameters are
-        the fields with a `Quantity`; or, if the class has a method `parameters`, its results, named by the last arguments of
-        the first kernel.
+        Kernels and attributes of the slot. The arguments of a kernel are inputs of the slot, states, and parameters.
+        Parameters are the fields with a `Quantity`. If the class has a method `parameters`, they are its results, named by
+        the last arguments of the first kernel.
 
     Returns
     -------
@@ -186,14 +188,14 @@ def element(
     Raises
     ------
     InputError
-        If the slot, kernel or fact does not exist, or a kernel has an unknown argument.
+        If the slot has no such kernel or attribute, the slot does not exist, or a kernel has an unknown argument.
     """
 
     def declare(described: Any) -> Any:
         bases = getattr(described, "__mro__", ())
         base: Any = next((base_class for base_class in bases if base_class in SLOTS.values()), SLOTS.get(slot))
         if base is None:
-            raise InputError(f"unknown slot = {slot!r}{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
+            raise InputError(f"unknown slot {slot!r} of an element{did_you_mean(slot, SLOTS)}", ", ".join(SLOTS))
         kinds, declarations = base.slot.kernels, {**getattr(described, "kernels", {}), **declared}
         taken = {*base.slot.inputs, *base.slot.context, *(getattr(state, "name", "") for state in states)}
         if inspect.isfunction(described):
@@ -209,7 +211,8 @@ def element(
         for key in declarations:
             if key not in (*kinds, *facts):
                 raise InputError(
-                    f"unknown {key} of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}", ", ".join((*kinds, *facts))
+                    f"unknown keyword '{key}' of a {base.slot.title}{did_you_mean(key, (*kinds, *facts))}",
+                    ", ".join((*kinds, *facts)),
                 )
         if not hasattr(described, "__post_init__"):
             described.__post_init__ = check_quantities
@@ -236,7 +239,7 @@ def element(
 
 
 def _class_of(function: Kernel, taken: set[str]) -> type:
-    """Return an undecorated class whose fields are the remaining arguments of a function."""
+    """Make a class from a function: its fields are the arguments that are not in `taken`, with their defaults."""
     content: dict[str, Any] = {key: getattr(function, key) or "" for key in ("__module__", "__qualname__", "__doc__")}
     hints = get_type_hints(function, include_extras=True)
     numbers = {key: argument for key, argument in inspect.signature(function).parameters.items() if key not in taken}
@@ -247,7 +250,7 @@ def _class_of(function: Kernel, taken: set[str]) -> type:
 
 
 def element_class(slot: str, reference: str, folder: Path) -> Any:
-    """Return the element class that ``"file.py:name"`` names."""
+    """Execute a user's file and return the element class that ``"file.py:name"`` names."""
     base = SLOTS[slot]
     cls, name = class_in(base.slot.title, reference, folder)
     if cls is None or not (issubclass(cls, base) and "declaration" in vars(cls)):
@@ -257,7 +260,7 @@ def element_class(slot: str, reference: str, folder: Path) -> Any:
 
 
 def numbers(part: Any, **derived: float) -> tuple[float, ...]:
-    """Return the parameters that an element's kernels read, in order: derived values, and otherwise its fields."""
+    """Return the parameters that an element's kernels read, in order: values from `derived`, the others from its fields."""
     return tuple(float(derived[name] if name in derived else getattr(part, name)) for name in part.declaration.numbers)
 
 
@@ -265,7 +268,7 @@ def _check(made: Any) -> None:
     declared: Element = made.declaration
     what = f"{declared.slot.title} '{made.__name__}'"
     if len(declared.numbers) > ELEMENT_PARAMETERS_MAX:
-        raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {ELEMENT_PARAMETERS_MAX}")
+        raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {ELEMENT_PARAMETERS_MAX} parameters")
     if declared.states and not declared.slot.stateful:
         able = ", ".join(f'slot="{name}"' for name, base in SLOTS.items() if base.slot.stateful)
         raise InputError(f"{what} cannot have internal states", able)
@@ -282,19 +285,20 @@ def _check(made: Any) -> None:
 
 
 def _places(declared: Element, key: str, present: tuple[str, ...]) -> dict[str, str]:
-    """Return where a kernel finds each possible argument, for a part with some of the declared states."""
+    """Return the source text of each possible argument of a kernel, such as "q[0]", for a part with the states `present`."""
     count, results = declared.slot.kernels[key]
     places = {name: f"q[{k}]" for k, name in enumerate(declared.slot.inputs[:count])}
     places |= {name: f"x[{k}]" for k, name in enumerate(declared.slot.context)}
     if results == "force":
         places |= {
-            state.name: f"z[{present.index(state.name)}]" if state.name in present else ABSENT for state in declared.states
+            state.name: f"z[{present.index(state.name)}]" if state.name in present else ABSENT_STATE
+            for state in declared.states
         }
     return places | {name: f"p[{k}]" for k, name in enumerate(declared.numbers)}
 
 
 def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str, ...]:
-    """Return where the results of a kernel are stored."""
+    """Return the source text of each target of a kernel's results, such as "out[0]", for a part with the states `present`."""
     kind = declared.slot.kernels[key][1]
     written = tuple(
         f"out[{present.index(state.name)}]" if state.name in present else "_" for state in declared.states if kind != "number"
@@ -303,15 +307,15 @@ def _targets(declared: Element, key: str, present: tuple[str, ...]) -> tuple[str
 
 
 def pointers(part: Any) -> Mapping[str, int]:
-    """Return the pointers to an element's kernels by name; 0 for a missing kernel."""
+    """Return the pointers to an element's kernels by name; the pointer of a missing kernel is 0."""
     states = getattr(part, "states", ())
-    if not isinstance(states, tuple):  # the states depend on the instance
+    if not isinstance(states, tuple):  # `states` is a property of instances
         states = part.declaration.states
     return _pointers(part.declaration, tuple(state.name for state in states))
 
 
 def recipes(declared: Element, present: tuple[str, ...]) -> dict[str, Recipe]:
-    """Return the recipes of an element's kernels by name, for a part with some of the declared states."""
+    """Return the recipes of an element's kernels by name, for a part with the states `present`."""
     table = {}
     for key, kernel in declared.kernels.items():
         places = _places(declared, key, present)
@@ -326,7 +330,7 @@ def _pointers(declared: Element, present: tuple[str, ...]) -> Mapping[str, int]:
 
 
 def row_of(part: Any, *joint: Any) -> np.ndarray:
-    """Return the parameters of an element as its kernels read them, shape (ELEMENT_PARAMETERS_MAX,)."""
+    """Return the parameters of an element as a row of a parameter table, padded with zeros to ELEMENT_PARAMETERS_MAX."""
     numbers, row = part.parameters(*joint), np.zeros(ELEMENT_PARAMETERS_MAX)
     if len(numbers) != len(part.declaration.numbers):
         raise InputError(
@@ -337,8 +341,8 @@ def row_of(part: Any, *joint: Any) -> np.ndarray:
     return row
 
 
-def is_ours(part: Any) -> bool:
-    """Return whether an element belongs to the package, and is not user-defined."""
+def is_built_in(part: Any) -> bool:
+    """Return True if an element belongs to the package, False if it is user-defined."""
     return type(part).__module__.startswith("scissordyn.")
 
 
@@ -349,7 +353,7 @@ def declared_in(module: ModuleType) -> list[type[Any]]:
 
 
 def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
-    """Return the elements defined in the modules of packages, by name."""
+    """Return the element classes that the modules of some packages define, by element name."""
     elements: dict[str, type[Any]] = {}
     for folder in folders:
         for entry in pkgutil.iter_modules(folder.__path__):
@@ -363,7 +367,10 @@ def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
 
 
 def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]]) -> type[Any]:
-    """Return an element of the package, or of a user's file, which is executed."""
+    """Return the element class of a name: one of `elements`, or one of a user's file ("file.py:NAME"), which is executed.
+
+    `what` is the kind of element in the error message, for example "friction law".
+    """
     if ".py:" in name:
         return cast(type[Any], element_class(slot, name, Path.cwd()))
     if name not in elements:

@@ -1,6 +1,6 @@
 """Load functions and classes from a user's file (``my_laws.py:soft``), and record the origin of user-defined classes.
 
-The origin allows a saved run or another process to load the class again from its file.
+From the origin, a saved run or another process can load the class again.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from typing import Any
 
 from scissordyn.errors import InputError, did_you_mean
 
-DIGEST = "__digest__"  # Attribute of a module with the digest of the executed text
+DIGEST_ATTRIBUTE = "__digest__"  # Attribute of a loaded module: digest of the source text that was executed
 
-SAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
-"""Example references by kind; other kinds are laws."""
+EXAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
+"""Example of a reference in error messages, by kind; other kinds are laws."""
 
 
 def split_reference(kind: str, reference: str, folder: Path | None = None) -> tuple[Path, str]:
-    """Return the file, and the name of the function or class, from a reference ``"file.py:name"``."""
+    """Split a reference ``"file.py:name"`` into the path of the file and the name of the function or class."""
     file, _, name = reference.rpartition(":")
     if not file.endswith(".py") or not name.isidentifier():
-        what, sample = "class" if kind == "component" else "function", SAMPLES.get(kind, "my_laws.py:soft")
-        raise InputError(f"'{reference}' is not a {kind} in a file", f"a Python file and a {what} in it", f"'{sample}'")
+        what, sample = "class" if kind == "component" else "function", EXAMPLES.get(kind, "my_laws.py:soft")
+        raise InputError(f"'{reference}' does not name a {kind} in a file", f"a Python file and a {what} in it", f"'{sample}'")
     path = ((folder or Path.cwd()) / Path(file).expanduser()).resolve()
     if not path.is_file():
         raise InputError(f"the file '{path}' of the {kind} '{name}' does not exist", "an existing Python file")
@@ -43,23 +43,23 @@ def file_digest(path: Path) -> str:
 
 
 def made_in(described: type) -> tuple[str, str] | None:
-    """Return the origin of a user-defined class: file and name, and the digest of the file."""
+    """Return the origin of a user-defined class: the reference "file.py:name" and the file's digest; None without a file."""
     module = sys.modules.get(described.__module__)
     file = Path(getattr(module, "__file__", None) or "")
     if "." in described.__module__ or described.__module__ == "__main__" or not described.__qualname__.isidentifier():
         return None
     if file.suffix != ".py" or not file.is_file():
         return None
-    return f"{file.resolve()}:{described.__name__}", getattr(module, DIGEST, "") or file_digest(file)
+    return f"{file.resolve()}:{described.__name__}", getattr(module, DIGEST_ATTRIBUTE, "") or file_digest(file)
 
 
 @cache
 def _module(path: Path, source: bytes) -> ModuleType:
-    """Return a file as a module, executed once for each of its contents."""
+    """Execute a file as a module; the same content is executed only once."""
     module = ModuleType(f"{path.stem}_{_digest(source)}")
     module.__file__ = str(path)
-    setattr(module, DIGEST, _digest(source))
-    sys.modules[module.__name__] = module  # dataclasses resolve annotations of a class through sys.modules
+    setattr(module, DIGEST_ATTRIBUTE, _digest(source))
+    sys.modules[module.__name__] = module  # dataclasses resolve the annotations of a class through sys.modules
     try:
         # executes the text itself, because cached byte code is identified only by time stamp and size
         exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
@@ -71,11 +71,16 @@ def _module(path: Path, source: bytes) -> ModuleType:
 
 
 def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., Any]:
-    """Return the function or class that ``"file.py:name"`` names."""
+    """Execute a user's file and return the function or class that ``"file.py:name"`` names.
+
+    If `digest` is given, raise `InputError` unless the file's digest is equal.
+    """
     path, name = split_reference(kind, reference)
     source = path.read_bytes()  # read once, so that the compared text is executed
     if digest and _digest(source) != digest:
-        raise InputError(f"'{path}' has changed since the {kind} '{name}' was declared", "the same file, or a new declaration")
+        raise InputError(
+            f"'{path}' has changed since the {kind} '{name}' was loaded", "the file as it was, or a case that loads it again"
+        )
     module = _module(path, source)
     if not callable(getattr(module, name, None)):
         functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
@@ -84,25 +89,28 @@ def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., 
     return function
 
 
-_KNOWN: dict[tuple[str, str], type] = {}  # Classes loaded by this process, by file and digest
+_CLASSES: dict[tuple[str, str], type] = {}  # User-defined classes that this process has loaded, by reference and digest
 
 
 def note_origin(made: Any, described: type) -> None:
-    """Record the origin of a class that is defined in a file, also for pickles of its instances in other processes."""
-    made.origin = origin = made_in(described)  # set even if None, so that the origin of a base is not inherited
+    """Record the origin of a class that is defined in a file, so that other processes can unpickle its instances."""
+    made.origin = origin = made_in(described)  # set even if None, so that the class does not inherit the origin of its base
     if origin is not None:
         made.__reduce__ = _reduced
-        _KNOWN[origin] = made
+        _CLASSES[origin] = made
 
 
 def origin_of(described: type) -> tuple[str, str] | None:
-    """Return file and name, and the digest of the file; None for a class of the package or without a file."""
+    """Return the recorded origin of a class: reference and digest; None for a class of the package or without a file."""
     origin: tuple[str, str] | None = vars(described).get("origin")
     return origin
 
 
 def class_in(kind: str, reference: str, folder: Path) -> tuple[Any, str]:
-    """Execute a file; return the class that ``"file.py:name"`` names (None if not a class), and its absolute name."""
+    """Execute a file; return the class that ``"file.py:name"`` names and its reference with an absolute path.
+
+    The class is None if the name refers to something else, such as a function.
+    """
     path, name = split_reference(kind, reference, folder)
     loaded = load_function(kind, f"{path}:{name}")
     return loaded if isinstance(loaded, type) else None, f"{path}:{name}"
@@ -113,6 +121,6 @@ def _reduced(part: Any) -> Any:
 
 
 def _empty(reference: str, digest: str) -> Any:
-    """Return an empty instance, whose fields the pickle sets."""
-    described: Any = _KNOWN.get((reference, digest)) or load_function("class", reference, digest)
+    """Return an instance of a user-defined class without field values, for unpickling."""
+    described: Any = _CLASSES.get((reference, digest)) or load_function("class", reference, digest)
     return described.__new__(described)

@@ -17,7 +17,7 @@ from reference.balance import Balance
 from scissordyn.bibliography.reference import bibliography
 from scissordyn.casefile.quantity import read_quantity
 from scissordyn.cli.main import status_of
-from scissordyn.collection.catalogue import DECLARATION, HERE, Zoo, read_entry
+from scissordyn.collection.catalogue import DECLARATION, ENTRIES_FOLDER, Zoo, read_entry
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
@@ -105,7 +105,7 @@ def test_every_entry_is_whole() -> None:
         assert entry.references or "own" in entry.about or "boim" in entry.about, entry.name
         assert all(reference.key in bibliography() for reference in entry.references), entry.name
         used.add(entry.case_file.parent)
-    assert {path.parent for path in HERE.rglob("case.toml")} <= used
+    assert {path.parent for path in ENTRIES_FOLDER.rglob("case.toml")} <= used
 
 
 def test_zoo_costs_no_import() -> None:
@@ -169,11 +169,11 @@ def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert len(found) == len(NAMES) + 1
     assert found["swing"].package == "theirs"
     assert all(one.met for one in found["swing"].check())
-    assert found["peaucellier"].case_file.is_relative_to(HERE)
+    assert found["peaucellier"].case_file.is_relative_to(ENTRIES_FOLDER)
     clash, broken, empty = found.problems
     assert "'peaucellier' is the name of a mechanism of scissordyn" in clash
     assert "no module named 'gone'" in broken
-    assert "has no folder with a zoo.toml" in empty
+    assert "has no subfolder with a file zoo.toml" in empty
     assert importlib.metadata.entry_points(group="scissordyn.zoo") is not None
 
 

@@ -99,7 +99,7 @@ class _TorqueSource(NamedTuple):
     torque: np.ndarray  # (nt,) [N m]
     peak: str  # Variable of the run with its largest torque
     dimension: str  # Dimension of that variable
-    index: int  # Index of this source along the dimension
+    entry: int  # Index of this source along that dimension
 
 
 def _sources(run: xr.Dataset) -> dict[str, _TorqueSource]:
@@ -218,7 +218,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
     # the integrator has located the largest torque between samples, of each source over the whole run
     located = len(sources) == 1 and after <= time[0]
-    peak = abs(run[sources[0].peak].values[sources[0].index]) if located else np.max(np.abs(torque))
+    peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))
     (angle, place), (ideal_angle, ideal_place) = (
         (motion["angle"].sel(body=body).values, motion["slider_position"].values) for motion in (run, ideal)
     )

@@ -97,7 +97,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     """Return a saved run; raise `InputError` if it has fewer than `least` samples."""
     from scissordyn.casefile.configuration import is_run
     from scissordyn.casefile.table import add_prefix
-    from scissordyn.file.sound import check_run
+    from scissordyn.file.run_check import check_run
     from scissordyn.record.store import load
 
     wanted = "a run that was saved"
@@ -123,7 +123,7 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
 def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
     """Return the mechanism of a run."""
     from scissordyn.casefile.configuration import read_configuration
-    from scissordyn.file.sound import check_names
+    from scissordyn.file.run_check import check_names
 
     mechanism = read_configuration(run).build_mechanism(allow_code or [])
     check_names(run, mechanism)

@@ -1,1 +1,1 @@
-"""Named mechanisms with their sources and reference values; each is a folder of data."""
+"""Zoo of mechanisms: case files with sources and reference values, one folder each."""

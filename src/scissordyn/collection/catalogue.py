@@ -1,4 +1,4 @@
-"""Provide the zoo: mechanisms with sources and reference values, in folders of this package or of other packages."""
+"""Zoo of mechanisms with sources and reference values, from folders of this package and of other installed packages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-DECLARATION, CASE = "zoo.toml", "case.toml"  # Files in the folder of an entry
+DECLARATION, CASE = "zoo.toml", "case.toml"  # Names of the files in the folder of an entry
 
 Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
 
@@ -41,32 +41,32 @@ Origin = Literal["closed form", "published", "second formulation", "this program
 @reader(lambda: {"type": "object"})
 def _where(given: Any, _: Context) -> Mapping[str, str | int]:
     if not isinstance(given, Mapping) or not all(isinstance(value, str | int) for value in given.values()):
-        raise InputError("not a table of names", '{ body = "slider", axis = "x" }')
+        raise InputError("not a table of names or indices", 'a name along each dimension, { body = "slider", axis = "x" }')
     return dict(given)
 
 
 @dataclass(frozen=True)
-class Number:
-    """Reference value of a mechanism: its place in a run, its value, and its origin."""
+class ReferenceValue:
+    """Reference value of a result: the variable and instant in a run, the value with its tolerance, and its origin."""
 
-    what: Annotated[str, About("what it is, in words", examples=["slider after 3 ms"])]
+    what: Annotated[str, About("the quantity, in words", examples=["slider after 3 ms"])]
     variable: Annotated[str, About("variable of the run", examples=["position"])]
     value: Annotated[str, About("with its unit", examples=["165.2 mm"])]
     tolerance: Annotated[str, About("largest difference, with its unit", examples=["1 um"])]
-    origin: Annotated[Origin, About("who says so", examples=get_args(Origin)[:1])]
+    origin: Annotated[Origin, About("the kind of source", examples=get_args(Origin)[:1])]
     reason: Annotated[str, About("formula, publication or program", examples=["r cos a + l cos b"])]
-    # Labels or indices from 0 along the dimensions of the variable except time
+    # Labels, or indices from 0, along the dimensions of the variable except time
     where: Annotated[Mapping[str, str | int], _where, About("names along its dimensions")] = field(default_factory=dict)
     # Instant of a sample; empty for a variable without time
     at: Annotated[str, About('an instant, "start", "end", "largest" or "smallest"', examples=["3 ms"])] = ""
-    ideal: Annotated[bool, About("whether of the mechanism with ideal joints")] = True
+    ideal: Annotated[bool, About("true for a run with ideal joints")] = True
 
-    def measure(self, run: xr.Dataset) -> Found:
-        """Measure the value in a run and compare it with the reference value."""
+    def measure(self, run: xr.Dataset) -> ComparedValue:
+        """Read the variable of a run at the instant of this reference value, and compare both."""
         with add_prefix(f"number '{self.what}'"):
             if self.variable not in run:
                 near = did_you_mean(self.variable, map(str, run.variables))
-                raise InputError(f"unknown variable '{self.variable}'{near}", "a variable of the run")
+                raise InputError(f"the run has no variable '{self.variable}'{near}", "a variable of the run")
             values = self._selected(run)
             unit = str(values.attrs.get("units", "1"))
             expected, tolerance = (_read(text, unit) for text in (self.value, self.tolerance))
@@ -74,7 +74,7 @@ class Number:
                 raise InputError(
                     f"'{self.variable}' has the dimensions {', '.join(map(str, values.dims))}", "a label for each in `where`"
                 )
-            return Found(self, float(values), expected, tolerance, unit)
+            return ComparedValue(self, float(values), expected, tolerance, unit)
 
     def _selected(self, run: xr.Dataset) -> xr.DataArray:
         values = run[self.variable]
@@ -96,18 +96,18 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Found:
-    """Value measured in a run, with its reference value."""
+class ComparedValue:
+    """Value of a run next to its reference value and tolerance."""
 
-    number: Number
-    found: float  # Measured value in the unit of the variable
+    number: ReferenceValue
+    found: float  # Value of the run, in the unit of the variable
     expected: float
     tolerance: float
     unit: str
 
     @property
     def difference(self) -> float:
-        """Measured minus reference value."""
+        """Value of the run minus reference value, in the unit of the variable."""
         return self.found - self.expected
 
     @property
@@ -117,7 +117,7 @@ class Found:
 
 
 def _read(text: str, unit: str) -> float:
-    """Return a value with its unit in SI units."""
+    """Convert a text such as "3 mm" to SI units; a number without a unit is allowed for a quantity without dimension."""
     given: float | str = text
     if unit == "1":
         with suppress(ValueError):
@@ -129,26 +129,26 @@ def _read(text: str, unit: str) -> float:
 
 
 def _instant(times: np.ndarray, at: str) -> int:
-    """Return the index of an instant among the samples."""
+    """Return the index of the sample at an instant: "start", "end" or a time with a unit."""
     if at in ("start", "end"):
         return 0 if at == "start" else len(times) - 1
     wanted = read_quantity(at, Quantity("s"))
     index = int(np.argmin(np.abs(times - wanted)))
     if abs(times[index] - wanted) > DATA_TOL * (times[-1] - times[0]) / max(len(times) - 1, 1):
-        raise InputError(f"at = '{at}' is between the samples", f"an instant such as {times[index]:.9g} s")
+        raise InputError(f"at = '{at}' is between two samples", f"the instant of a sample, such as {times[index]:.9g} s")
     return index
 
 
 @dataclass(frozen=True)
 class Entry:
-    """Named mechanism with its source and reference values."""
+    """Mechanism of the zoo: its case file, description, source and reference values."""
 
     name: str  # Name in ``sd.zoo[name]`` and ``scissordyn zoo NAME``
-    title: str  # Short description; `about` gives the origin of the parameters
+    title: str  # Short description
     kind: str
-    about: str
+    about: str  # Origin of the parameters
     licence: str  # Licence of the files, as an SPDX expression; facts of a source are not subject to it
-    numbers: tuple[Number, ...]
+    numbers: tuple[ReferenceValue, ...]
     case_file: Path
     package: str = "scissordyn"  # Package that contains the entry
 
@@ -164,7 +164,7 @@ class Entry:
 
     @property
     def mechanism(self) -> Mechanism:
-        """Mechanism of the case."""
+        """Mechanism that the case file describes."""
         return self.case.mechanism
 
     @property
@@ -173,31 +173,31 @@ class Entry:
         return references(self.mechanism.source)
 
     def simulate(self, *, ideal: bool = False) -> xr.Dataset:
-        """Simulate the mechanism with the options of its case file."""
+        """Simulate the mechanism with the options of its case file; with `ideal`, without clearance in its joints."""
         return simulate(self.mechanism.ideal() if ideal else self.mechanism, **self.case.run.keywords)
 
-    def check(self) -> tuple[Found, ...]:
-        """Simulate the mechanism and compare its values with the reference values."""
+    def check(self) -> tuple[ComparedValue, ...]:
+        """Simulate the mechanism and compare the results with its reference values."""
         runs = {ideal: self.simulate(ideal=ideal) for ideal in {number.ideal for number in self.numbers}}
         for run in runs.values():
             if run.attrs["status"] != "complete":
-                raise InputError(f"'{self.name}' {run.attrs['status']}: {run.attrs['cause']}", "a complete run")
+                raise InputError(f"the run of '{self.name}' is {run.attrs['status']}: {run.attrs['cause']}", "a complete run")
         return tuple(number.measure(runs[number.ideal]) for number in self.numbers)
 
 
 class _EntryTable(Table):
-    """Declaration of an entry in `zoo.toml`."""
+    """Keys of a file `zoo.toml`."""
 
-    title: Annotated[str, About("what it is", examples=["Slider-crank with a clearance joint"])]
-    kind: Annotated[Kind, About("what kind of mechanism", examples=["linkage"])]
-    about: Annotated[str, About("where it is from", examples=["Lengths of the original."])]
-    licence: Annotated[str, About("of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
-    example: Annotated[str | None, About("the example that is its case file", examples=["press"])] = None
-    number: Annotated[list[Annotated[Number, described(Number)]], About("numbers that a right program gives")]
+    title: Annotated[str, About("a short description", examples=["Slider-crank with a clearance joint"])]
+    kind: Annotated[Kind, About("the kind of mechanism", examples=["linkage"])]
+    about: Annotated[str, About("origin of the parameters", examples=["Lengths of the original."])]
+    licence: Annotated[str, About("licence of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
+    example: Annotated[str | None, About("the example of the package that is used as case file", examples=["press"])] = None
+    number: Annotated[list[Annotated[ReferenceValue, described(ReferenceValue)]], About("reference values of results")]
 
 
 def read_entry(folder: Path, package: str) -> Entry:
-    """Return the entry that a folder describes."""
+    """Read the entry of the zoo in a folder; raise `InputError` for a wrong declaration or a missing case file."""
     path = folder / DECLARATION
     text = read_text(path, "the declaration of a mechanism in TOML")
     tree = parse_toml(text, path)
@@ -206,14 +206,15 @@ def read_entry(folder: Path, package: str) -> Entry:
     file = folder / CASE if table.example is None else folder_of_examples() / f"{table.example}.toml"
     if not file.is_file():
         raise InputError(
-            f"{path}: the case file '{file}' does not exist", f"{CASE} in the folder, or `example` with the name of an example"
+            f"{path}: the case file '{file}' does not exist",
+            f"{CASE} in the folder, or the key `example` with the name of an example",
         )
     return Entry(folder.name, table.title, table.kind, table.about, table.licence, tuple(table.number), file, package)
 
 
-GROUP = "scissordyn.zoo"  # Entry-point group by which other packages add folders
+ENTRY_POINT_GROUP = "scissordyn.zoo"  # Entry points of other packages that add folders with mechanisms
 
-HERE = Path(__file__).parent / "entries"
+ENTRIES_FOLDER = Path(__file__).parent / "entries"  # Folder with the entries of this package
 
 
 class Zoo(Mapping[str, Entry]):
@@ -230,18 +231,18 @@ class Zoo(Mapping[str, Entry]):
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """Errors in the folders of other packages; these mechanisms are left out."""
+        """Error messages about folders of other packages; the zoo leaves out their mechanisms."""
         return self._searched[1]
 
     @cached_property
     def _searched(self) -> tuple[dict[str, tuple[Path, str]], tuple[str, ...]]:
-        by_name = {folder.name: (folder, "scissordyn") for folder in _entries(HERE)}
+        by_name = {folder.name: (folder, "scissordyn") for folder in _entries(ENTRIES_FOLDER)}
         wrong = []
-        for point in entry_points(group=GROUP):
+        for point in entry_points(group=ENTRY_POINT_GROUP):
             package = point.dist.name if point.dist is not None else point.name
             try:
                 folders = _entries(Path(point.load()))
-            except Exception as error:  # an error of another package must not hide the rest
+            except Exception as error:  # an error of another package must not hide the mechanisms of the others
                 wrong.append(f"{package}: {type(error).__name__}: {error}")
                 continue
             for folder in folders:
@@ -279,7 +280,9 @@ def _plain(name: str) -> str:
 def _entries(folder: Path) -> list[Path]:
     entries = sorted(path.parent for path in folder.glob(f"*/{DECLARATION}"))
     if not entries:
-        raise InputError(f"'{folder}' has no folder with a {DECLARATION}", "a folder with one folder for each mechanism")
+        raise InputError(
+            f"'{folder}' has no subfolder with a file {DECLARATION}", "a folder with a subfolder for each mechanism"
+        )
     return entries
 
 

@@ -1,1 +1,1 @@
-"""Files of results: runs, tables, and what is checked of a file that somebody else wrote."""
+"""Output files: NetCDF files of runs, exported tables, PDF reports, checksums, and checks of runs read from files."""

@@ -1,4 +1,4 @@
-"""Runs for other programs: a table over time as CSV or Parquet, or all arrays as a MATLAB file."""
+"""Export of runs to other programs: a table over time as CSV or Parquet, or all arrays as a MATLAB file."""
 
 from __future__ import annotations
 
@@ -20,22 +20,27 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-EXPORTS = (".csv", ".mat", ".parquet")  # endings of export formats
+EXPORT_ENDINGS = (".csv", ".mat", ".parquet")  # file name endings of the export formats
 
 
 def check_export(path: str | os.PathLike[str]) -> None:
     """Raise `InputError` unless a run can be exported in the format of the file name's ending."""
     ending = Path(path).suffix.lower()
-    if ending not in EXPORTS:
+    if ending not in EXPORT_ENDINGS:
         raise InputError(
-            f"export '{path}'{did_you_mean(ending, EXPORTS)}", "a name that ends in " + ", ".join(EXPORTS), "run.csv"
+            f"'{path}': unknown export format '{ending}'{did_you_mean(ending, EXPORT_ENDINGS)}",
+            "a name that ends in " + ", ".join(EXPORT_ENDINGS),
+            "run.csv",
         )
     if ending == ".parquet" and find_spec("pyarrow") is None:
         raise InputError("Parquet needs the package pyarrow, which is not installed", "run.csv, or pip install pyarrow")
 
 
 def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = False) -> Path:
-    """Write a run for another program, completely or not at all."""
+    """Export a run in the format of the file name's ending; the file is written completely or not at all.
+
+    With `contacts`, a CSV or Parquet file has a row for each contact instead of each instant.
+    """
     check_export(path)
     target = Path(path)
     check_target(target, sample=f"table{target.suffix.lower()}")
@@ -54,7 +59,7 @@ def export(run: xr.Dataset, path: str | os.PathLike[str], *, contacts: bool = Fa
 
 
 def time_table(run: xr.Dataset) -> pd.DataFrame:
-    """Return all quantities over time as a table, one row for each instant."""
+    """Return all variables over time as a table: one row per instant, one column per quantity and component."""
     import pandas as pd
 
     columns: dict[str, np.ndarray] = {"time [s]": run["time"].values}
@@ -68,12 +73,12 @@ def time_table(run: xr.Dataset) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class TimeColumn:
-    """Quantity over time of a run, as one column of a table."""
+    """Column of a table over time: a quantity of a run, or one component of it."""
 
     heading: str  # for example "angle of unit 1/bar 1" or "position of slider, x"
     unit: str  # SI unit
     variable: str
-    index: tuple[int, ...]  # indices along its other dimensions, in their order
+    index: tuple[int, ...]  # indices along the dimensions of the variable except time
 
     def of(self, run: xr.Dataset) -> np.ndarray:
         """Return the column's values in a run, shape (time,)."""
@@ -84,7 +89,7 @@ class TimeColumn:
 
 
 def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
-    """Yield all quantities over time, one column at a time."""
+    """Yield the columns of the table over time of a run."""
     for name, values in run.data_vars.items():
         if "time" not in values.dims or values.dtype.kind not in "fbiu":
             continue
@@ -95,7 +100,7 @@ def time_columns(run: xr.Dataset) -> Iterator[TimeColumn]:
 
 
 def contact_table(run: xr.Dataset) -> pd.DataFrame:
-    """Return the contacts of a run as a table, one row for each."""
+    """Return the contacts of a run as a table with one row per contact."""
     import pandas as pd
 
     columns = {}
@@ -130,7 +135,7 @@ def _matlab(run: xr.Dataset) -> bytes:
 
 
 def _to_matlab(values: np.ndarray) -> np.ndarray:
-    """Return texts as a cell array and booleans as integers."""
+    """Convert texts to a cell array and booleans to integers, for a MATLAB file."""
     if values.dtype.kind in "OUS":
         return np.array([str(value) for value in values.ravel()], dtype=object).reshape(values.shape)
     return values.astype(np.uint8) if values.dtype.kind == "b" else values

@@ -1,4 +1,4 @@
-"""NetCDF files: opening a file for reading, and the content of a file of plain arrays."""
+"""NetCDF files: read them, and write arrays with dimensions and attributes to them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from h5py.h5i import get_name
 
 from scissordyn.file.checksum import CHUNK_BYTES, checksum_line
 
-FORMAT = ("v110", "v110")
+HDF5_VERSIONS = ("v110", "v110")
 """Oldest and newest version of HDF5's file format; since 1.10 (2016) HDF5's own structures have checksums."""
 
 
@@ -29,7 +29,7 @@ class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
         if not isinstance(name, str):
             return super().__getitem__(name)
         found = self._objects.get(name)
-        if found is None or get_name(found.id) is None:  # it was deleted, and another object may have its name
+        if found is None or get_name(found.id) is None:  # the object was deleted, and another one may have the same name
             found = self._objects[name] = super().__getitem__(name)
         return found
 
@@ -39,7 +39,7 @@ class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
 
 
 class NetcdfFile(File):
-    """NetCDF file open for reading."""
+    """NetCDF file opened for reading."""
 
     _writable = False
     """Same as in the parent class, which reads the attribute even when it closes a file that could not be opened."""
@@ -65,9 +65,10 @@ def netcdf(
     variables: Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, str]]],
     attributes: Mapping[str, Any],
 ) -> memoryview:
-    """Return the file that xarray would write of the same variables: dimensions, values and attributes of each.
+    """Return the content of a NetCDF file with some variables, equal to that which xarray would write.
 
-    Texts have any length, booleans are small integers with an attribute, and missing numbers are NaN.
+    `variables` has dimensions, values and attributes by name. Texts may have any length, booleans are stored as 8-bit integers
+    with an attribute, and missing numbers as NaN.
     """
 
     def write(file: File) -> None:
@@ -93,22 +94,21 @@ def netcdf(
 
 
 def chunk_options(values: np.ndarray) -> dict[str, Any]:
-    """Return the options of h5netcdf and xarray that store an array in chunks, each with its Fletcher-32 checksum.
+    """Return the options with which h5netcdf and xarray store an array in chunks with Fletcher-32 checksums.
 
-    The options are empty for texts, whose characters HDF5 keeps outside the chunks, and for arrays without entries or
-    dimensions.
+    The options are empty for texts, because HDF5 stores characters outside the chunks, and for empty arrays and scalars.
     """
     if values.dtype.kind in "OUS" or not values.ndim or not values.size:
         return {}
     chunks = -(-values.nbytes // CHUNK_BYTES)
-    shape = (-(-len(values) // chunks), *values.shape[1:])  # equal parts, so that the last one has few unused rows
+    shape = (-(-len(values) // chunks), *values.shape[1:])  # parts of equal size, so that the last chunk has few unused rows
     return {"fletcher32": True, "chunks": shape}
 
 
 def write_content(write: Callable[[File], None]) -> memoryview:
-    """Return the content of a file that a function writes, with its checksum."""
+    """Call a function that writes to an open NetCDF file in memory; return the content of the file with its checksum line."""
     content = io.BytesIO()
-    with _Hdf5File(content, "w", libver=FORMAT, track_order=True) as hdf5, File(hdf5, "w") as file:  # type: ignore[no-untyped-call]
+    with _Hdf5File(content, "w", libver=HDF5_VERSIONS, track_order=True) as hdf5, File(hdf5, "w") as file:  # type: ignore[no-untyped-call]
         write(file)
     line = checksum_line(content.getbuffer())
     content.seek(0, io.SEEK_END)
@@ -117,7 +117,7 @@ def write_content(write: Callable[[File], None]) -> memoryview:
 
 
 def storable_text(value: Any) -> Any:
-    """Return a text without characters that NetCDF cannot hold; other values are returned unchanged."""
+    """Escape characters of a text that NetCDF cannot store; return other values unchanged."""
     if not isinstance(value, str):
         return value
     return value.replace("\0", "\\x00").encode("utf-8", "backslashreplace").decode("utf-8")

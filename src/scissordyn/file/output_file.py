@@ -1,4 +1,4 @@
-"""Output files: written completely or not at all, without overwriting files of another kind."""
+"""Write output files completely or not at all, and without overwriting files of another kind."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scissordyn.errors import InputError, command
 
 HDF_MAGIC = b"\x89HDF\r\n\x1a\n"  # first bytes of an HDF5 file
 
-OURS = "scissordyn"  # start of the title of every NetCDF file of this package
+TITLE_START = "scissordyn"  # first word of the title attribute of every NetCDF file that this package writes
 
 FIRST_BYTES = {
     ".png": (b"\x89PNG\r\n\x1a\n",),
@@ -39,21 +39,23 @@ FIRST_BYTES = {
 """First bytes of pictures, films and exported tables, by ending; in an MP4 file they follow the four bytes of a length."""
 
 
-EXPORTED = dict.fromkeys((".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv")
-DRAWN = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
-FILMED = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
-OTHER_ENDINGS = {**EXPORTED, **DRAWN, **FILMED, ".toml": "", ".py": "", ".db": ""}
-"""Endings of files that are not NetCDF, with the command that makes such a file from a saved run."""
+EXPORT_COMMANDS = dict.fromkeys(
+    (".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv"
+)
+PICTURE_COMMANDS = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
+FILM_COMMANDS = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
+OTHER_ENDINGS = {**EXPORT_COMMANDS, **PICTURE_COMMANDS, **FILM_COMMANDS, ".toml": "", ".py": "", ".db": ""}
+"""File name endings that do not mean NetCDF, each with the command that makes such a file from a saved run."""
 
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
-    """Return the size of a regular file [bytes]; None for anything else, for example a device, which may have no end."""
+    """Return the size of a regular file [bytes]; None for a folder, device or pipe, whose content may be endless."""
     status = os.stat(path)
     return status.st_size if stat.S_ISREG(status.st_mode) else None
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Raise `InputError` if the name has the ending of another kind of file; the content is always NetCDF."""
+    """Raise `InputError` if a name for a NetCDF file has the ending of another kind of file."""
     ending = Path(path).suffix.lower()
     if ending in OTHER_ENDINGS:
         then = OTHER_ENDINGS[ending]
@@ -73,20 +75,20 @@ def check_target(
         raise InputError(f"cannot write '{path}': {_reason(error)}", "a path that can be written", sample) from None
     if size is None:
         what = "it is a folder" if os.path.isdir(path) else "it is not a regular file"
-        raise InputError(f"cannot write '{path}': {what}", "the name of a file", sample)
+        raise InputError(f"cannot write '{path}': {what}", "the name of a regular or new file", sample)
     ending = Path(path).suffix.lower()
     if beginning:
         if size and not _starts_with(path, beginning):
             raise InputError(
                 f"'{path}' exists and is not a case file of scissordyn; it is not overwritten",
-                "a name that is not taken",
+                "the name of a new file",
                 sample,
             )
         return
     if size == 0 or (_is_picture(path, ending) if ending in FIRST_BYTES else _is_result(path, replace_broken)):
         return
     kind = f"not a {ending.removeprefix('.').upper()} file" if ending in FIRST_BYTES else "not a NetCDF file of scissordyn"
-    raise InputError(f"'{path}' exists and is {kind}; it is not overwritten", "a name that is not taken", sample)
+    raise InputError(f"'{path}' exists and is {kind}; it is not overwritten", "the name of a new file", sample)
 
 
 def _is_picture(path: str | os.PathLike[str], ending: str) -> bool:
@@ -94,7 +96,7 @@ def _is_picture(path: str | os.PathLike[str], ending: str) -> bool:
 
 
 def _starts_with(path: str | os.PathLike[str], beginning: bytes, after: int = 0) -> bool:
-    """Report whether a file begins with some bytes, after the first `after` bytes."""
+    """Return True if a file has the bytes `beginning` after its first `after` bytes."""
     try:
         with open(path, "rb") as file:
             return file.read(after + len(beginning))[after:] == beginning
@@ -111,24 +113,24 @@ def _is_result(path: str | os.PathLike[str], replace_broken: bool) -> bool:
         return False
     from scissordyn.file.netcdf import NetcdfFile
 
-    for _ in range(2):  # an interrupt inside the library, like half a file, raises any exception, but only once
+    for _ in range(2):  # an interrupt inside the library raises any exception, as a damaged file does, but not a second time
         try:
             with NetcdfFile(path) as stored:
-                return str(stored.attrs.get("title", "")).startswith(OURS)
+                return str(stored.attrs.get("title", "")).startswith(TITLE_START)
         except Exception:
             continue
     return replace_broken
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as comma-separated values."""
+    """Return rows as the text of a CSV file."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
 
 
 def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sample: str = "-o run.nc") -> Path:
-    """Write a file completely or not at all; raise `InputError` if that is not possible."""
+    """Write a file completely or not at all; raise `InputError` if it cannot be written."""
     wanted = Path(path)
     try:
         put_file(wanted, content)
@@ -171,7 +173,7 @@ def _link(part: Path, target: Path) -> None:
 
 
 def remove_unfinished(path: str | os.PathLike[str]) -> None:
-    """Remove unfinished files of a target whose writers were killed."""
+    """Remove temporary files of a target whose writing processes were killed."""
     for left in _find_unfinished(Path(os.path.realpath(path))):
         left.unlink(missing_ok=True)
 
@@ -181,20 +183,20 @@ def _reason(error: Exception) -> str:
 
 
 def _prefix(target: Path) -> str:
-    """Return the start of a hidden file name; its length does not depend on the target's name."""
+    """Return the first characters of the name of a target's temporary files; a digest keeps them short."""
     return f".{hashlib.sha256(os.fsencode(target.name)).hexdigest()[:16]}."
 
 
 @contextlib.contextmanager
 def _open_part(target: Path) -> Iterator[tuple[Path, int]]:
-    """Yield a new locked file in the target's folder, and its handle; remove the file at the end if it still exists."""
+    """Yield a new locked temporary file in the target's folder and its handle; remove the file at the end, unless renamed."""
     while True:
         part = target.parent / f"{_prefix(target)}{secrets.token_hex(4)}.part"
         # the permissions are those of any new file, as the user's mask leaves them
         handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
         if lock_file(handle) and part.exists():
             break
-        os.close(handle)  # another process took the file for an unfinished one
+        os.close(handle)  # another process removed the file before it was locked
     try:
         yield part, handle
     finally:
@@ -203,8 +205,8 @@ def _open_part(target: Path) -> Iterator[tuple[Path, int]]:
 
 
 def _find_unfinished(target: Path) -> Iterator[Path]:
-    """Yield unfinished files of a target whose writers have ended."""
-    for part in target.parent.glob(f"{_prefix(target)}*.part") if LOCKS else ():
+    """Yield temporary files of a target whose writing processes have ended."""
+    for part in target.parent.glob(f"{_prefix(target)}*.part") if CAN_LOCK else ():
         try:
             handle = os.open(part, os.O_WRONLY)
         except OSError:
@@ -216,12 +218,12 @@ def _find_unfinished(target: Path) -> Iterator[Path]:
             os.close(handle)
 
 
-# True if files can be locked; on Windows an open file cannot be deleted, which protects it as well
-LOCKS = sys.platform != "win32"
+# True if files can be locked; Windows needs no lock, because an open file cannot be deleted there
+CAN_LOCK = sys.platform != "win32"
 
 
 def lock_file(handle: int, *, shared: bool = False) -> bool:
-    """Lock an open file until it is closed or the process ends; return False at once if another process holds it."""
+    """Lock an open file until it is closed or the process ends; return False immediately if another process has locked it."""
     if sys.platform == "win32":
         return True
     import fcntl

@@ -11,10 +11,10 @@ from pathlib import Path
 from scissordyn.errors import InputError, ScissordynError
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
-"""Commands of browsers that print without a window."""
+"""Commands of browsers that can print a page without opening a window."""
 
 
-START = b"%PDF-"  # first bytes of a PDF file
+PDF_MAGIC = b"%PDF-"  # first bytes of a PDF file
 
 
 def print_pdf(page: bytes, sample: str = "-o report.html") -> bytes:
@@ -38,6 +38,6 @@ def print_pdf(page: bytes, sample: str = "-o report.html") -> bytes:
             content = target.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise ScissordynError(f"{browser} did not print the report: {type(error).__name__}") from None
-    if not content.startswith(START):
+    if not content.startswith(PDF_MAGIC):
         raise ScissordynError(f"{browser} did not print the report: its output is not a PDF")
     return content

@@ -12,12 +12,12 @@ LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose version
 
 PACKAGE = Path(__file__).parents[1]
 
-DISPLAY_ROOMS = ("cli", "plot")  # rooms that only show numbers; every other source counts, including new ones
+DISPLAY_ROOMS = ("cli", "plot")  # subpackages that only show results; the digest includes all other sources
 
 
 @cache
 def provenance(skip: tuple[str, ...] = DISPLAY_ROOMS, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
-    """Return the versions and a digest of the sources that results may depend on, as JSON; equal texts mean equal results."""
+    """Return library versions and a digest of the sources that may affect results, as JSON; equal texts mean equal results."""
     digest = hashlib.sha256()
     for package in packages:
         left_out = [package / name for name in skip]

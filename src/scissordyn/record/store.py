@@ -13,7 +13,7 @@ import numpy as np
 
 from scissordyn.casefile.configuration import ATTRIBUTE, TITLE
 from scissordyn.errors import InputError
-from scissordyn.file.output_file import OURS, check_name, check_target, regular_size, write_file
+from scissordyn.file.output_file import TITLE_START, check_name, check_target, regular_size, write_file
 from scissordyn.record.results import Results, Run
 from scissordyn.units import checked
 
@@ -95,7 +95,7 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
         raise InputError(
             f"cannot read '{path}' as a run: {reason}", "a NetCDF file that scissordyn wrote whole", example
         ) from None
-    if not str(run.attrs.get("title", "")).startswith(OURS):
+    if not str(run.attrs.get("title", "")).startswith(TITLE_START):
         raise InputError(f"'{path}' is not a run of scissordyn", "a NetCDF file that scissordyn wrote")
     if not has_checksum:
         warnings.warn(f"'{path}' has no checksum: damage to it is not noticed; sd.save() writes it with one", stacklevel=3)
@@ -122,7 +122,7 @@ def _writable(run: xr.Dataset) -> xr.Dataset:
     from scissordyn.file.netcdf import storable_text
 
     attributes = {name: storable_text(value) for name, value in run.attrs.items()}
-    attributes.setdefault("title", OURS)
+    attributes.setdefault("title", TITLE_START)
     changed: dict[Any, xr.Variable] = {}
     for name, variable in run.variables.items():
         if variable.dtype.kind in "OU":

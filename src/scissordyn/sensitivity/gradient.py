@@ -22,7 +22,7 @@ from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended
 from scissordyn.sensitivity.forward import MISFIT_MAX, Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
-from scissordyn.sensitivity.measure import WITH_INTEGRALS, check_measure, derivative_of, value_of_response
+from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.studies.ask.requirement import Response, check_part, read_response
 from scissordyn.units import Meaning, checked
@@ -121,7 +121,7 @@ def gradient(
     ideal = ideal_path(made, options) if compared else None
     parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
     values, slopes, smooth, limits = np.full(len(responses), math.nan), [], [], list[_Limit]()
-    integrals, misfit, runs = any(response.measure in WITH_INTEGRALS for response in responses), 0.0, 0
+    integrals, misfit, runs = any(response.measure in INTEGRAL_MEASURES for response in responses), 0.0, 0
     for first in range(0, len(parameters), DERIVATIVES):
         several = parameters[first : first + DERIVATIVES]
         run = forward(made, options, seeds[first : first + DERIVATIVES], integrals=integrals, ideal=ideal, progress=progress)

@@ -1,4 +1,4 @@
-"""Checks of a run that was read from a file: files may be damaged, or made by other programs."""
+"""Check a run that was read from a file, which may be damaged or written by another program."""
 
 from __future__ import annotations
 
@@ -14,47 +14,47 @@ from scissordyn.model.mechanism import Mechanism
 if TYPE_CHECKING:
     import xarray as xr
 
-POINTS, TURNS = ("time", "body", "axis"), ("time", "body")
+VECTOR_DIMS, ANGLE_DIMS = ("time", "body", "axis"), ("time", "body")  # dimensions of positions and of angles of bodies
 
-MOTION = {
-    **dict.fromkeys(("position", "velocity", "acceleration"), POINTS),
-    **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), TURNS),
+MOTION_VARIABLES = {  # dimensions of the variables of the bodies' motion
+    **dict.fromkeys(("position", "velocity", "acceleration"), VECTOR_DIMS),
+    **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), ANGLE_DIMS),
 }
-# energies and works of every run
-ENERGIES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
+# variables of every run: energies and works
+ENERGY_VARIABLES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
 
 # variables of every run that have a finite value at every instant
-FINITE_VARIABLES = {"time": ("time",), **MOTION, **dict.fromkeys(ENERGIES, ("time",))}
+FINITE_VARIABLES = {"time": ("time",), **MOTION_VARIABLES, **dict.fromkeys(ENERGY_VARIABLES, ("time",))}
 
-JOINTS = {
+JOINT_VARIABLES = {
     "reaction": ("time", "joint", "axis"),
     "reaction_moment": ("time", "joint"),
     "eccentricity": ("time", "joint", "axis"),
     **dict.fromkeys(("indentation", "normal_force", "friction_force", "slip_speed", "in_contact"), ("time", "joint")),
     "clearance": ("joint",),
 }
-"""Variables of runs with clearance joints, NaN for ideal joints."""
+"""Variables of runs with clearance joints and their dimensions; NaN for ideal joints."""
 
-CONTACTS = (
+CONTACT_VARIABLES = (
     *("contact_start", "approach_speed", "contact_angle", "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"),
     *("contact_duration", "rebound_speed"),
 )
-"""Variables that describe each contact, besides its joint."""
+"""Variables along the dimension `contact`, in addition to `contact_joint`."""
 
-# variables of events, with the kind of their values
-EVENTS = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
+# variables along the dimension `event`, with the dtype kind of their values
+EVENT_VARIABLES = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
 
-NAMES = ("body", "joint", "axis")
+NAME_COORDINATES = ("body", "joint", "axis")  # coordinates with names
 
-TEXTS = ("status", "cause", "configuration")  # attributes of every run that are texts
+TEXT_ATTRIBUTES = ("status", "cause", "configuration")  # attributes of every run that are texts
 
-EXPECTED = "a run as scissordyn wrote it"
+EXPECTED_RUN = "a run as scissordyn wrote it"
 
 
 def check_run(run: xr.Dataset) -> None:
-    """Raise `InputError` unless a dataset has the attributes and variables of a run, with their dimensions, types and units."""
+    """Raise `InputError` unless a dataset has all attributes and variables of a run, with right dimensions, types and units."""
     _check_attributes(run.attrs)
-    for name, dims in (*FINITE_VARIABLES.items(), *((name, (name,)) for name in NAMES)):
+    for name, dims in (*FINITE_VARIABLES.items(), *((name, (name,)) for name in NAME_COORDINATES)):
         _check_dims(run, name, dims)
     for variable_name, variable in run.variables.items():
         _check_variable(str(variable_name), variable)
@@ -63,38 +63,40 @@ def check_run(run: xr.Dataset) -> None:
             raise _make_error(name, "has values that are not finite")
     if np.any(np.diff(run["time"].values) < 0.0):
         raise _make_error("time", "decreases")
-    # a run with ideal joints has the dimension of contacts, with length zero
+    # in a run with ideal joints the dimension of contacts has length zero
     if "indentation" in run or run.sizes.get("contact"):
-        for name, dims in JOINTS.items():
+        for name, dims in JOINT_VARIABLES.items():
             _check_dims(run, name, dims)
     if "contact" in run.sizes:
         _check_contacts(run)
     if "event" in run.sizes:
-        for name in EVENTS:
+        for name in EVENT_VARIABLES:
             _check_dims(run, name, ("event",))
         if not np.all(np.isfinite(run["event_time"].values)):
             raise _make_error("event_time", "has values that are not finite")
 
 
 def check_names(run: xr.Dataset, mechanism: Mechanism) -> None:
-    """Raise `InputError` if the bodies or joints of a run are not those of its mechanism."""
+    """Raise `InputError` unless the bodies and joints of a run have the names of those of its mechanism."""
     for dim, names in (("body", [body.name for body in mechanism.bodies]), ("joint", list(mechanism.joint_names))):
         if run[dim].values.tolist() != names:
             raise _make_error(dim, "has other names than the run's mechanism")
 
 
 def _make_error(name: str, what: str) -> InputError:
-    return InputError(f"damaged run: the variable '{name}' {what}", EXPECTED)
+    return InputError(f"damaged run: the variable '{name}' {what}", EXPECTED_RUN)
 
 
 def _check_attributes(attributes: dict[Any, Any]) -> None:
-    for name in TEXTS:
+    for name in TEXT_ATTRIBUTES:
         if not isinstance(attributes.get(name), str):
-            raise InputError(f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {EXPECTED}")
+            raise InputError(
+                f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}", f"a text, in {EXPECTED_RUN}"
+            )
     for name, always in (("end", True), ("trusted_until", False)):
         value = attributes.get(name)
         if (always or value is not None) and not (is_number(value) and np.isfinite(float(value))):  # type: ignore[arg-type]
-            raise InputError(f"damaged run: the attribute '{name}' is {shown(value)}", f"a finite number, in {EXPECTED}")
+            raise InputError(f"damaged run: the attribute '{name}' is {shown(value)}", f"a finite number, in {EXPECTED_RUN}")
     for name, kind in (("statistics", dict), ("warnings", list)):
         try:
             content = json.loads(attributes.get(name, ""))
@@ -102,12 +104,12 @@ def _check_attributes(attributes: dict[Any, Any]) -> None:
             content = None
         if not isinstance(content, kind):
             what = f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}"
-            raise InputError(what, f"JSON, in {EXPECTED}")
+            raise InputError(what, f"JSON, in {EXPECTED_RUN}")
 
 
 def _check_dims(run: xr.Dataset, name: str, dims: tuple[str, ...]) -> None:
     if name not in run.variables:
-        raise InputError(f"damaged run: the variable '{name}' is missing", EXPECTED)
+        raise InputError(f"damaged run: the variable '{name}' is missing", EXPECTED_RUN)
     if run[name].dims != dims:
         raise _make_error(
             name, f"has the dimensions {', '.join(map(str, run[name].dims)) or 'none'}; expected {', '.join(dims)}"
@@ -115,11 +117,11 @@ def _check_dims(run: xr.Dataset, name: str, dims: tuple[str, ...]) -> None:
 
 
 def _check_variable(name: str, variable: xr.Variable) -> None:
-    """Raise `InputError` unless names and units are texts, and other variables are numbers with a unit and a long name."""
+    """Raise `InputError` for a wrong variable: names must be different texts, other values numbers with a unit."""
     if not isinstance(variable.attrs.get("long_name"), str):
         raise _make_error(name, "has no long name")
     named = variable.dims == (name,) and name != "time"
-    if named or name == "contact_joint" or name.endswith("_unit") or EVENTS.get(name) == "U":
+    if named or name == "contact_joint" or name.endswith("_unit") or EVENT_VARIABLES.get(name) == "U":
         values = variable.values.tolist()
         if variable.dtype.kind not in "OU" or not all(isinstance(value, str) for value in values):
             raise _make_error(name, f"holds {variable.dtype}, not texts")
@@ -133,7 +135,7 @@ def _check_variable(name: str, variable: xr.Variable) -> None:
 
 
 def _check_contacts(run: xr.Dataset) -> None:
-    for name in ("contact_joint", *CONTACTS):
+    for name in ("contact_joint", *CONTACT_VARIABLES):
         _check_dims(run, name, ("contact",))
     if not set(run["contact_joint"].values.tolist()) <= set(run["joint"].values.tolist()):
         raise _make_error("contact_joint", "names joints that the run does not have")

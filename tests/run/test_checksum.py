@@ -63,7 +63,7 @@ def test_run_without_checksum(whole: Path, tmp_path: Path) -> None:
     """Contract: files of other programs are read with a warning; saved again they have a checksum."""
     other = tmp_path / "other.nc"
     sd.load(whole).to_netcdf(other, engine="h5netcdf")
-    with pytest.warns(UserWarning, match=re.escape(f"'{other}' has no checksum: damage to it is not noticed")):
+    with pytest.warns(UserWarning, match=re.escape(f"'{other}' has no checksum: damage cannot be detected")):
         run = sd.load(other)
     sd.save(run, other)
     xr.testing.assert_identical(sd.load(other), sd.load(whole))

@@ -22,7 +22,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import guard_values
-from scissordyn.record.events import ACCOUNTS, accounts
+from scissordyn.record.events import ENERGY_TERMS, accounts
 from scissordyn.record.warn import Extremes
 from scissordyn.run.advance.driver import Choice, Driver, Snapshot, count_steps
 from scissordyn.run.stops import stops
@@ -160,7 +160,7 @@ def _run_cycles(
         "dissipated_energy": np.zeros(cycles),
         "steps": np.zeros(cycles, np.int64),
     }
-    losses = [name.endswith("loss") for name in ACCOUNTS]
+    losses = [name.endswith("loss") for name in ENERGY_TERMS]
     extremes = Extremes(driver.plan)
     done, events, cause, end = 0, 0, "", driver.snapshot()
     began, before = clocks.perf_counter(), count_steps(driver.state)
@@ -176,7 +176,7 @@ def _run_cycles(
             rows["peak_force"][done] = _peak_forces(driver)
             booked = accounts(driver.plan, driver.state.total[None], log, np.array([math.inf]))[0]
             rows["drive_work"][done], rows["dissipated_energy"][done] = (
-                booked[ACCOUNTS.index("drive_work")],
+                booked[ENERGY_TERMS.index("drive_work")],
                 booked[losses].sum(),
             )
             rows["steps"][done] = stop.steps

@@ -1,1 +1,1 @@
-"""Contents of a computed motion: variables as plain arrays, the Dataset, its summary and the saved file."""
+"""Results of a run: variables as arrays, the Dataset, the summary, the warnings and the saved file."""

@@ -1,4 +1,4 @@
-"""``run.scissordyn``: what a run can do by itself, in xarray's own way."""
+"""Accessor ``run.scissordyn`` of xarray: mechanism, summary, citations and export of a run."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ class RunAccessor:
 
     @property
     def mechanism(self) -> Mechanism:
-        """The mechanism that was run; `InputError` if it uses functions in a file of the user's."""
+        """Mechanism of the run; raises `InputError` if it uses functions in a user's file."""
         return read_configuration(self._run).build_mechanism()
 
     def summary(self) -> Summary:
-        """Return tracked points with tolerances, actuators with limits, largest force, span, work and horizon."""
+        """Return the summary: tracked points, actuators, largest force, span, work and predictability horizon."""
         return summary_of(self._run)
 
     def citations(self) -> Citations:
-        """Return publications of the mechanism, laws, components and methods of the run, as text or as ``.bibtex``."""
+        """Return the publications of the run's mechanism, laws, components and methods; ``.bibtex`` is their BibTeX text."""
         return citations(self._run)
 
     def export(self, path: str | os.PathLike[str]) -> Path:
-        """Write the run as a table, .csv or .parquet, or with all its arrays, .mat; see `file.export`."""
+        """Write the run as a table (.csv or .parquet) or with all its arrays (.mat)."""
         return export(self._run, path)

@@ -1,4 +1,4 @@
-"""Internal loads of bars that bend by modes, at places along them: axial force, bending moment, stress, energy, deflection."""
+"""Internal forces of flexible bars with modes: axial and shear force, bending moment, strain and stress along the bar."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from scissordyn.warning import RunWarning, warning
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 FORCE_FRACTION_MIN = 0.1
-"""Part of the largest force of a run that a contact has to reach for its duration to count: slighter touches excite little."""
+"""[of the run's largest force] Contacts with smaller forces are ignored by `mode_warnings`: they excite little vibration."""
 
-SPAN_PARTS = 4  # [parts] of a span between two cross-sections; moments are reported at their ends
+SPAN_PARTS = 4  # Number of parts into which the span between two cross-sections is divided; moments are reported at their ends
 
 
-VARIABLES = (
+PART_VARIABLES = (
     ("axial_force", "N", "axial force, tension positive (beam)"),
     ("start_moment", "N m", "bending moment at the start (beam)"),
     ("end_moment", "N m", "bending moment at the end (beam)"),
@@ -44,22 +44,22 @@ VARIABLES = (
     ("energy", "J", "stored energy (beam)"),
     ("deflection", "m", "of the end, across the line between the ends of the bar (beam)"),
 )
-"""Name, unit and meaning of what parts of bars carry."""
+"""Name, unit and meaning of the variables of each part of a bar."""
 
 
 class Resultants(NamedTuple):
-    """Forces and moments of the part of a bar beyond each place on the part before it, shape (nt, places).
+    """Internal forces at places along a bar: those of the part after each place on the part before it, shape (nt, places).
 
-    Each twice, before and after what acts at the place itself: axial and shear force [N], bending moment [N m].
+    Each has two values, just before and just after a load at the place itself.
     """
 
-    axial: tuple[np.ndarray, np.ndarray]
-    shear: tuple[np.ndarray, np.ndarray]
-    moment: tuple[np.ndarray, np.ndarray]
+    axial: tuple[np.ndarray, np.ndarray]  # [N]
+    shear: tuple[np.ndarray, np.ndarray]  # [N]
+    moment: tuple[np.ndarray, np.ndarray]  # Bending moment [N m]
 
 
 def marks_of(bar: FlexibleBar) -> np.ndarray:
-    """Return the distances of the ends of the parts of a bar from its first end [m]."""
+    """Return the distances of the boundaries between the parts of a bar from its first end [m]."""
     places = np.array(bar.places) - bar.places[0]
     inside = [np.linspace(a, b, SPAN_PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
     return np.append(np.concatenate(inside), places[-1])
@@ -71,16 +71,16 @@ def part_names(bar: FlexibleBar) -> list[str]:
 
 @dataclass(frozen=True)
 class BarMotion:
-    """Motion of a bar at given instants."""
+    """Motion of a flexible bar, and the loads along it, at given instants."""
 
-    vectors: np.ndarray  # (nt, count, 2) Of its shapes; accelerations less gravity
-    rates: np.ndarray  # (nt, count, 2)
-    accelerations: np.ndarray  # (nt, count, 2)
-    factor: np.ndarray  # (nt,) Of its temperatures
-    # Components that run along the bar: places, shape (nt,) [m], and forces there, shape (nt, 2) [N]
+    vectors: np.ndarray  # (nt, count, 2) Vectors that multiply the bar's shape functions
+    rates: np.ndarray  # (nt, count, 2) Their rates
+    accelerations: np.ndarray  # (nt, count, 2) Their accelerations minus gravity
+    factor: np.ndarray  # (nt,) Factor on its temperatures
+    # Components that move along the bar: distance from its first end, shape (nt,) [m], and force there, shape (nt, 2) [N]
     running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
-    # Contacts and films on cross-sections without their own direction: index, torque and pull along it, shape (nt,)
-    # [N m]
+    # Contacts and films on cross-sections that follow the slope of the bar: index of the cross-section, torque, and generalised
+    # force along the slope, shape (nt,) [N m]
     turning: tuple[tuple[int, np.ndarray, np.ndarray], ...] = ()
 
 
@@ -100,7 +100,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
     joints = enumerate(plan.mechanism.clearance_joints)
     for i, joint in (*joints, *((films + f, joint) for f, (joint, _, _) in enumerate(plan.lubricated))):
         journal, bearing = plan.coordinates.place(joint.journal), plan.coordinates.place(joint.bearing)
-        # the force of a film acts on the bearing at the journal's centre, not at the bearing's own centre
+        # the force of a film on the bearing acts at the journal's centre, not at the bearing's centre
         pulls = np.zeros(time.size), np.sum(record.wrench[:, i, :2] * (journal.at(record.X) - bearing.at(record.X)), axis=1)
         for side, (body, _) in enumerate((joint.journal, joint.bearing)):
             if body in plan.coordinates.natural.tangents:
@@ -120,7 +120,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
 
 
 def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
-    """Return the temperature factor of a bar at some instants."""
+    """Return the factor on a bar's temperatures at given instants, shape (nt,)."""
     factor = np.ones(time.size)
     if bar.time_function is not None:
         rows, value = function_rows(bar.time_function, 0.0), np.zeros(4)
@@ -131,7 +131,7 @@ def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
 
 
 def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return R' at some places, the strain that causes elastic stress, the strain rate that is damped, and the unit tangent."""
+    """Return at places along a bar: R', the elastic strain, the damped strain rate, and the unit tangent."""
     slopes, damped = axis.shapes.at(places, 1), np.zeros((motion.factor.size, len(places)))
     slope = slopes @ motion.vectors
     size = np.sqrt(slope[..., 0] ** 2 + slope[..., 1] ** 2)
@@ -146,16 +146,18 @@ def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def outside_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """Return outside forces, without weight, on the vectors of a bar's shapes, shape (nt, count, 2) [N].
+    """Return the generalised forces of external loads, without weight, on a bar's shape vectors, shape (nt, count, 2) [N].
 
-    Of the points these are forces at the cross-sections, of directions d the parts of a couple d x force; what runs along the
-    bar or turns a cross-section without a direction of its own is left out.
+    For points these are the forces at cross-sections. For directions d they are forces whose couple is d x force. Loads that
+    move along the bar, and torques on cross-sections that follow the slope of the bar, are left out.
     """
-    return np.asarray(sum(_opposed(axis, motion), axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations)))
+    return np.asarray(
+        sum(_negative_internal_forces(axis, motion), axis.bar.mass_per_length * (axis.shapes.mass @ motion.accelerations))
+    )
 
 
-def _opposed(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
-    """Return minus the generalised forces of stress, axial loads and torques on the vectors of a bar, (nt, count, 2) [N]."""
+def _negative_internal_forces(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
+    """Yield minus the generalised forces of stresses, moving loads and torques on shape vectors, (nt, count, 2) [N]."""
     yield -shape_forces(axis, motion)
     for places, exerted in motion.running:
         yield -shapes_beyond(axis, places)[..., None] * exerted[:, None]
@@ -164,11 +166,11 @@ def _opposed(axis: Axis, motion: BarMotion) -> Iterator[np.ndarray]:
 
 
 def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Record:
-    """Add the loads of the consistent mass of the beam elements to a record.
+    """Add the loads of the consistent mass matrix of beam elements and flexible bars to a record.
 
-    A body at the end of an element has half of its mass at its origin; the rest of the mass matrix times the acceleration less
-    gravity is a load, and so is what the stresses of a flexible bar exert, what runs along it or turns its cross-sections. What
-    acts along a unit direction is no moment.
+    A body at the end of an element has half of the element's mass at its origin. The rest of the mass matrix times
+    (acceleration - gravity) is a load. Other loads are the stresses of a flexible bar, components that move along it, and
+    torques on its cross-sections. A generalised force along a unit direction is not a moment and is left out.
     """
     if not bends(plan.mechanism):
         return record
@@ -176,7 +178,7 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
     natural = np.asarray((coordinates.matrix @ record.A.T).T) - coordinates.natural.uniform(plan.gravity_vector)
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
     for axis, motion in zip(coordinates.natural.axes, bar_motions(plan, record, time), strict=True):
-        for force in _opposed(axis, motion):
+        for force in _negative_internal_forces(axis, motion):
             axis.add_forces(force, inertia)
     load = record.load.copy()
     for b, body in enumerate(plan.bodies):
@@ -191,9 +193,11 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
 
 
 def _couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the parts with which torques on cross-sections without their own direction act on the vectors of shapes.
+    """Yield weights and forces by which torques on cross-sections that follow the bar's slope act on the shape vectors.
 
-    A torque M on a direction d is the force M J d on it, and this direction is the slope of the bar. Shapes (count,), (nt, 2).
+    A torque M on a direction d is the generalised force M J d on it; here d is the slope of the bar.
+
+    Shapes: weights (count,), forces (nt, 2).
     """
     for k, torque, pull in motion.turning:
         weights = axis.shapes.at(np.array([axis.shapes.places[k]]), 1)[0]
@@ -203,13 +207,13 @@ def _couple_forces(axis: Axis, motion: BarMotion) -> Iterator[tuple[np.ndarray, 
 
 
 def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
-    """Return internal forces of a bar at increasing distances from its first end, by equilibrium of the part before each.
+    """Return internal forces of a bar at increasing distances from its first end, by equilibrium of the part before each place.
 
-    With the forces R_i and couples C_i on cross-sections, f = mu (r'' - g) and sums over those up to s:
+    With the forces R_i and couples C_i on cross-sections, f = mu (r'' - g), and sums over the cross-sections up to s:
 
         F(s) = int_0^s f ds - sum R_i,  M(s) = int_0^s (r - r(s)) x f ds - sum ((r_i - r(s)) x R_i + C_i).
 
-    Both are exact for any stiffness, since the shapes hold all motions of a rigid bar.
+    Both are exact for any stiffness, because the shape functions contain all motions of a rigid bar.
     """
     shapes, count = axis.shapes, len(axis.bar.sections)
     outside = outside_forces(axis, motion)
@@ -248,7 +252,7 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
 
 
 def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping[str, Variable]) -> Variables:
-    """Return the variables of bars by modes, appended to those of beam elements, and the number of modes of each bar."""
+    """Return the variables of flexible bars, appended to those of beam elements, and the number of modes of each bar."""
     axes = plan.coordinates.natural.axes
     if not axes:
         return {}
@@ -262,7 +266,7 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
         if "beam" in variable.dims and name != "beam":
             missing = [(0, further if dim == "beam" else 0) for dim in variable.dims]
             variables[name] = variable._replace(values=np.pad(variable.values, missing, constant_values=np.nan))
-    for name, unit, text in VARIABLES:
+    for name, unit, text in PART_VARIABLES:
         parts = [table[name] for table in tables]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
@@ -281,7 +285,7 @@ def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping
 
 
 def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarray) -> dict[str, np.ndarray]:
-    """Return strain and stress in the extreme fibre, and the stress over the yield strength."""
+    """Return strain and stress in the extreme fibre, and the ratio of the stress to the yield strength."""
     strain = np.abs(axial) / part.axial_stiffness + 0.5 * part.depth * np.abs(moment) / part.bending_stiffness
     stress = part.youngs_modulus * strain
     utilisation = stress / part.yield_strength if part.yield_strength else 0.0 * stress
@@ -289,7 +293,7 @@ def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarra
 
 
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
-    """Return `VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
+    """Return the variables `PART_VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
     bar, ends = axis.bar, marks_of(axis.bar)
     length, places = np.diff(ends), np.insert(ends, np.arange(1, ends.size), 0.5 * (ends[1:] + ends[:-1]))
     carried = resultants(axis, motion, places)
@@ -317,12 +321,12 @@ def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
 
 
 def axial_force_at_points(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """Return elastic axial forces times weights at quadrature points, as in the equations of motion, (nt, points)."""
+    """Return elastic axial forces times weights at the quadrature points of the equations of motion, (nt, points)."""
     return np.asarray(axis.bar.axial_stiffness * (_strain(axis, motion, axis.shapes.quadrature[0])[1] @ axis.stretching))
 
 
 def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
-    """Return the forces of elastic and damping stresses of a bar on the vectors of its shapes, shape (nt, count, 2) [N]."""
+    """Return the generalised forces of elastic and damping stresses on a bar's shape vectors, shape (nt, count, 2) [N]."""
     shapes, bar = axis.shapes, axis.bar
     points, weights = shapes.quadrature
     slope, elastic, damped, tangent = _strain(axis, motion, points)
@@ -350,7 +354,7 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
 
 
 def mode_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of contacts so short that they excite bending modes that the bars do not have."""
+    """Warn of contacts so short that they would excite higher bending modes than the bars have."""
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].values.size:
         return []

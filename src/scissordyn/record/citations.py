@@ -31,24 +31,24 @@ METHODS = {
     "rodas4p": "hairer1996",
     TIME_STEPPING: "jean1999",
 }
-"""Who describes a method of integration, by its name in the statistics of a run."""
+"""Publication that describes each method of integration, by the method's name in the statistics of a run."""
 
-FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Sources of the coordinates and of the search for a static equilibrium
+FORMULATION, EQUILIBRIUM = "jalon1994", "kelley1998"  # Publications on the coordinates and on the search for an equilibrium
 
 
 @dataclass(frozen=True)
 class Citation:
-    """A publication, and what of a run it describes."""
+    """Publication, and the parts of a run that it describes."""
 
     reference: Reference
-    uses: tuple[str, ...]  # Such as "friction law lugre"
+    uses: tuple[str, ...]  # Described parts of the run, such as "friction law lugre"
 
 
 @dataclass(frozen=True)
 class Citations:
-    """Publications that a run has used."""
+    """Publications on the mechanism, laws, components and methods of a run."""
 
-    entries: tuple[Citation, ...]  # The package first, then the mechanism, laws and controllers, components and methods
+    entries: tuple[Citation, ...]  # In the order: package, mechanism, laws and controllers, components, methods
     without: tuple[str, ...] = ()  # Parts without a publication as source, such as user-defined functions
 
     def __iter__(self) -> Iterator[Citation]:
@@ -59,7 +59,7 @@ class Citations:
 
     @property
     def bibtex(self) -> str:
-        """All of them for BibTeX, what they describe as comments."""
+        """BibTeX text of all publications; a comment before each names the parts of the run that it describes."""
         return "\n\n".join(f"% {'; '.join(entry.uses)}\n{entry.reference.bibtex}" for entry in self.entries) + "\n"
 
     def __str__(self) -> str:
@@ -69,10 +69,10 @@ class Citations:
 
 
 def citations(run: xr.Dataset) -> Citations:
-    """Collect the publications that a run has used, from its own attributes."""
+    """Return the publications on a run, from the configuration and statistics in its attributes."""
     configuration = read_configuration(run)
     version = json.loads(run.attrs.get("versions", "{}")).get("scissordyn", "")
-    package = dataclasses.replace(bibliography()["scissordyn"], version=str(version))  # in the version that made the run
+    package = dataclasses.replace(bibliography()["scissordyn"], version=str(version))  # with the version that computed the run
     uses_of: dict[Reference, list[str]] = {package: ["scissordyn"]}
     without: list[str] = []
     for use, source in _sources((configuration.mechanism, configuration.absent)):
@@ -89,7 +89,7 @@ def citations(run: xr.Dataset) -> Citations:
 
 
 def _sources(value: Any) -> Iterator[tuple[str, str]]:
-    """Yield the parts of a mechanism, each with the source in its docstring."""
+    """Yield each part of a mechanism with the publication in its docstring."""
     if hasattr(value, "place") and hasattr(value, "file"):
         yield f"{value.place} {value.name} of {value.file or 'Python'}", "the user"
     elif is_described(value):

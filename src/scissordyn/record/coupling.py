@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray]:
-    """Return values and rates of a coordinate, shape (samples,)."""
+    """Return values and rates of a coordinate at the samples, each of shape (samples,)."""
     coordinates, moving = plan.coordinates, (motion.X, motion.V)
     if isinstance(coordinate, RelativeAngle):
         names, still = [body.name for body in plan.bodies], np.zeros(len(motion.X))
@@ -39,7 +39,7 @@ def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tu
         )
         return angle - base, rate - base_rate
     if isinstance(coordinate, Slide):
-        # from the origin of the base to the point, along a direction that turns with the base
+        # distance from the origin of the base to the point, along a direction that turns with the base
         cos, sin = np.cos(coordinate.direction), np.sin(coordinate.direction)
         rotation = np.array([[cos, sin], [-sin, cos]])
         way, along = (
@@ -60,7 +60,7 @@ def sampled_coordinate(plan: Plan, motion: Record, coordinate: Coordinate) -> tu
 
 
 def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
-    """Warn of couplings whose force has no point of action: bearings and moving wheel centres do not feel it."""
+    """Warn of couplings whose force has no point of action, so that bearings and moving wheel centres get no load from it."""
     warnings = list[RunWarning]()
     for part in mechanism.couplings:
         angles = [coordinate for _, coordinate in part.terms if isinstance(coordinate, RelativeAngle)]
@@ -79,7 +79,7 @@ def coupling_warnings(mechanism: Mechanism) -> list[RunWarning]:
 
 
 def flank_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of each coupling with movable wheel centres whose given flank pulls at some samples."""
+    """Warn of each coupling with movable wheel centres whose chosen flank is in tension at some samples."""
     warnings, moving = [], {constraint.name for constraint in plan.coordinates.constraints if constraint.moving}
     for part in plan.mechanism.couplings:
         if part.name not in moving or not isinstance(part.transmission, Teeth) or not part.transmission.sense:
@@ -101,9 +101,9 @@ def _rolls(part: Coupling) -> bool:
 
 
 def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling, Constraint]], force: np.ndarray) -> Variables:
-    """Return forces of teeth, belts and screws on the bodies of outputs, their points of action, and tensions of belts.
+    """Return forces of teeth, belts and screws on their output bodies, the points of action, and the tensions of belts.
 
-    Shapes: `force` (nt, couplings), what couplings exert on their outputs.
+    Shapes: `force` (nt, couplings), generalised forces of the couplings on their output coordinates.
     """
     if all(part.transmission is None for part, _ in rows):
         return {}
@@ -132,7 +132,7 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
 def _acting(
     plan: Plan, motion: Record, part: Coupling, constraint: Constraint, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force on the body of an output, and a point on its line, shape (nt, 2)."""
+    """Return the force of a coupling on its output body, and a point on its line of action, each of shape (nt, 2)."""
     coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
     slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
     if isinstance(part.transmission, Screw):
@@ -169,7 +169,7 @@ def _acting(
 
 
 def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the force of a screw on the body of an output, at the nut."""
+    """Return the force that a screw coupling exerts on its output body, and the position of the nut, each of shape (nt, 2)."""
     turns, (nut, size) = isinstance(part.output, RelativeAngle), (part.output, force)
     if turns:
         nut, size = part.input, -part.ratio * force
@@ -189,7 +189,7 @@ def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> 
 
 
 def _left(vectors: np.ndarray) -> np.ndarray:
-    """Return vectors turned left by a quarter turn, shape (nt, 2)."""
+    """Return vectors rotated counter-clockwise by a quarter turn, shape (nt, 2)."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
@@ -205,7 +205,9 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
         ("coupling", plan.mechanism.couplings, "a coupling"),
         ("coordinate_drive", plan.mechanism.coordinate_drives, "the drive of a coordinate"),
     ):
-        rows = [(part, *linear[part.name]) for part in parts if part.name in linear]  # others follow from ideal joints
+        rows = [
+            (part, *linear[part.name]) for part in parts if part.name in linear
+        ]  # the other couplings follow from ideal joints
         if not rows:
             continue
         along, terms = ("time", dim), [part.terms for part, _, _ in rows]
@@ -214,7 +216,7 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
         variables[dim] = labels(dim, [part.name for part, _, _ in rows])
         output = "output" if dim == "coupling" else "value"
         if dim == "coordinate_drive":
-            # a motion may begin some turns away from the place of the body
+            # a prescribed angle may begin full turns away from the angle of the body
             for column, (_, _, constraint) in enumerate(rows):
                 if constraint.turning:
                     values[:, column] += math.tau * np.round(
@@ -244,10 +246,10 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
 
 
 def _joined(units: list[str]) -> str:
-    """Return the unit of some values, or the units of values of several."""
+    """Return the common unit of some values, or their units separated by commas."""
     return " or ".join(dict.fromkeys(units))
 
 
 def _of_forces(units: list[str]) -> str:
-    """Return the unit of the generalised force on a coordinate of each given unit."""
+    """Return the unit of the generalised force on coordinates with the given units."""
     return _joined(["N m" if unit == "rad" else "N" for unit in units])

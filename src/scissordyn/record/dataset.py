@@ -1,4 +1,4 @@
-"""A trajectory as the Dataset that the user reads."""
+"""Convert a trajectory to the variables and attributes of a run's Dataset."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.record.bars import bar_variables
 from scissordyn.record.coupling import coupling_variables
-from scissordyn.record.events import ACCOUNTS, accounts, contact_variables, event_variables
+from scissordyn.record.events import ENERGY_TERMS, accounts, contact_variables, event_variables
 from scissordyn.record.film import film_variables
 from scissordyn.record.results import Results, Variables, described, labels, located
 from scissordyn.record.track import track_variables
@@ -38,7 +38,7 @@ from scissordyn.units import State
 
 
 def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
-    """Return all results of a run, from its records alone."""
+    """Return all variables and attributes of a run."""
     variables = {
         "time": described("time", path.samples.time, "s", "time"),
         "body": labels("body", [body.name for body in plan.bodies]),
@@ -58,7 +58,10 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
     }
     components = component_variables(plan, path, record)
     for name in components.keys() & variables.keys():
-        raise InputError(f"a component's variable '{name}', which every run has", "another section or name of the output")
+        raise InputError(
+            f"the output '{name}' of a component has the name of a variable of every run",
+            "another name of the output or component",
+        )
     variables |= components
     attributes = {
         "title": TITLE,
@@ -101,7 +104,7 @@ def motion_variables(plan: Plan, record: Record) -> Variables:
     return variables
 
 
-WEAR = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
+PV_TEXT = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
 def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
@@ -112,7 +115,7 @@ def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.
 
 
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """Return quantities of each joint; those of clearance joints are NaN at ideal ones."""
+    """Return the variables along `joint`; variables of clearance joints are NaN for ideal joints."""
     per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
     found = transmitted(plan, record, path.samples.time)
     variables = {
@@ -151,15 +154,15 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
 
 
 def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
-    """Return the located maxima of each joint; NaN for a quantity that the joint does not have."""
+    """Return the largest values of each joint, located between samples; NaN for a quantity that the joint does not have."""
     joints, about = len(plan.mechanism.joint_names), "friction over the static limit of its law"
     bristles = at[path.monitored(FRICTION_RATIO)]
     variables = {}
     if path.peaks(PRESSURE_VELOCITY).size:
         product = spread(path.peaks(PRESSURE_VELOCITY), at, joints)
         variables = {
-            "peak_pressure_velocity": described("joint", product["largest"], "Pa m/s", f"largest {WEAR}"),
-            "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {WEAR}"),
+            "peak_pressure_velocity": described("joint", product["largest"], "Pa m/s", f"largest {PV_TEXT}"),
+            "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {PV_TEXT}"),
         }
     variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
     if bristles.size:
@@ -172,7 +175,7 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
 
 
 def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """Return the declared outputs of the components, along one dimension for each kind."""
+    """Return the declared outputs of the components; each kind of component has its own dimension."""
     variables: Variables = {}
     peaks = path.peaks(COMPONENT_FORCE)
     monitored = path.monitored(COMPONENT_OUTPUT).tolist()
@@ -232,7 +235,7 @@ def _rod_variables(plan: Plan, record: Record) -> Variables:
 
 
 def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    """Return quantities of each actuator; internal states and recorded signals are NaN at controllers without them."""
+    """Return the variables along `actuator`; internal states and signals are NaN for controllers without them."""
     chosen = plan.actuators
     if not chosen:
         return {}
@@ -263,7 +266,7 @@ def _control_variables(plan: Plan, path: Trajectory, record: Record) -> Variable
 def _enter_state(
     variables: Variables, declared: State, dims: tuple[str, str], parts: int, place: int, values: np.ndarray
 ) -> None:
-    """Write an internal state of one of several parts, NaN at those that do not have it."""
+    """Write the values of one part's internal state to a variable, which is NaN for parts without that state."""
     if declared.name not in variables:
         empty = np.full((values.size, parts), np.nan)
         variables[declared.name] = described(dims, empty, declared.unit, declared.name.replace("_", " "))
@@ -271,7 +274,7 @@ def _enter_state(
 
 
 def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    account = dict(zip(ACCOUNTS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
+    account = dict(zip(ENERGY_TERMS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
     energy = record.kinetic + record.potential + record.elastic + record.stored
     lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
     work = account["drive_work"] + account["load_work"] + account["motor_work"]
@@ -298,7 +301,7 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         return {}
     variables = {
         "drive": labels("drive", [drive.body for drive in plan.drives]),
-        # `drive_torque` is that of the first drive; further variables hold all drives
+        # `drive_torque` is the torque of the first drive; `drive_torques` has all drives
         "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
         **located("peak_drive_torque", "drive", path.peaks(DRIVE_TORQUE), "N m", "driving torque"),
     }
@@ -307,21 +310,21 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     return variables
 
 
-BAR = re.compile(r"(unit \d+)/bar ([12])")
+ARRAY_BAR = re.compile(r"(unit \d+)/bar ([12])")  # Name of a bar in an array of scissor units
 
 
 def synchronisation_variables(plan: Plan, record: Record) -> Variables:
-    """Return the synchronisation error of each unit, along `unit`; nothing for fewer than two units.
+    """Return the synchronisation error of each scissor unit, along `unit`; no variables for fewer than two units.
 
     With phi_1 and phi_2 the angles of its bars, the deployment angle of a unit is half of the angle between them,
-    th = (phi_1 - phi_2)/2; in a straight array that is the inclination of the bars. In an ideal array of equal units all units
+    th = (phi_1 - phi_2)/2; in a straight array this is the inclination of the bars. In an ideal array of equal units, all units
     have the same deployment angle at every instant. The synchronisation error of unit k is the difference
 
         e_k = th_k - th_1
     """
     bars: dict[str, dict[str, int]] = {}
     for place, body in enumerate(plan.bodies):
-        match = BAR.fullmatch(body.name)
+        match = ARRAY_BAR.fullmatch(body.name)
         if match and body.rotates:
             bars.setdefault(match[1], {})[match[2]] = place
     units = {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
@@ -330,7 +333,7 @@ def synchronisation_variables(plan: Plan, record: Record) -> Variables:
     first, second = np.array(list(units.values())).T
     opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
     error = opening - opening[:, :1]
-    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn more or less in the angle that a bar was given
+    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn in the angle of one bar is half a turn here
     largest = np.max(np.abs(error), axis=0, initial=0.0)
     about = "deployment angle of the unit less that of the first one"
     return {

@@ -1,4 +1,4 @@
-"""The event log as tables: contacts and their estimated forces, events of components, what events add to the energy balance."""
+"""Tables from the event log: contacts with their forces, events of components, and energy that events dissipate."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.record.results import Variables, described, labels
 
-ACCOUNTS = (*POWERS, "switching_loss")
-"""The accounts of the energy balance: integrals of powers, to which events add, and what events alone dissipate."""
+ENERGY_TERMS = (*POWERS, "switching_loss")
+"""Terms of the energy balance: integrals of powers, with the jumps at events, and energy that only events dissipate."""
 
 LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss", "struck", "struck_time")
-EVENT = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
+EVENT_COLUMNS = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
 def event_variables(plan: Plan, log: np.ndarray) -> Variables:
@@ -44,13 +44,13 @@ def event_variables(plan: Plan, log: np.ndarray) -> Variables:
 
 
 def accounts(plan: Plan, total: np.ndarray, log: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the accounts of the energy balance [J] from integrals of powers (nt, powers), shape (nt, accounts)."""
+    """Return the terms of the energy balance over time [J], shape (nt, terms), from integrals of powers (nt, powers)."""
     energy = np.column_stack([total, np.zeros(len(time))])
     rows = log[log["guard"] >= len(plan.contacts)]
     if rows.size:
-        past = time[:, None] > rows["time"]  # a sample at an event is the state before it
-        energy[:, ACCOUNTS.index("drive_work")] += past @ rows["drive_work"]
-        energy[:, ACCOUNTS.index("switching_loss")] += past @ rows["loss"]
+        past = time[:, None] > rows["time"]  # a sample at the instant of an event has the state before the event
+        energy[:, ENERGY_TERMS.index("drive_work")] += past @ rows["drive_work"]
+        energy[:, ENERGY_TERMS.index("switching_loss")] += past @ rows["loss"]
     return energy
 
 
@@ -69,19 +69,21 @@ CONTACTS = {
     "contact_damping_loss": ("damping_loss", "J", "energy dissipated by damping in the contact"),
     "contact_friction_loss": ("friction_loss", "J", "energy dissipated by friction in the contact"),
 }
-"""Variables of contacts: columns of their table, with unit and meaning. A contact that the run ends has NaN as its duration."""
+"""Variables of contacts: column of the table, unit and meaning. A contact at the end of the run has the duration NaN."""
 
 IMPACT = ("struck", "struck_time")
-"""Columns of hard contacts: the largest impact as m v^2 of the single impact of its impulse [J], and the time to it from the
-start [s]; 0 of compliant ones."""
+"""Columns of hard contacts: m v^2 of a single impact with the largest impulse [J], and the time from the start to it [s].
 
-COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)
+Compliant contacts have 0.
+"""
+
+CONTACT_COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)  # Columns of the table of contacts
 
 
 def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.recarray:
-    """Return the table of contacts, ordered by onset, from the onsets and releases in an event log, with the joint index.
+    """Return the table of contacts, ordered by onset, from the onsets and releases in an event log.
 
-    `peak` is for contacts that have not ended, `companion` is of `monitored`.
+    `peak` has the largest values of contacts that have not ended. `companion` is the array of `monitored.companions`.
     """
     begun, rows = dict[int, tuple[float, float, float, float]](), []
 
@@ -94,7 +96,7 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
         losses = impulse, damping, friction
         rows.append((joint, start, approach, angle, mass, *peaks, duration, rebound, *losses, struck[0], struck[1] - start))
 
-    for guard, mode, time, rate, angle, mass, *largest in log[log["guard"] < companion.size][list(EVENT)].tolist():
+    for guard, mode, time, rate, angle, mass, *largest in log[log["guard"] < companion.size][list(EVENT_COLUMNS)].tolist():
         joint = int(guard)
         if mode == RISE:
             begun[joint] = time, rate, angle, mass if mass > 0.0 else math.nan
@@ -105,12 +107,15 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
         if companion[joint] >= 0:
             largest[-2:] = peak[["largest", "largest_time"]][companion[joint]].tolist()
         close(joint, math.nan, math.nan, largest)
-    table = np.array(rows, [("joint", int), *((name, float) for name in COLUMNS)])
+    table = np.array(rows, [("joint", int), *((name, float) for name in CONTACT_COLUMNS)])
     return table[np.argsort(table["start"], kind="stable")].view(np.recarray)
 
 
 def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
-    """Return the table of contacts, with estimated peaks for hard ones; `step` is that of time stepping."""
+    """Return the variables along `contact` from the table of contacts.
+
+    Largest forces of hard contacts are estimates; `step` is the step size of time stepping [s].
+    """
     estimates = _impact_variables(plan, table, step)
     names = np.array([joint.name for joint in plan.contacts], dtype=object)
     return {
@@ -123,11 +128,11 @@ def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
     }
 
 
-LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Columns of contacts that hard ones have not
+LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Located largest forces; only compliant contacts
 
 
 def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
-    """Return the variables of impacts in hard joints; their largest force is an estimate."""
+    """Return the variables of impacts in joints with hard contact, with estimates of their largest forces."""
     hard = plan.hard_places
     if not hard:
         return {}
@@ -136,7 +141,7 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
         here, clearance = table["joint"] == j, plan.clearances[j]
         struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
         estimate[here] = np.fmax(struck, lasting)
-        # what is largest in the first step of a contact may be an impulse that others pass on to it
+        # the largest impulse in the first step of a contact may come from impacts at other joints
         lasting = np.where(table["peak_normal_time"][here] > step, lasting, 0.0)
         approach = peak_forces(clearance, table["effective_mass"][here] * table["approach_speed"][here] ** 2)
         least[here] = np.fmin(np.fmax(approach, lasting), estimate[here])
@@ -151,18 +156,18 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
     }
 
 
-DAMPING_FACTOR_MIN = 1e-6  # [-] smaller damping factors are none: the formula would lose its digits
+DAMPING_FACTOR_MIN = 1e-6  # [-] Smaller damping factors are treated as zero, because the formula would lose digits
 
 
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
-    """Estimate the largest normal forces [N] of impacts with m v^2 [J] by the laws of a joint, shape (k,).
+    """Estimate the largest normal forces of impacts from the contact laws of a joint, shape (k,) [N].
 
-    Of a free body of mass m that comes in at v on F = F_el(delta) (1 + xi delta'/v), with s = delta'/v:
+    `struck` is m v^2 of each impact [J]. For a free body of mass m and approach speed v, the contact force
+    F = F_el(delta) (1 + xi delta'/v) and s = delta'/v give
 
         W(delta) = int F_el d delta = m v^2 ((1 - s)/xi - ln((1 + xi)/(1 + xi s))/xi^2),
 
-    so that at the deepest point, s = 0, int F_el d delta = m v^2 (xi - ln(1 + xi))/xi^2. The force is largest at some s in
-    between.
+    At the deepest point, s = 0, int F_el d delta = m v^2 (xi - ln(1 + xi))/xi^2. The force is largest at an s from 0 to 1.
     """
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping

@@ -1,4 +1,4 @@
-"""The films of lubricated joints: thickness, pressures, shares of time, Reynolds numbers, and warnings beyond their model."""
+"""Variables and warnings of oil films in lubricated joints: thickness, pressure, Reynolds numbers, warming, validity."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from scissordyn.record.sampling import time_mean
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.warning import RunWarning, warning
 
-MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] film thickness below which asperities touch (the lambda ratio)
+MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch
 HEAT_CAPACITY = 2000.0  # Typical heat capacity of mineral oils [J/(kg K)]
-FILM_PRESSURE_MAX = 1e8  # [Pa] above, the viscosity of mineral oils is several times higher and steel yields to the film
-TAYLOR_NUMBER_MAX = 41.2  # [-] vortices begin at this Reynolds number rho U c/mu over the root of R/c (Taylor)
+FILM_PRESSURE_MAX = 1e8  # [Pa] At higher pressures viscosity rises several times and steel surfaces deform elastically
+TAYLOR_NUMBER_MAX = 41.2  # [-] Taylor vortices begin at the Reynolds number rho U c/mu = 41.2 sqrt(R/c)
 
 SQUEEZE_REYNOLDS_MAX = 1.0
-"""Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil matters."""
+"""[-] Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil is not negligible."""
 
-EVAPORATION_PRESSURE_MAX = 1.0  # [Pa] an oil of unknown vapour pressure evaporates below this ambient pressure
-VISCOSITY_RATIO_MIN = 0.8  # [-] viscosity after heating over that before, below which there is a warning
+EVAPORATION_PRESSURE_MAX = 1.0  # [Pa] Ambient pressure below which oil of unknown vapour pressure is assumed to evaporate
+VISCOSITY_RATIO_MIN = 0.8  # [-] A warning is given if heating reduces the viscosity below this fraction
 
-THINNEST = "where the film is thinnest then: direction in the bearing's body, of the sample nearest to it"
-SQUEEZED = "largest rho c |e'|/mu of the journal's approach and leave, among the samples"
+THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to that instant"
+SQUEEZED = "largest squeeze Reynolds number rho c |e'|/mu at the samples"
 
 
-AT_PEAK = "when the force of the joint is largest"
+AT_PEAK = "at the instant of the joint's largest force"
 
 
 def _at_largest_force(plan: Plan, path: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Return film thickness [m] and asperity force over the joint's force at the instant of each joint's largest force.
+    """Return film thickness [m] and asperity force / joint force, at the instant of each joint's largest force.
 
-    Located instants are among the recorded ones. A run that records none takes the nearest sample.
+    The located instant is one of the recorded instants. Without recorded instants the nearest sample is used.
     """
     peaks, first = path.peaks(JOINT_FORCE), len(plan.components) - len(plan.lubricated)
     source = path.samples
@@ -60,7 +60,7 @@ def _at_largest_force(plan: Plan, path: Trajectory) -> tuple[np.ndarray, np.ndar
 
 
 def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variable]) -> Variables:
-    """Return least thickness, its instant and direction, shares of time, Reynolds numbers and warming of each film."""
+    """Return per film: smallest thickness with instant and direction, fractions of time, Reynolds numbers and warming."""
     joints, time = plan.lubricated, path.samples.time
     if not joints:
         return {}
@@ -105,7 +105,7 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
 
 
 def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of films that were too thin, torn, too hot or turbulent, and of largest forces that the roughness decides."""
+    """Warn of films that were too thin, cavitating, too hot or turbulent, and of largest forces that depend on roughness."""
     warnings = list[RunWarning]()
     for k, (joint, gap, oil) in enumerate(plan.lubricated):
         numbers = {str(name)[5:]: part.values for name, part in run.variables.items() if part.dims == ("film",)}
@@ -124,7 +124,7 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
-    """Warn of films under too high a pressure, and of oil that boils or evaporates in its surroundings."""
+    """Warn of too high film pressure, and of oil that boils or evaporates at the ambient pressure."""
     warnings = (
         [warning("film pressure", name, pressure=pressure, time=time, limit=FILM_PRESSURE_MAX)]
         if pressure > FILM_PRESSURE_MAX
@@ -138,7 +138,7 @@ def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float
 
 
 def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWarning]:
-    """Warn of pressures below those that the oil can follow."""
+    """Warn of film pressures so low that the oil cavitates."""
     tension, time, bears = film["peak_tension"], film["peak_tension_time"], oil.ambient_pressure - oil.vapour_pressure
     if not tension > max(bears, 0.0):
         return []
@@ -148,7 +148,7 @@ def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWar
 
 
 def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
-    """Warn of flows that are not laminar, or whose inertia matters."""
+    """Warn of Taylor vortices and of squeeze flow with significant inertia."""
     number, limit = film["reynolds_number"], TAYLOR_NUMBER_MAX * math.sqrt(gap.journal_radius / gap.clearance)
     squeeze = film["squeeze_reynolds_number"]
     warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
@@ -158,7 +158,7 @@ def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWa
 
 
 def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
-    """Warn of oil that dissipation warms beyond the validity of its properties."""
+    """Warn of oil that dissipation heats beyond the temperatures for which its properties are known."""
     if not np.isfinite(rise):
         return []
     temperature = oil.temperature + rise

@@ -1,4 +1,4 @@
-"""Tracked points on the commanded path, as a table over time."""
+"""Commanded path: motion of the tracked points of the ideal mechanism, as a table over time."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from scissordyn.model.mechanism import Mechanism
 
 @dataclass(frozen=True, eq=False)
 class IdealPath:
-    """Tracked points at equidistant instants: joints ideal, bars rigid, servos on their references."""
+    """Motion of the tracked points at equidistant instants, with ideal joints, rigid bars and servos on their references."""
 
-    table: np.ndarray  # (nodes, 6 tracks) Position, velocity and acceleration of each [m, m/s, m/s^2]
+    table: np.ndarray  # (nodes, 6 tracks) Position, velocity and acceleration of each point [m, m/s, m/s^2]
     step: float  # Time between two rows [s]
-    warnings: tuple[str, ...]  # If it ends early, or is not accurate
-    stages: tuple[Mechanism, ...]  # Mechanism of the path, then with servos, then with bars that bend
+    warnings: tuple[str, ...]  # Warnings that the path ends early or is not accurate
+    stages: tuple[Mechanism, ...]  # Ideal mechanism, then with servos, then also with flexible bars
 
     @property
     def end(self) -> float:
         return float(self.step * (self.table.shape[0] - 1))
 
     def at(self, times: np.ndarray) -> np.ndarray:
-        """Return positions at some instants, shape (nt, tracks, 2) [m]; NaN beyond the end."""
+        """Return the positions at given instants, shape (nt, tracks, 2) [m]; NaN after the end of the path."""
         if self.table.shape[0] < 2:
             return np.full((times.size, self.table.shape[1] // 6, 2), np.nan)
         node = np.clip((times / self.step).astype(int), 0, self.table.shape[0] - 2)
@@ -35,7 +35,9 @@ class IdealPath:
 
 
 def quintic(u: float | np.ndarray, h: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Interpolate a position at the fraction u of an interval h between two ends a, b = (position, velocity, acceleration).
+    """Interpolate a position by a quintic polynomial at the fraction u of an interval of length h.
+
+    `a` and `b` are (position, velocity, acceleration) at the ends of the interval.
 
     `monitored.track_deviation` evaluates the same polynomial.
     """

@@ -1,4 +1,4 @@
-"""Along bars that bend: deflection, internal forces and stress at chosen places, and where they are largest."""
+"""Deflection, internal forces and stress along flexible bars, at chosen places and at their largest values."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ QUANTITIES = {
 
 
 class Bar(NamedTuple):
-    """A bar that bends: its elements from one end to the other, or the one part that it is."""
+    """Flexible bar: its beam elements from one end to the other, or one bar with modes."""
 
     name: str
     beams: tuple[Beam, ...]
@@ -57,17 +57,17 @@ class Bar(NamedTuple):
 
     @property
     def marks(self) -> np.ndarray:
-        """Distances of the ends of its elements, or of the parts that a run reports, from its first end [m]."""
+        """Distances from the first end to the ends of the elements, or to the ends of the reported parts [m]."""
         return marks_of(self.whole) if self.whole else np.cumsum([0.0, *(beam.length for beam in self.beams)])
 
     @property
     def length(self) -> float:
-        """Unstrained [m]."""
+        """Unstrained length [m]."""
         return self.whole.length if self.whole else sum(beam.length for beam in self.beams)
 
 
 def bars_of(mechanism: Mechanism) -> tuple[Bar, ...]:
-    """Return the bars that bend, each with its elements in order; a user's own beam is a bar by itself."""
+    """Return the flexible bars, each with its elements in order; a beam that belongs to no bar counts as a bar."""
     groups = itertools.groupby(beams_of(mechanism), key=lambda beam: beam.name.rsplit("/beam ", 1)[0])
     wholes = (Bar(bar.name.removesuffix("/beam"), (), bar) for bar in flexible_bars(mechanism))
     return (*(Bar(name, tuple(beams)) for name, beams in groups), *wholes)
@@ -81,20 +81,20 @@ def internal_forces(
     bars: str | Iterable[str] = "all",
     places: int | ArrayLike = 11,
 ) -> xr.Dataset:
-    """Compute deflection, internal forces and stress along bars that bend.
+    """Compute deflection, internal forces and stress along flexible bars.
 
-    They follow from equilibrium with what acts at the end of an element or on the cross-sections of a flexible bar, with weight
-    and inertia. Along a flexible bar they are interpolated between start, middle and end of the parts that a run reports.
+    In a beam element they follow from equilibrium with the forces at its end, its weight and its inertia. Along a bar with
+    modes they are interpolated between start, middle and end of the parts that a run reports.
 
     Parameters
     ----------
     run : Dataset
     mechanism : Mechanism, optional
-        The one that was run; the one that the run holds if not given.
+        Mechanism of the run; by default it is read from the run.
     bars : str or iterable of str
-        Names or patterns.
+        Names or patterns of bars.
     places : int or array_like
-        Along each bar as parts of its length, 0 to 1; or how many, evenly spaced.
+        Places along each bar as fractions of its length, 0 to 1; or the number of equally spaced places.
 
     Returns
     -------
@@ -111,11 +111,13 @@ def internal_forces(
     mechanism = mechanism or read_configuration(run).build_mechanism()
     present = bars_of(mechanism)
     if not present or "beam_axial_force" not in run:
-        raise InputError("internal forces of bars that do not bend", "bars that bend", "sd.with_bending(mechanism, ...)")
+        raise InputError("internal forces: no bar of the mechanism bends", "bars that bend", "sd.with_bending(mechanism, ...)")
     at = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.atleast_1d(np.asarray(places, float))
     if at.ndim != 1 or at.size == 0 or not np.all((at >= 0.0) & (at <= 1.0)):
         raise InputError(
-            f"places = {places!r} along a bar", "parts of its length from 0 to 1, or how many", "places=[0.25, 0.5]"
+            f"places = {places!r} along a bar",
+            "fractions of its length from 0 to 1, or a number of places",
+            "places=[0.25, 0.5]",
         )
     names = [bar.name for bar in present]
     chosen = [bar for bar in present if bars == "all" or bar.name in matching("bar", bars, names)]
@@ -138,7 +140,7 @@ def internal_forces(
         "axis": ["x", "y"],
         "distance": (("bar", "place"), distance, {"units": "m", "long_name": "from the first end, unstrained"}),
     }
-    import xarray as xr  # takes longer to import than most runs
+    import xarray as xr  # imported here because the import takes longer than most runs
 
     return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
 
@@ -148,10 +150,10 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
-    """Return the largest size of each quantity along each bar, with instant and distance from its first end.
+    """Return the largest magnitude of each quantity along each bar, with instant and distance from the bar's first end.
 
-    Among the samples, at the quarters of each element and on both sides of cross-sections. `bar_buckling_load` is the largest
-    compression of each bar over its largest buckling ratio.
+    The search covers the samples, the quarter points of each element, and both sides of cross-sections. `bar_buckling_load` is
+    the largest compression of each bar divided by its largest buckling ratio.
     """
     bars = bars_of(mechanism)
     if not bars or not time.size:
@@ -161,7 +163,7 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
     loads = np.full(len(bars), np.inf)
     for b, bar in enumerate(bars):
         ends = bar.marks
-        # forces jump at a loaded cross-section: the end of a part is not the start of the next one
+        # forces jump at a loaded cross-section, so the end of a part and the start of the next one are both kept
         places, within = (
             (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(SPAN_PARTS) / SPAN_PARTS, end)).ravel()
             for end in (1.0, 1.0 - ROUND_OFF_TOL)
@@ -188,7 +190,7 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
 
 
 class _Read:
-    """Places and motion of cross-sections, whose points are their mass centres, and outputs of beams, by name, over time."""
+    """Reader of a run: motion of cross-section bodies and outputs of beams, by name, over time."""
 
     def __init__(self, source: Any, mechanism: Mechanism) -> None:
         self.source = source
@@ -209,20 +211,20 @@ class _Read:
 
 
 def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
-    """Return all quantities at fractions of a bar's length, shape (samples, places)."""
+    """Return all `QUANTITIES` at fractions of a bar's length, by name, each of shape (samples, places)."""
     return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
 
 
 def _carried(
     part: Beam | FlexibleBar, position: np.ndarray, normal: np.ndarray, shear: np.ndarray, bending: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return internal forces with the stress in the extreme fibre, and the stress over the yield strength."""
+    """Return internal forces, stress in the extreme fibre, and ratio of the stress to the yield strength, by name."""
     forces = {"position": position, "axial_force": normal, "shear_force": shear, "bending_moment": bending}
     return forces | extreme_fibre(part, normal, bending)
 
 
 def _chord(first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return the direction of the line through the ends of a bar, shape (samples, 2)."""
+    """Return the unit vector along the line through the ends of a bar, shape (samples, 2)."""
     line = last - first
     return np.asarray(line / np.hypot(*line.T)[:, None])
 
@@ -246,7 +248,7 @@ def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarr
 
 
 def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
-    """Return all quantities at distances from the first end of a flexible bar, shape (samples, places)."""
+    """Return all `QUANTITIES` at distances from the first end of a bar with modes, by name, each of shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
     names = part_names(bar)
     start, end, away = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
@@ -254,7 +256,7 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
     length, within = np.diff(marks)[part], [names[k] for k in part]
     xi = (distance - marks[part]) / length
-    # through start, middle and end of each part; the moment has the slopes that the shear force is
+    # interpolate through start, middle and end of each part; the slope of the moment is the shear force
     three = np.array([(1.0 - xi) * (1.0 - 2.0 * xi), 4.0 * xi * (1.0 - xi), xi * (2.0 * xi - 1.0)])
     normal, shear = (
         sum(weight * read.parts(f"{at}{kind}", within) for weight, at in zip(three, ("start_", "", "end_"), strict=True))
@@ -280,19 +282,19 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
 
 
 def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the matrix that interpolates values at nodes to some places by a polynomial, shape (nodes, places)."""
+    """Return the matrix of polynomial interpolation from nodes to places, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
     table = np.vander((at - middle) / half, nodes.size, increasing=True)
     return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
 
 
 def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the axis of an element, and the internal forces by equilibrium of the part from xi to its end."""
+    """Return the position of the axis and the internal forces of an element at xi, by equilibrium of the part after xi."""
     shape = _Shape(beam, read)
     x, y = shape.axis(xi)
     here = shape.rotation(xi)
     (fx, fy), moment = shape.at_end()
-    # the part from xi on: what acts at its end, and its weight and inertia there
+    # loads on the part after xi: forces at its end, weight and inertia
     rest = 1.0 - xi
     between = xi[:, None] + rest[:, None] * GAUSS_NODES
     weight = 0.5 * WEIGHTS * rest[:, None] * beam.length
@@ -308,7 +310,7 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class _Shape:
-    """An element over time, in the frame of its chord: rotation psi as in `component.beam`, loads, forces at its end."""
+    """Beam element over time in the frame of its chord: rotation psi of the axis, loads, forces at its end."""
 
     def __init__(self, beam: Beam, read: _Read) -> None:
         ends = beam.start[0], beam.end[0]
@@ -319,13 +321,13 @@ class _Shape:
             np.remainder(read.body("angle", name) - self.direction + math.pi, 2.0 * math.pi) - math.pi for name in ends
         )
         self.a = np.zeros_like(self.p1)
-        for _ in range(3):  # Newton's method: the chord ends where it has to, int sin psi = 0
+        for _ in range(3):  # Newton's method for the condition that the axis ends on the chord, int sin psi = 0
             psi = self.rotation(GAUSS_NODES)
             self.a = self.a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * GAUSS_NODES * (1.0 - GAUSS_NODES)) @ WEIGHTS)
         self.cosines = np.cos(self.rotation(GAUSS_NODES)) @ (0.5 * WEIGHTS)
         self.elastic = tuple(read.beam(name, beam.name) for name in ("axial_force", "start_moment", "end_moment"))
         self.beam = beam
-        # accelerations of the nodes' places and directions, less gravity, in the frame of the chord: shape (4, samples, 2)
+        # accelerations of the nodes' positions and directions minus gravity, in the frame of the chord: shape (4, samples, 2)
         moved = []
         along, across = np.cos(self.direction), np.sin(self.direction)
         for name, angle in zip(ends, (self.p1, self.p2), strict=True):
@@ -337,24 +339,24 @@ class _Shape:
         self.moved = np.array(moved)
 
     def rotation(self, xi: np.ndarray) -> np.ndarray:
-        """Return psi at xi, time first."""
+        """Return the rotation psi at xi [rad], shape (samples, ...)."""
         first, second, third = (part.reshape(-1, *[1] * xi.ndim) for part in (self.p1, self.p2, self.a))
         psi = first * (1.0 + xi * (3.0 * xi - 4.0)) + second * xi * (3.0 * xi - 2.0) + third * 6.0 * xi * (1.0 - xi)
         return np.asarray(psi)
 
     def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return coordinates along and across the chord, from its start [m]."""
+        """Return coordinates of the axis at xi, along and across the chord from its start [m]."""
         psi = self.rotation(xi[..., None] * GAUSS_NODES)
         weight = 0.5 * WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
         return np.sum(weight * np.cos(psi), axis=-1), np.sum(weight * np.sin(psi), axis=-1)
 
     def load(self, xi: np.ndarray) -> np.ndarray:
-        """Return weight less inertia force per length at xi, shape (2, samples, ...)."""
+        """Return weight minus inertia force per length at xi [N/m], shape (2, samples, ...)."""
         load: np.ndarray = -self.beam.mass_per_length * np.einsum("hta,h...->at...", self.moved, _hermite(xi))
         return load
 
     def at_end(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return force [N] along and across the chord, and moment [N m], of the next part on the end of the element."""
+        """Return the force along and across the chord [N] and the moment [N m] on the end of the element."""
         axial, first, last = self.elastic
         consistent = self.beam.mass_per_length * self.beam.length / 420.0 * HERMITE_MASS
         place, direction = (np.einsum("h,hta->at", consistent[k], self.moved) for k in (2, 3))
@@ -364,6 +366,6 @@ class _Shape:
 
 
 def _hermite(xi: np.ndarray) -> np.ndarray:
-    """Return the cubic shapes of the positions and directions of both ends."""
+    """Return the cubic Hermite shape functions of the positions and directions of both ends at xi."""
     square, cube = xi * xi, xi * xi * xi
     return np.array([1.0 - 3.0 * square + 2.0 * cube, xi - 2.0 * square + cube, 3.0 * square - 2.0 * cube, cube - square])

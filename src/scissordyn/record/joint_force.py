@@ -1,4 +1,4 @@
-"""The forces that joints, guides and welds transmit: the largest of a run, and the largest after the start.
+"""Largest forces that joints, guides and welds transmit, over the whole run and after its start.
 
 At the start of a run concentric journals fall through their clearances.
 """
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 ESTIMATE = "an estimate, as contact is hard"
 
-LATER_FORCE_RATIO_MAX = 0.9  # [-] largest force after the start over that of the run, below which both are reported
+LATER_FORCE_RATIO_MAX = 0.9  # [-] Both are reported if the largest force after the start is below this share of the largest
 
 
 class Answer:
-    """A part of a summary, which is a dataclass."""
+    """Base of the dataclasses that a summary consists of."""
 
-    DERIVED: ClassVar[tuple[str, ...]] = ()  # Properties that count as its numbers
+    DERIVED: ClassVar[tuple[str, ...]] = ()  # Names of properties that `plain` includes
 
     def plain(self) -> dict[str, Any]:
-        """Return its values by name, in SI units; None for unknown ones."""
-        fields = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # of the dataclasses below it
+        """Return the values by name, in SI units; None for unknown values."""
+        fields = (field.name for field in dataclasses.fields(self))  # type: ignore[arg-type]  # subclasses are dataclasses
         return {name: _plain(getattr(self, name)) for name in (*fields, *self.DERIVED)}
 
 
@@ -52,7 +52,7 @@ def clearance_joints(run: Run) -> list[str]:
 
 
 def joint_force(run: Run, joint: str) -> np.ndarray:
-    """Return the magnitude of the total force of a joint, a guide or a weld at the samples [N]."""
+    """Return the magnitude of the force that a joint, a guide or a weld transmits, at the samples [N]."""
     names = run.variables["joint"].values.tolist()
     dim, force = ("joint", "reaction") if joint in names else ("weld", "weld_force")
     k = run.variables[dim].values.tolist().index(joint)
@@ -62,7 +62,7 @@ def joint_force(run: Run, joint: str) -> np.ndarray:
 def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
     """Return the largest force of a joint between two instants [N], including maxima between samples.
 
-    NaN where hard impacts are among its contacts.
+    The result is NaN if the joint has impacts of hard contact.
     """
     time, sizes = run["time"].values, [joint_force(run, joint)]
     whens = [time]
@@ -84,7 +84,7 @@ def oiled_joints(run: Run) -> list[str]:
 
 
 def some_clearance_joints(run: xr.Dataset) -> list[str]:
-    """Return `joint_summaries` of a run; raise `InputError` if it has no clearance joints."""
+    """Return the names of the clearance joints of a run; raise `InputError` if it has none."""
     joints = clearance_joints(run)
     if not joints:
         raise InputError(
@@ -97,24 +97,24 @@ def some_clearance_joints(run: xr.Dataset) -> list[str]:
 
 @dataclass(frozen=True)
 class JointSummary(Answer):
-    """The contacts and the largest force of one joint, guide or weld in a run."""
+    """Number of contacts, fraction of time in contact, and largest force of one joint, guide or weld in a run."""
 
     name: str
     contacts: int
     fraction: float  # Fraction of the time in contact
-    # Largest force that the joint transmits [N]; NaN where a hard contact had neither an impact nor a sampled force
+    # Largest force that the joint transmits [N]; NaN for hard contact without an impact or a sampled force
     largest: float
-    when: float  # Its instant [s]
-    # True if the contacts are hard: the force is then the larger one of those that impacts are estimated to have and of those
-    # that last, as the samples have them
+    when: float  # Instant of the largest force [s]
+    # True for hard contact: the force is then the larger one of the estimated force of impacts and the sampled force of lasting
+    # contacts
     estimated: bool = False
-    metal: float = math.nan  # Largest force of the metal in an oiled joint, then of the film [N]; NaN of a dry joint
-    film: float = math.nan
+    metal: float = math.nan  # Largest asperity force in an oiled joint [N]; NaN for a dry joint
+    film: float = math.nan  # Largest force of the oil film [N]; NaN for a dry joint
     least: float = math.nan  # Lower bound of the estimated force of hard contacts [N]
 
 
 def joint_summaries(run: Run) -> list[JointSummary]:
-    """Return the joints with contacts in the order of their first contact, then oiled joints without contact."""
+    """Return summaries of joints with contacts, in the order of their first contact, then of oiled joints without contact."""
     end, summaries = float(run.attrs["end"]), []
     oiled = oiled_joints(run)
     for joint in dict.fromkeys([*run["contact_joint"].values.tolist(), *oiled]):
@@ -123,7 +123,7 @@ def joint_summaries(run: Run) -> list[JointSummary]:
         lasting = np.where(np.isnan(lasting), end - start, lasting)
         fraction = float(lasting.sum()) / end if end > 0.0 else 0.0
         numbers = _largest_force(run, here)
-        if joint in oiled:  # what metal and film transmit together, and each alone
+        if joint in oiled:  # force of metal and film together, and of each alone
             at, film = (run[dim].values.tolist().index(joint) for dim in ("joint", "film"))
             numbers = {
                 "largest": float(run["joint_peak_force"].values[at]),
@@ -136,7 +136,7 @@ def joint_summaries(run: Run) -> list[JointSummary]:
 
 
 def ideal_summaries(run: Run) -> list[JointSummary]:
-    """Return the ideal joints, guides and welds that transmit a force, each with its largest force."""
+    """Return summaries of the ideal joints, guides and welds that transmit a force."""
     summaries = []
     for dim in ("joint", "weld"):
         if f"{dim}_peak_force" not in run:
@@ -150,7 +150,7 @@ def ideal_summaries(run: Run) -> list[JointSummary]:
 
 
 def kinds_left_out(run: Run) -> tuple[str, ...]:
-    """Return variables to omit from a table of contacts: peaks if all are hard, impulses if none is."""
+    """Return the variables to omit from a table of contacts: peaks if all contacts are hard, impulses if none is hard."""
     if "peak_force_estimate" not in run:
         return ("impulse",)
     peaks = run["peak_force"].values
@@ -160,7 +160,7 @@ def kinds_left_out(run: Run) -> tuple[str, ...]:
 
 
 def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
-    """Return the largest force of a joint's contacts by the names of a summary; that of a hard contact is an estimate."""
+    """Return the force fields of a `JointSummary` from the contacts `here`; the force of hard contacts is an estimate."""
     for force, time in (("peak_force", "peak_time"), ("peak_force_estimate", "peak_force_estimate_time")):
         sizes = run[force].values[here] if force in run else np.zeros(0)
         if np.isnan(sizes).all():
@@ -173,14 +173,15 @@ def _largest_force(run: Run, here: np.ndarray) -> dict[str, Any]:
 
 
 def estimate_in_words(force: float, least: float) -> str:
-    """Say that a force [N] is an estimate, with its lower bound if impulses pass through closed contacts."""
+    """Return the text that a force [N] is an estimate; with the lower bound `least` [N] if that is much smaller."""
     if not least < LATER_FORCE_RATIO_MAX * force:
         return ESTIMATE
-    return f"{ESTIMATE}: {short(least, 'N')} by approach speeds and lasting forces, up to this by impulses that others pass on"
+    low = short(least, "N")
+    return f"{ESTIMATE}: {low} from approach speeds and lasting forces, up to this value with impulses from other joints"
 
 
 def parts_of_oiled(metal: float, film: float) -> str:
-    """Return the largest forces of metal and film [N] in words; an empty text for a dry joint."""
+    """Return a clause with the largest forces of oil film and metal [N] of an oiled joint; an empty text for a dry joint."""
     if math.isnan(film):
         return ""
     return f", its film alone at most {short(film, 'N')}, metal {short(metal, 'N')}"
@@ -188,19 +189,19 @@ def parts_of_oiled(metal: float, film: float) -> str:
 
 @dataclass(frozen=True)
 class ForceAnswer(Answer):
-    """The largest force that a joint, a guide or a weld transmits in a run."""
+    """Largest force that any joint, guide or weld transmits in a run."""
 
     joint: str
     kind: str  # "clearance joint", "ideal joint", "guide", "contact point" or "weld"
     force: float  # [N]
     when: float  # [s]
     estimated: bool = False  # True for a hard contact
-    start: float | None = None  # End of the start to which it belongs [s], and the largest force after it [N]
-    after: float | None = None
-    metal: float = math.nan  # Largest force of the metal, then of the film [N], each at its own instant; NaN of a dry joint
-    film: float = math.nan
-    least: float = math.nan  # The least that it is estimated to be [N]
-    loose: ForceAnswer | None = None  # The largest at a clearance joint, where another joint transmits more
+    start: float | None = None  # End of the start of the run [s], if the largest force occurs in it
+    after: float | None = None  # Largest force after that instant [N]
+    metal: float = math.nan  # Largest asperity force of an oiled joint [N]; NaN for a dry joint
+    film: float = math.nan  # Largest force of its oil film [N]; NaN for a dry joint
+    least: float = math.nan  # Lower bound of the estimated force of hard contact [N]
+    loose: ForceAnswer | None = None  # Largest force at a clearance joint, if another joint transmits more
     partial: bool = False  # True if impulses of hard contacts through the joint are left out
 
     def __str__(self) -> str:
@@ -215,7 +216,7 @@ class ForceAnswer(Answer):
 
     @property
     def words(self) -> str:
-        """Size, place and instant, the parts of metal and film, and whether it is an estimate."""
+        """Text with magnitude, joint and instant of the force, its parts by metal and film, and a note if it is an estimate."""
         estimate = f"; {estimate_in_words(self.force, self.least)}" if self.estimated else ""
         estimate += ", without the impulses of hard contacts" if self.partial else ""
         where = f"at {self.kind} {printable(self.joint)}, at {short(self.when, 's')}"
@@ -223,10 +224,10 @@ class ForceAnswer(Answer):
 
 
 def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
-    """End of the start [s] and the largest force of all joints after it [N].
+    """Return the end of the start [s] and the largest force of all joints after it [N].
 
-    None where journals do not start concentric, the largest force is not of the start, the run ends in it, or the load of that
-    joint is larger in the start than it ever is after it: then the motion explains the force, too.
+    Return None if journals do not start concentric, the largest force is not in the start, the run ends in it, or the mean load
+    of that joint is larger in the start than afterwards, so that the motion explains the force.
     """
     force, when = joint.largest, joint.when
     joints, begun = run["contact_joint"].values, run["contact_start"].values
@@ -250,10 +251,10 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
 
 
 def _largest_load(run: Run, joint: str, begin: float, length: float) -> float:
-    """Return the largest mean force of a joint [N] over intervals of a given length, from an instant to the end.
+    """Return the largest moving average of a joint's force [N] over intervals of a given length, from an instant to the end.
 
-    Impacts change the force at an instant, not its mean over many of them, which carries the load. From 0 on the first interval
-    counts alone.
+    Impacts change the force at an instant but not its mean over many impacts, which balances the load. If `begin` is 0, only
+    the first interval counts.
     """
     time = run["time"].values
     size = joint_force(run, joint)

@@ -1,4 +1,4 @@
-"""Positions of a mechanism's points at the samples of a run, for pictures, films and reports."""
+"""Positions of points of a mechanism at the samples of a run, for pictures, films and reports."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
-    """Return vectors after quarter turns, counter-clockwise, shape (..., 2)."""
+    """Return vectors rotated by a number of quarter turns counter-clockwise, shape (..., 2)."""
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack(((x, y), (-y, x), (-x, -y), (y, -x))[turns % 4], axis=-1)
 
 
 def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarray:
-    """Return points of a body, given from its mass centre, in the fixed frame, shape (samples, points, 2) [m]."""
+    """Convert points relative to a body's mass centre to the fixed frame, shape (samples, points, 2) [m]."""
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y = local.T
     return np.asarray(centre[:, None] + np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
@@ -32,20 +32,20 @@ def placed(centre: np.ndarray, angle: np.ndarray, local: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Placement:
-    """The positions of a mechanism at some samples of a run."""
+    """Positions and angles of a mechanism's bodies at some samples of a run."""
 
     mechanism: Mechanism
-    index: dict[str, int]  # Places of the bodies in the arrays
+    index: dict[str, int]  # Index of each body in the arrays
     centres: np.ndarray  # (samples, bodies, 2) Mass centres [m]
     angles: np.ndarray  # (samples, bodies) [rad]
-    # Quarter turns, counter-clockwise, of the frame in which everything is given: a picture may show gravity downwards
+    # Quarter turns counter-clockwise by which everything is rotated, for example so that a picture has gravity downwards
     turns: int = 0
 
     @classmethod
     def at(
         cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0
     ) -> Placement:
-        """Return the placement at samples of a run of that mechanism, by default in the frame of the mechanism."""
+        """Return the placement of a mechanism at samples of its run, rotated by a number of quarter turns."""
         names = [body.name for body in mechanism.bodies]
         place = {name: k for k, name in enumerate(run.variables["body"].values.tolist())}
         order = [place[name] for name in names]
@@ -58,7 +58,7 @@ class Placement:
         return int(self.angles.shape[0])
 
     def angle(self, body: str) -> np.ndarray:
-        """Return the angle of a body, or of the ground, shape (samples,) [rad]."""
+        """Return the angle of a body or of the ground at the samples, shape (samples,) [rad]."""
         turn = self.turns * 0.5 * math.pi
         return turn + (np.zeros(self.count) if body == GROUND else np.asarray(self.angles[:, self.index[body]]))
 
@@ -71,13 +71,13 @@ class Placement:
         return self.vectors(self.centres[:, self.index[body]])
 
     def points(self, body: str, local: np.ndarray) -> np.ndarray:
-        """Convert points of a body's frame, or of the ground's, to the fixed frame, shape (samples, points, 2) [m]."""
+        """Convert points in the frame of a body or of the ground to the fixed frame, shape (samples, points, 2) [m]."""
         if body == GROUND:
             return np.broadcast_to(self.vectors(local), (self.count, *local.shape))
         return placed(self.centre(body), self.angle(body), local - np.array(self.mechanism.body(body).centre))
 
     def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
-        """Return a named point of a body or of the ground, or its origin, in the fixed frame, shape (samples, 2) [m]."""
+        """Return the position of a named point, or of the origin, of a body or the ground, shape (samples, 2) [m]."""
         body, point = reference
         if point is None:
             return np.asarray(self.points(body, np.zeros((1, 2)))[:, 0])

@@ -1,4 +1,4 @@
-"""The variables of a run as plain arrays: a command that only shows a run makes no Dataset and does not import xarray."""
+"""Variables of a run as plain arrays, for commands that show a run without importing xarray."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Variable(NamedTuple):
-    """An array with the names of its dimensions, and with unit and long name as its attributes."""
+    """Array with the names of its dimensions, and attributes: unit and long name."""
 
     dims: tuple[str, ...]
     values: np.ndarray
@@ -29,7 +29,7 @@ def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_
 
 
 def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Variables:
-    """Return the largest values of a quantity, rows of `PEAK` of the loop, and their instants."""
+    """Return two variables along a dimension: the largest values of a quantity, from `peaks`, and their instants."""
     return {
         name: described(dim, peaks["largest"], units, f"largest {text}"),
         f"{name}_time": described(dim, peaks["largest_time"], "s", f"when it is largest: {text}"),
@@ -37,12 +37,12 @@ def located(name: str, dim: str, peaks: np.ndarray, units: str, text: str) -> Va
 
 
 def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
-    """Return texts along a dimension, by default its names."""
+    """Return a variable of texts along a dimension; without a long name they are the labels of the dimension."""
     return Variable((dim,), np.array(texts, dtype=str), {"long_name": long_name or dim.replace("_", " ")})
 
 
 class Run(Protocol):
-    """Interface that results and a Dataset share; a summary of a run needs nothing else."""
+    """Interface of a run that summaries and warnings need; `Results` and a Dataset both have it."""
 
     @property
     def attrs(self) -> dict[Any, Any]: ...
@@ -55,13 +55,13 @@ class Run(Protocol):
 
 
 def along(variable: Any, *dims: str) -> np.ndarray:
-    """Return the values of a variable or of a DataArray, with its dimensions in this order."""
+    """Return the values of a variable or a DataArray with its dimensions in the given order."""
     order: np.ndarray = np.transpose(variable.values, [variable.dims.index(dim) for dim in dims])
     return order
 
 
 class Results:
-    """The variables and attributes of a run, in the words of a Dataset."""
+    """Variables and attributes of a run, with the interface of a Dataset."""
 
     def __init__(self, variables: Variables, attrs: dict[str, Any]) -> None:
         self.variables, self.attrs = variables, attrs
@@ -69,7 +69,7 @@ class Results:
 
     @cached_property
     def finer(self) -> Results:
-        """The same run with the instants of its contacts among its samples, for curves, if it has recorded them."""
+        """The same run with additional samples at the instants of contacts, for smooth curves, if these were recorded."""
         if self.make_finer is None:
             return self
         return Results(self.make_finer().variables, self.attrs)
@@ -86,12 +86,12 @@ class Results:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Attributes of the Dataset, with the versions of the programs that made it."""
+        """Attributes of the Dataset, including the versions of the package and its libraries."""
         return {**self.attrs, "versions": _versions()}
 
     def dataset(self) -> xr.Dataset:
-        """Return the Dataset of variables that fit together, without the checks of its slow constructor."""
-        import xarray as xr  # takes longer to import than most runs
+        """Return the run as a Dataset, without xarray's slow checks of the variables."""
+        import xarray as xr  # imported here because the import takes longer than most runs
 
         import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
 
@@ -116,7 +116,7 @@ class Results:
 @cache
 def _versions() -> str:
     import platform
-    from importlib.metadata import version  # a tenth of the start of a command
+    from importlib.metadata import version  # imported here because the import is a tenth of the start of a command
 
     packages = ("scissordyn", "numpy", "scipy")
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
@@ -124,7 +124,7 @@ def _versions() -> str:
 
 @lru_cache(256)
 def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
-    """Return the index of a dimension of names, shared by runs of the same mechanism because pandas is slow for texts."""
+    """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
     import xarray as xr
 
     return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)

@@ -1,4 +1,4 @@
-"""Means over samples, and a part of them, whether they are equally spaced or not."""
+"""Time means and subsets of samples, which may be unequally spaced."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ def equally_spaced(time: np.ndarray) -> bool:
 
 
 def time_mean(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the mean over the first axis: of equally spaced samples, or by the trapezoidal rule."""
+    """Return the time mean over the first axis: the plain mean of equally spaced samples, else by the trapezoidal rule."""
     if equally_spaced(time):
         return np.asarray(np.mean(values, axis=0))
     return np.asarray(np.trapezoid(values.astype(float), time, axis=0) / (time[-1] - time[0]))
 
 
 def spread_samples(time: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of `count` samples, equally spread over time, including the first and the last."""
+    """Return the indices of `count` samples spread evenly over time, including the first and the last sample."""
     if equally_spaced(time):
         return np.unique(np.linspace(0, time.size - 1, count).round().astype(int))
     wanted = np.linspace(time[0], time[-1], count)

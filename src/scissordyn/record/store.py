@@ -1,4 +1,4 @@
-"""Runs on disk: NetCDF, written whole or not at all, of Datasets or of results from which none has been made."""
+"""Save and load runs as NetCDF files; files are written completely or not at all."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # Functions that read files which are not runs
+OTHER_FILES = {".toml": "read_case", ".db": "open_study"}  # Function that reads each kind of file that is not a run
 
 
 @checked
 def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool = False) -> Path:
-    r"""Write a run to a NetCDF file, whole or not at all.
+    r"""Write a run to a NetCDF file, completely or not at all.
 
-    A file that is there is replaced if scissordyn wrote it. Ctrl-C does not lose the run: it counts once the file is whole.
-    Characters that NetCDF cannot hold, as a NUL in a name, are written as their code, "\x00".
+    An existing file is replaced if scissordyn wrote it. Ctrl-C takes effect after the file is complete, so the run is not lost.
+    Characters that NetCDF cannot store are replaced by their code, for example a NUL in a name by "\x00".
 
     Parameters
     ----------
     run : Dataset
     path : path
     replace_broken : bool
-        Whether to replace also an HDF5 file that cannot be read, as one that was cut off.
+        If True, also replace an HDF5 file that cannot be read, for example a truncated one.
 
     Returns
     -------
@@ -44,19 +44,19 @@ def save(run: xr.Dataset, path: str | os.PathLike[str], *, replace_broken: bool 
     Warns
     -----
     UserWarning
-        If the run holds a function or class that is in no file, so that it cannot be run again from the saved one.
+        If the run contains a function or class that is not defined in a file, so that the saved run cannot be run again.
 
     Raises
     ------
     InputError
-        If the file cannot be written, or holds something else.
+        If the file cannot be written, or exists and is not a result of scissordyn.
     """
     return _write_run(run, path, lambda: _netcdf(_writable(run)), replace_broken=replace_broken)
 
 
 @checked
 def load(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a run from a NetCDF file into memory. Nothing in it is executed.
+    """Read a run from a NetCDF file into memory; no code in the file is executed.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises
     ------
     InputError
-        If there is no such file, it is not a whole run, or its content does not match its checksum.
+        If the file does not exist, is not a complete run, or does not match its checksum.
 
     Warns
     -----
     UserWarning
-        If the file has no checksum: another program or an earlier version wrote it, and damage is not noticed.
+        If the file has no checksum, because another program or an earlier version wrote it: damage cannot be detected.
     """
-    import xarray as xr  # a run that is only shown loads neither this nor HDF5
+    import xarray as xr  # imported here so that a run that is only shown loads neither xarray nor HDF5
 
     import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
     from scissordyn.file.checksum import verify_checksum
@@ -85,25 +85,25 @@ def load(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         if regular_size(path) is None:
             raise ValueError("it is not a regular file")
-        has_checksum = verify_checksum(path)  # before HDF5 sees the file
+        has_checksum = verify_checksum(path)  # before HDF5 opens the file
         with NetcdfFile(path) as file, xr.open_dataset(xr.backends.H5NetCDFStore(file)) as stored:
             run = stored.load()
-    except Exception as error:  # libraries raise whatever they like at a file that is not whole
+    except Exception as error:  # libraries raise any exception for a damaged file
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         other = OTHER_FILES.get(Path(path).suffix, "")
         example = f"sd.{other}({str(path)!r})" if other else ""
-        raise InputError(
-            f"cannot read '{path}' as a run: {reason}", "a NetCDF file that scissordyn wrote whole", example
-        ) from None
+        raise InputError(f"cannot read '{path}' as a run: {reason}", "a complete NetCDF file of scissordyn", example) from None
     if not str(run.attrs.get("title", "")).startswith(TITLE_START):
         raise InputError(f"'{path}' is not a run of scissordyn", "a NetCDF file that scissordyn wrote")
     if not has_checksum:
-        warnings.warn(f"'{path}' has no checksum: damage to it is not noticed; sd.save() writes it with one", stacklevel=3)
+        warnings.warn(
+            f"'{path}' has no checksum: damage cannot be detected; sd.save() writes a file with a checksum", stacklevel=3
+        )
     return run
 
 
 def _netcdf(run: xr.Dataset) -> memoryview:
-    """Return the content of the NetCDF file of a Dataset."""
+    """Return the content of a NetCDF file with a Dataset."""
     from xarray.backends import H5NetCDFStore
 
     from scissordyn.file.netcdf import chunk_options, write_content
@@ -116,7 +116,7 @@ def _netcdf(run: xr.Dataset) -> memoryview:
 
 
 def _writable(run: xr.Dataset) -> xr.Dataset:
-    """Return the run with texts that NetCDF can hold and the title of this package."""
+    """Return the run with the title of this package, and with texts that NetCDF can store."""
     import xarray as xr
 
     from scissordyn.file.netcdf import storable_text
@@ -136,7 +136,7 @@ def _writable(run: xr.Dataset) -> xr.Dataset:
 
 
 def write_results(results: Results, path: str | os.PathLike[str]) -> Path:
-    """Write results to the file that `store.save` makes of their Dataset."""
+    """Write results to a NetCDF file, equal to that which `save` writes from their Dataset."""
     from scissordyn.file.netcdf import netcdf
 
     variables = {name: (variable.dims, variable.values, variable.attrs) for name, variable in results.variables.items()}
@@ -146,14 +146,14 @@ def write_results(results: Results, path: str | os.PathLike[str]) -> Path:
 def _write_run(
     run: Run, path: str | os.PathLike[str], content: Callable[[], bytes | memoryview], *, replace_broken: bool = False
 ) -> Path:
-    """Write the content of a file, also where Ctrl-C comes meanwhile; a warning says if it cannot be run again."""
+    """Write a run to a file; Ctrl-C takes effect afterwards. Warn if the saved run cannot be run again."""
     lost = _without_file(run)
     if lost:
         kind, _, name = lost[0].partition(" ")
         how = "give the function as" if kind == "function" else "import the class from there or give it as"
         warnings.warn(
-            f"the saved run cannot be run again from '{path}': its {kind} '{name}' is in no file; put it in one and {how} "
-            f"'mine.py:{name.rpartition('.')[2]}'",
+            f"the saved run '{path}' cannot be run again: its {kind} '{name}' is not defined in a file; define it in one "
+            f"and {how} 'mine.py:{name.rpartition('.')[2]}'",
             stacklevel=4,
         )
     try:
@@ -166,12 +166,12 @@ def _write_run(
 def _write(path: str | os.PathLike[str], content: Callable[[], bytes | memoryview], replace_broken: bool) -> Path:
     check_target(path, replace_broken=replace_broken)
     check_name(path)
-    # into memory first: when a disk is full the HDF5 library leaves a file that crashes the process as it is closed
+    # to memory first: on a full disk the HDF5 library leaves a file that crashes the process when it is closed
     return write_file(path, content())
 
 
 def _without_file(run: Run) -> list[str]:
-    """Return the functions and classes of a run that are in no file; none for data that are not a run of this version."""
+    """Return names of functions and classes of a run that no file defines; none for data that are not a run of this version."""
     title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
     if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
         return []

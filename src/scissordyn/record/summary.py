@@ -1,4 +1,4 @@
-"""Summary of a run: tracked points, actuators, the largest force, the span and the predictability horizon."""
+"""Summary of a run: tracked points, actuators, largest force, bars, span, work and predictability horizon."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ from scissordyn.tolerance import ASSEMBLY_TOL, REPORTED_FRACTION, ROUND_OFF_TOL
 from scissordyn.units import counted, short
 
 WORKS = (("drive_work", "drives"), ("motor_work", "motors and actuators"), ("load_work", "forces and torques"))
-"""Accounts of work in a run, and whose work they are."""
+"""Variables of work in a run, and the parts that do this work."""
 
 
 @dataclass(frozen=True)
 class PointAnswer(Answer):
-    """A tracked point against its tolerance."""
+    """Deviation of a tracked point from its commanded path, compared with its tolerance."""
 
     DERIVED = ("met",)
 
     name: str
-    deviation: float  # Its largest distance from its commanded path in the rigid ideal mechanism [m]; NaN where that ends early
-    when: float  # Instant of it [s]
+    deviation: float  # Largest distance from the path in the rigid ideal mechanism [m]; NaN if that path ends early
+    when: float  # Instant of the largest distance [s]
     tolerance: float | None  # [m]
-    # Instant from which it stays within its tolerance [s]; None without a tolerance, or if it is not within it at the end
+    # Instant from which the point stays within its tolerance [s]; None without tolerance, or if it is outside at the end
     settled: float | None
-    at_end: float  # Its deviation at the last sample [m]
-    # Sizes of what servos, bending and clearance add to it [m], of those that are there: when it is largest, and at the end
+    at_end: float  # Deviation at the last sample [m]
+    # Contributions of servos, bending and clearance to the deviation, where present [m]: at its largest value, and at the end
     parts: dict[str, float]
     parts_at_end: dict[str, float]
 
@@ -61,7 +61,7 @@ class PointAnswer(Answer):
 
     @property
     def share(self) -> float:
-        """Its deviation over its tolerance; 0 without one, and -1 where the deviation is not known."""
+        """Ratio of deviation to tolerance; 0 without a tolerance, -1 if the deviation is not known."""
         return self.deviation / (self.tolerance or math.inf) if math.isfinite(self.deviation) else -1.0
 
     def __str__(self) -> str:
@@ -80,7 +80,7 @@ class PointAnswer(Answer):
 
 
 def _parts(sizes: dict[str, float]) -> str:
-    """Return the parts of a deviation in words; a single part is not named."""
+    """Return the contributions to a deviation as text; empty if there is only one."""
     known = {name: size for name, size in sizes.items() if size != 0.0}
     there = ", ".join(f"{name} {short(size, 'm')}" for name, size in known.items())
     return f" ({there})" if len(known) > 1 else f", by {next(iter(known))}" if known else ""
@@ -88,14 +88,14 @@ def _parts(sizes: dict[str, float]) -> str:
 
 @dataclass(frozen=True)
 class ActuatorAnswer(Answer):
-    """A drive, an actuator or a motor against its limit."""
+    """Largest torque of a drive, an actuator or a motor, compared with its limit."""
 
     name: str
     kind: str
-    torque: float  # Its largest torque [N m], or force [N]
-    when: float  # Instant of it [s]; NaN if the run does not have it
+    torque: float  # Largest torque [N m] or force [N]
+    when: float  # Instant of the largest torque [s]; NaN if the run does not contain it
     limit: float | None  # [N m]
-    time_at_limit: float  # Time at the limit [s], by samples
+    time_at_limit: float  # Time at the limit, from the samples [s]
     unit: str = "N m"
 
     @property
@@ -120,16 +120,16 @@ class ActuatorAnswer(Answer):
 
 @dataclass(frozen=True)
 class SpanAnswer(Answer):
-    """Sizes along x and y of the region that the points of all bodies take."""
+    """Width and height of the bounding box of all body points, at the start and at the end."""
 
     DERIVED = ("change",)
 
-    start: tuple[float, float]  # Width and height at the first sample [m], then at the last one
-    end: tuple[float, float]
+    start: tuple[float, float]  # Width and height at the first sample [m]
+    end: tuple[float, float]  # Width and height at the last sample [m]
 
     @property
     def change(self) -> str:
-        """Change of each side of the span, in words."""
+        """Text with the change of width and height."""
         senses: dict[str, list[str]] = {}
         for axis, first, last in zip("xy", self.start, self.end, strict=True):
             same = abs(last - first) <= REPORTED_FRACTION * max(*self.start, *self.end)
@@ -138,7 +138,7 @@ class SpanAnswer(Answer):
 
     @property
     def sides(self) -> tuple[str, str]:
-        """Both sides at the start and at the end, in words: along x, then along y."""
+        """Texts with width and with height, each at the start and at the end."""
         first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
         return first, last
 
@@ -149,25 +149,24 @@ class SpanAnswer(Answer):
 
 @dataclass(frozen=True)
 class BarAnswer(Answer):
-    """The bar that bends which carries most."""
+    """Most loaded flexible bar, and the largest deflection and buckling risk of all flexible bars."""
 
-    bar: str  # The one with the largest utilisation; without a material that with the largest bending moment
-    moment: float  # Its largest bending moment [N m]
-    stress: float  # Its largest stress [Pa]; NaN without a material
-    utilisation: float  # Stress over the yield strength; NaN if the strength is not known
-    when: float  # Instant of it [s]
-    place: float  # Distance of it from the bar's first end [m]
-    deflection: float  # The largest distance of a point of any bar from the line through that bar's ends [m], and of which
-    deflected: str
-    # The least factor of the axial forces of all bars at which the mechanism buckles, its drives locked; NaN without
-    # compression
+    bar: str  # Bar with the largest utilisation; without a material, with the largest bending moment
+    moment: float  # Largest bending moment of that bar [N m]
+    stress: float  # Largest stress of that bar [Pa]; NaN without a material
+    utilisation: float  # Ratio of the stress to the yield strength; NaN if the strength is not known
+    when: float  # Instant of the largest value [s]
+    place: float  # Distance of that place from the bar's first end [m]
+    deflection: float  # Largest distance of a point of any bar from the line through that bar's ends [m]
+    deflected: str  # Bar with the largest deflection
+    # Smallest factor on the axial forces of all bars at which the mechanism with locked drives buckles; NaN without compression
     buckling: float
-    buckled: str  # Compressed bar of the buckling mode; empty without one
-    start: str = ""  # The start of the run to which these largest values belong; empty where it is not known
+    buckled: str  # Bar with the largest compression in the buckling mode; empty without compression
+    start: str = ""  # Start option of the run; empty if it is not known
 
     @property
     def begin(self) -> str:
-        """Shape of the bars at the start, in words."""
+        """Text on the shape of the bars at the start."""
         if not self.start:
             return ""
         return f", {'in equilibrium' if self.start == 'static' else 'not in equilibrium'} at the start ({self.start})"
@@ -192,19 +191,19 @@ class BarAnswer(Answer):
 
 @dataclass(frozen=True)
 class Summary(Answer):
-    """Summary of a run for a designer, in SI units. ``scissordyn run`` prints its text first."""
+    """Summary of a run for a designer, in SI units; ``scissordyn run`` prints its text."""
 
     DERIVED = ("met",)
 
-    points: tuple[PointAnswer, ...]  # Each tracked point against its tolerance
-    actuators: tuple[ActuatorAnswer, ...]  # Each drive, actuator and motor against its limit
-    force: ForceAnswer | None  # None for a run in which no joint transmits a force
-    span: SpanAnswer | None  # None where the run does not say where its points are
-    bars: BarAnswer | None  # None where no bar bends
-    work: dict[str, float]  # Work over the whole run by whose it is, and "dissipated" [J]
-    horizon: float | None  # Until when the run is predictable [s]; None if that was not computed
-    horizon_contacts: int | None  # Number of contacts until then
-    horizon_text: str = ""  # Text of the run that replaces both
+    points: tuple[PointAnswer, ...]  # Tracked points
+    actuators: tuple[ActuatorAnswer, ...]  # Drives, actuators and motors
+    force: ForceAnswer | None  # Largest force; None if no joint transmits a force
+    span: SpanAnswer | None  # None if the positions of points are not known
+    bars: BarAnswer | None  # None if no bar bends
+    work: dict[str, float]  # Work over the whole run by the parts that do it, and the energy "dissipated" [J]
+    horizon: float | None  # Predictability horizon [s]; None if it was not computed
+    horizon_contacts: int | None  # Number of contacts before the horizon
+    horizon_text: str = ""  # Text of the run that replaces the horizon and its contacts
 
     @property
     def met(self) -> bool | None:
@@ -214,7 +213,7 @@ class Summary(Answer):
 
     @property
     def lines(self) -> list[str]:
-        """One sentence for each answer."""
+        """Sentences of the summary, one for each part."""
         lines = [str(part) for part in (*self.points, *self.actuators, self.force, self.span, self.bars) if part is not None]
         if self.work:
             parts = [f"{whose} {short(value, 'J')}" for whose, value in self.work.items() if whose != "dissipated"]
@@ -230,7 +229,7 @@ class Summary(Answer):
 
 
 def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
-    """Summarise the records of a run; its configuration is read from its attributes if it is not given."""
+    """Return the summary of a run; by default its configuration is read from its attributes."""
     if configuration is None and ATTRIBUTE in run.attrs:
         configuration = read_configuration(run)
     trusted = float(run.attrs.get("trusted_until", math.nan))
@@ -282,7 +281,7 @@ def _answer(run: Run, joint: JointSummary, described: Any) -> ForceAnswer:
 
 
 def _kind(run: Run, joint: str, described: Any) -> str:
-    """Return the kind of the joint that transmits a force, in words."""
+    """Return the kind of a joint, guide or weld as text."""
     if "weld" in run and joint in run["weld"].values.tolist():
         return "weld"
     guides = [] if described is None else described.guides
@@ -317,12 +316,12 @@ def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
 
 
 def _beyond(size: float, least: float) -> float:
-    """Return a size, or zero if it is below the least that is known of it."""
+    """Return a size, or zero if it is smaller than its error `least`."""
     return 0.0 if size < least else size
 
 
 def actuator_limits(run: Run) -> dict[str, float]:
-    """Return the limits of actuators and motors that have one, by name [N m]."""
+    """Return the torque limits of actuators and motors by name [N m]; those without a limit are left out."""
     return _limits(read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None)
 
 
@@ -334,7 +333,7 @@ def _limits(described: Any) -> dict[str, float]:
             continue
         try:
             limit = getattr(part.controller if kind is Actuator else part, "limit", None)
-        except InputError:  # a controller without such a number
+        except InputError:  # a controller without a limit
             limit = None
         if limit is not None:
             limits[str(part.name)] = float(limit)
@@ -356,7 +355,7 @@ def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
         for k, name in enumerate(run["drive"].values.astype(str).tolist()):
             torque, when = (float(run[part].values[k]) for part in ("peak_drive_torque", "peak_drive_torque_time"))
             if "singular position" in run.attrs["cause"] and when >= float(run["time"].values[-1:].sum()):
-                torque = math.inf  # what is largest behind the last sample grows with each step towards the position
+                torque = math.inf  # near this position the torque grows with each step: no finite largest value exists
             yield ActuatorAnswer(name, "drive", torque, when, None, 0.0)
     for dim, kind in (("coordinate_drive", "drive"), ("coupling", "coupling")):
         if dim not in run:

@@ -1,4 +1,4 @@
-"""Tracked points: their motion, and when they settle within their tolerance."""
+"""Motion of tracked points, and the instants from which they stay within their tolerances."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory
 
 PARTS = ("servo", "bending", "clearance")
-"""What lets tracked points leave the commanded path, in the order in which it is added."""
+"""Causes by which tracked points deviate from the commanded path, in the order in which they are added."""
 
-SETTLING = "from when on the deviation of a tracked point stays within its tolerance"
+SETTLING = "instant from which the deviation of a tracked point stays within its tolerance"
 
 
 def tracked(plan: Plan, motion: np.ndarray) -> np.ndarray:
-    """Return the tracked points in a record's X, V or A, shape (nt, tracks, 2)."""
+    """Return positions, velocities or accelerations of tracked points from a record's X, V or A, shape (nt, tracks, 2)."""
     points = [plan.coordinates.tracked(track).at(motion) for track in plan.mechanism.tracks]
     return np.stack(points, axis=1) if points else np.zeros((len(motion), 0, 2))
 
 
 def track_variables(path: Trajectory, record: Record) -> Variables:
-    """Return position, velocity and acceleration of the tracked points, along `track`; nothing without tracked points."""
+    """Return position, velocity and acceleration of tracked points along `track`; no variables without tracked points."""
     tracks = path.plan.mechanism.tracks
     if not tracks:
         return {}
@@ -36,7 +36,7 @@ def track_variables(path: Trajectory, record: Record) -> Variables:
 
 
 def settling_times(plan: Plan, bands: np.ndarray, end: float) -> np.ndarray:
-    """Return the instants from which the tracked points stay within their tolerances [s], shape (tracks,)."""
+    """Return the instants from which tracked points stay within their tolerances [s], shape (tracks,)."""
     settled = np.where(np.isnan(bands["last_above"]), 0.0, bands["last_above"])
     settled[settled >= end * (1.0 - 1e-12)] = math.inf
     return np.where([track.tolerance is None for track in plan.mechanism.tracks], math.nan, settled)

@@ -1,4 +1,4 @@
-"""Forces and moments that joints, guides and welds transmit, over time and at most."""
+"""Forces and moments that joints, guides and welds transmit, over time and their largest values."""
 
 from __future__ import annotations
 
@@ -26,26 +26,28 @@ PEAK = "largest force that the joint transmits, at ideal ones at the samples and
 WELD_PEAK = "largest force that the weld transmits, at the samples and ends of steps"
 AFTER = "after the start, in which concentric journals fall through their clearances"
 
-CHUNK_ROWS = 4096  # [rows] evaluated together, which limits the memory
+CHUNK_ROWS = 4096  # Number of instants that are evaluated together; it limits the memory
 
-COARSE_SAMPLES = 201  # [samples] evaluated in addition to the ends of steps, if those of a run were not requested
+COARSE_SAMPLES = 201  # Number of samples evaluated in addition to the ends of steps, if the user requested no samples
 
 START_DURATION = 20.0
-"""Length of the start, in times until every joint that has contacts has had its first one. Of six units under gravity that is
-1.6 ms, the largest force comes at 6.2 ms, and from 30 ms on it is that of the load."""
+"""Length of the start as a multiple of the time until all contacting joints have had their first contact.
+
+For six scissor units under gravity that time is 1.6 ms; the largest force occurs at 6.2 ms, and after 30 ms only the load acts.
+"""
 
 
 class Transmitted(NamedTuple):
-    """Forces and moments at some instants; NaN where they are not determined."""
+    """Forces and moments at given instants; NaN if they are not determined."""
 
-    force: np.ndarray  # (nt, joints, 2) On journals and followers [N]
-    moment: np.ndarray  # (nt, joints) The same, about the journal's centre or the guided point [N m]
-    weld_force: np.ndarray  # (nt, welds, 2) On the start's bodies [N]
-    weld_moment: np.ndarray  # (nt, welds) The same, about the weld [N m]
+    force: np.ndarray  # (nt, joints, 2) Force on the journal or the guided body [N]
+    moment: np.ndarray  # (nt, joints) Moment on it about the journal's centre or the guided point [N m]
+    weld_force: np.ndarray  # (nt, welds, 2) Force on the weld's first body [N]
+    weld_moment: np.ndarray  # (nt, welds) Moment on it about the weld [N m]
 
     @property
     def sizes(self) -> np.ndarray:
-        """Sizes of the forces of joints, then of welds, shape (nt, joints + welds) [N]."""
+        """Magnitudes of the forces of joints, then of welds, shape (nt, joints + welds) [N]."""
         return np.asarray(np.hypot(*np.moveaxis(np.concatenate([self.force, self.weld_force], axis=1), -1, 0)))
 
 
@@ -92,15 +94,15 @@ def weld_variables(plan: Plan, found: Transmitted) -> Variables:
 
 
 class Peaks(NamedTuple):
-    """Largest forces of joints, then of welds, shape (joints + welds,); NaN where they are not determined."""
+    """Largest forces of joints, then of welds, shape (joints + welds,); NaN if they are not determined."""
 
-    size: np.ndarray  # [N]
-    time: np.ndarray  # [s]
-    after: np.ndarray  # After the start [N], see `start_end`; NaN for a run that has none
+    size: np.ndarray  # Magnitude [N]
+    time: np.ndarray  # Instant [s]
+    after: np.ndarray  # Largest force after the start of the run [N]; NaN if the run ends before `start_end`
 
 
 def start_end(path: Trajectory) -> float:
-    """End of the start, in which concentric journals fall through their clearances [s]; infinite without contacts."""
+    """Return the end of the start, in which concentric journals fall through their clearances [s]; inf without contacts."""
     table = path.contacts()
     if not table.size:
         return math.inf
@@ -108,7 +110,7 @@ def start_end(path: Trajectory) -> float:
 
 
 def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
-    """Yield chunks of the instants of a source that are reached and are not change points."""
+    """Yield the instants of `source` in chunks, without change points and instants that the run did not reach."""
     wanted = source.time <= path.end
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
@@ -118,10 +120,10 @@ def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
 
 
 def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
-    """Return the largest forces of a run: located at dry and oiled contacts, elsewhere at samples and ends of steps.
+    """Return the largest forces of a run: located for compliant and oiled contacts, else at samples and ends of steps.
 
-    NaN at hard contacts, whose impacts have no largest force. `sampled` are the forces at the samples; without them some of the
-    samples are evaluated, as fast changes are at the ends of steps.
+    Forces of hard contacts are NaN, because their impacts have no finite force. `sampled` are the forces at the samples;
+    without them only some samples are evaluated, because fast changes occur at the ends of steps.
     """
     sizes, sources = list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
     if sampled is None:
@@ -152,7 +154,7 @@ def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None
 
 
 def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray, when: np.ndarray, after: np.ndarray) -> None:
-    """Write the located largest forces of contacts over those at instants."""
+    """Replace the largest forces at instants by the located ones of contacts."""
     table, at = path.contacts(), plan.places(contact.name for contact in plan.contacts)
     for j in plan.compliant_places:
         here = table[table["joint"] == j]

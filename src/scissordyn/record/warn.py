@@ -1,4 +1,4 @@
-"""Warnings of a run: models outside their range, limits reached, balances that do not close; and how a user reads them."""
+"""Warnings about a run: models outside their range, limits reached, energy errors; and their texts with explanations."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
 
 
-TURNED_OVER = (
+BALANCE_ENERGIES = (
     "kinetic_energy",
     "potential_energy",
     "elastic_energy",
@@ -44,21 +44,23 @@ TURNED_OVER = (
     "motor_work",
     "load_work",
 )
-"""Energies whose change during a run is what its energy balance is compared with."""
+"""Energies and works; the energy error of a run is compared with their largest change."""
 
 
 CARRIED_ERROR_MAX = 1e-6
-"""Residual over the largest energy below which the balance closes however little energy is turned over: a body that rotates
-freely carries energy and turns none over."""
+"""[of the largest energy] Energy error that is always accepted.
 
-STRAIN_MAX = 0.01  # [-] strain of a bar above which the linear law of its material is doubtful
-LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] torque over its limit from which a controller is at the limit
-# [-] changes of a controller from one limit to the other per sample, above which there is a warning
+It matters for motions without exchange of energy, such as a freely rotating body.
+"""
+
+STRAIN_MAX = 0.01  # [-] Strain of a bar above which the linear material law is doubtful
+LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] A controller is at its limit if torque / limit is at least this ratio
+# [-] A warning is given if a controller changes from one limit to the other in more than this fraction of the samples
 REVERSAL_FRACTION_MAX = 0.05
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
-    """Return the warnings that follow from the recorded variables of a run; `Extremes` gives those of largest values."""
+    """Return the warnings that follow from the variables of a run; `Extremes` returns those that follow from largest values."""
     warnings = contact_failures(plan, run)
     for i, rod in enumerate(plan.rods):
         force, time = run["rod_force"].values[:, i], run["time"].values
@@ -72,19 +74,19 @@ def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWar
 
 
 class Extremes:
-    """Extreme values of contacts, friction and controllers over one or more stretches of a run."""
+    """Extreme values of contacts, friction and components over one or several trajectories, for warnings."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self._speeds: list[list[float]] = [[] for _ in plan.contacts]
         self._indentation = np.zeros(len(plan.contacts))
-        self._contacts: list[np.ndarray] = []  # Joint, approach speed, effective mass and largest normal force of each
-        self._friction = dict[int, tuple[float, float]]()  # Largest ratio, and how long it is too large [s]
+        self._contacts: list[np.ndarray] = []  # Joint, approach speed, effective mass and largest normal force of each contact
+        self._friction = dict[int, tuple[float, float]]()  # Largest friction ratio, and time above its limit [s]
         self._effort = np.zeros(len(plan.components))
-        self._outputs = dict[int, tuple[float, float]]()  # Largest value, and when [s]
+        self._outputs = dict[int, tuple[float, float]]()  # Largest value of each output, and its instant [s]
 
     def add(self, path: Trajectory) -> Self:
-        """Add what a stretch has accumulated."""
+        """Add the extreme values of a trajectory."""
         log, count = path.log, len(self._speeds)
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
             self._speeds[int(guard)].append(speed)
@@ -109,9 +111,9 @@ class Extremes:
         return self._outputs.get(i * COMPONENT_RESULTS_MAX + first, (0.0, math.nan))
 
     def warnings(self) -> list[RunWarning]:
-        """Return warnings of contact laws, friction, films, curves and strokes, and of coupled wheels whose centres move."""
+        """Return warnings about contact laws, friction, films, components beyond their range, and couplings."""
         plan, warnings = self.plan, list[RunWarning]()
-        for j in plan.compliant_places:  # those of hard contacts serve an estimate only
+        for j in plan.compliant_places:  # laws of hard contacts only serve an estimate
             laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
             elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
             warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
@@ -131,9 +133,9 @@ class Extremes:
         return warnings + coupling_warnings(plan.mechanism)
 
     def texts(self) -> list[str]:
-        """Return the warnings of a run without samples, each once; with samples they would have instants and curves.
+        """Return the warnings about a run without samples, each once.
 
-        Singular positions, redundant joints, and an energy balance that does not close are reported by single runs only.
+        Only runs with samples report singular positions, redundant joints and energy errors.
         """
         plan, warnings = self.plan, list[RunWarning]()
         for j in plan.compliant_places:
@@ -151,7 +153,7 @@ class Extremes:
 
 
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of each joint whose journal was pressed in by more than its radius: its contact model has failed."""
+    """Warn of joints whose indentation exceeds the journal's radius: their contact model has failed."""
     warnings = []
     names = [contact.name for contact in plan.contacts]
     for at, name, clearance in zip(plan.places(names), names, plan.clearances, strict=True):
@@ -174,19 +176,19 @@ def _largest_energy(run: Run, size: Callable[[np.ndarray], float]) -> float:
     """Return the largest magnitude of an energy or work [J]."""
     if not run.sizes["time"]:
         return 0.0
-    return max((float(size(run[name].values)) for name in TURNED_OVER if name in run), default=0.0)
+    return max((float(size(run[name].values)) for name in BALANCE_ENERGIES if name in run), default=0.0)
 
 
 def _stands_still(plan: Plan, run: Run) -> bool:
-    """Return True if no body moves by more than `ASSEMBLY_TOL`."""
+    """Return True if no body moves by more than `ASSEMBLY_TOL` during the run."""
     if not run.sizes["time"]:
         return True
     motion = (run["position"].values, ASSEMBLY_TOL * plan.coordinates.size), (run["angle"].values, ASSEMBLY_TOL)
-    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # angles of point masses are NaN
+    return not any(np.any(np.ptp(part, axis=0) > least) for part, least in motion)  # point masses have the angle NaN
 
 
 def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
-    """Warn of a run that gains or loses energy, by its tolerances or by the step length of hard contact."""
+    """Warn of a run with an energy error, caused by its tolerances or by the step size of time stepping (`stepped`)."""
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
     turned_over = energy_turned_over(run)
     largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
@@ -198,7 +200,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
 
 
 def _gained(run: Run) -> list[RunWarning]:
-    """Warn of dissipation that is negative: the balance closes with it, because it is computed from the working force."""
+    """Warn of negative dissipation, which the energy balance does not reveal because it includes the same force."""
     turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), run["time"].values
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
@@ -215,7 +217,7 @@ def _gained(run: Run) -> list[RunWarning]:
 
 
 def _impulses(run: Run) -> list[RunWarning]:
-    """Warn of latches that lock while a drive keeps its speed: the torque of the drive is infinite there."""
+    """Warn of latches that lock while a drive prescribes the speed, so that the torque of the drive is infinite."""
     least = CARRIED_ERROR_MAX * energy_turned_over(run)
     return [
         warning("impulse", name, "latch", time=when, work=work)
@@ -225,14 +227,14 @@ def _impulses(run: Run) -> list[RunWarning]:
 
 
 def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
-    """Name, instant and a number of each event of a component."""
+    """Yield name, instant and the value of `column` for each event of a component."""
     if f"event_{column}" not in run:
         return []
     return zip(*(run[f"event_{name}"].values.tolist() for name in ("name", "time", column)), strict=True)
 
 
 def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of controllers at their limit, with duration and distance from their reference."""
+    """Warn of controllers that reach their torque limit, with the duration and the deviation from the reference."""
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
@@ -255,7 +257,7 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def _overstrained(run: Run) -> list[RunWarning]:
-    """Warn of bars that leave small strains or their elastic range at the samples."""
+    """Warn of flexible bars with large strains or with stresses above the yield strength at the samples."""
     warnings = list[RunWarning]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
         return warnings
@@ -269,7 +271,7 @@ def _overstrained(run: Run) -> list[RunWarning]:
 
 
 def _buckled(run: Run) -> list[RunWarning]:
-    """Warn of the bar with the largest compression over the buckling load."""
+    """Warn of the bar whose compression exceeds its buckling load most."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return []
     ratio = run["bar_largest_buckling_ratio"].values
@@ -281,7 +283,7 @@ def _buckled(run: Run) -> list[RunWarning]:
 
 
 def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of components that run beyond the end of a bar at the samples."""
+    """Warn of components that move beyond the end of their bar at the samples."""
     warnings = list[RunWarning]()
     for i, axis in rail_axes(plan.coordinates.natural.axes, plan.components).items():
         part = plan.components[i]
@@ -295,7 +297,7 @@ def _off_the_rail(plan: Plan, run: Run) -> list[RunWarning]:
 
 
 def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
-    """Return the components that act by a curve or over a stroke, each with the distance beyond it."""
+    """Return index, component and output "beyond" of components with a limited curve or stroke."""
     return [
         (i, part, output)
         for i, part in enumerate(plan.components)
@@ -305,7 +307,7 @@ def beyond_outputs(plan: Plan) -> list[tuple[int, Component, Output]]:
 
 
 def _undetermined(run: Run) -> list[RunWarning]:
-    """Warn of reactions that are not determined, at all times or where bodies are aligned."""
+    """Warn of reactions that are not determined, at all instants or only in aligned positions."""
     missing = np.isnan(run["reaction"].values).any(axis=2)
     if not missing.any():
         return []
@@ -318,32 +320,32 @@ def _undetermined(run: Run) -> list[RunWarning]:
     return [warning("aligned", count=np.sum(instants), instants=instants.size, time=first, names=names)]
 
 
-MEANS = "that means: "  # Beginning of the line that explains the warning before it
+EXPLANATION_PREFIX = "that means: "  # First words of the line that explains the previous warning
 
 
 def warnings_of(run: Run) -> list[RunWarning]:
-    """Return the warnings of a run; plain sentences for those that an earlier version has saved."""
+    """Return the warnings of a run; those of a run saved by an earlier version have only a sentence."""
     data = run.attrs.get("warning_data")
     return plain(json.loads(run.attrs["warnings"])) if data is None else [RunWarning(**item) for item in json.loads(data)]
 
 
 def warning_lines(warnings: list[RunWarning], mechanism: Mechanism | None = None) -> list[str]:
-    """Return one line for similar warnings of several parts, followed by their meaning if it is known."""
+    """Return the lines of warnings; those on several similar parts are joined, and an explanation follows if there is one."""
     return [text for alike in group(warnings) for text in (line(alike), *_meaning(alike, mechanism))]
 
 
 def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
-    """Say what a warning means for the forces, and what to change."""
+    """Return lines that explain what a warning means for the forces and how to change the mechanism."""
     if alike[0].kind == "fast":
         ratio, name = max((item.numbers["speed"] / item.numbers["limit"], item.part) for item in alike)
         # Surfaces that yield at a constant pressure p have F = 2 p a L with a = sqrt(2 R delta) and the energy (2/3) p L a^3/R:
-        # F grows as v^(2/3), while the force of an elastic line contact grows as v (Johnson 1985, Contact Mechanics, section
-        # 11.5, there for a ball).
+        # F is proportional to v^(2/3), the force of an elastic line contact to v (Johnson 1985, Contact Mechanics, section
+        # 11.5, for a sphere).
         over = ratio ** (1.0 / 3.0)
         factor = f"{100.0 * (over - 1.0):.0f} %" if over < 1.5 else f"a factor of {over:.2g}"
         return [
-            f"{MEANS}the computed force is an upper bound; where the surfaces yield it is too large by about {factor} in the "
-            f"fastest contact, at '{name}'; a smaller clearance or a slower drive lowers the approach speeds"
+            f"{EXPLANATION_PREFIX}the computed force is an upper bound; where the surfaces yield it is too large by about "
+            f"{factor} in the fastest contact, at '{name}'; a smaller clearance or a slower drive lowers the approach speeds"
         ]
     if alike[0].kind == "deep" and alike[0].numbers["size"] == "clearance" and mechanism is not None:
         part, name = max((item.numbers["fraction"], item.part) for item in alike)
@@ -352,7 +354,10 @@ def _meaning(alike: list[RunWarning], mechanism: Mechanism | None) -> list[str]:
 
 
 def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
-    """Return the forces of laws for contacts that are not small, at equal energy."""
+    """Return a line that compares the force of the deepest impact at a joint with that of laws for large contact areas.
+
+    `part` is the largest indentation as a fraction of the clearance. The laws are compared at equal elastic energy.
+    """
     gap = next((joint.clearance for joint in mechanism.clearance_joints if joint.name == name), None)
     if gap is None:
         return []
@@ -360,15 +365,15 @@ def _other_laws(mechanism: Mechanism, name: str, part: float) -> list[str]:
     ratios = [force_at_equal_energy(gap.stiffness, law, gap.surfaces, part * gap.clearance) for law in laws]
     forces = " and ".join(f"{ratio:.2g} times the force by '{law.name}'" for ratio, law in zip(ratios, laws, strict=True))
     return [
-        f"{MEANS}an impact as strong as the deepest one at '{name}' has {forces}, laws for contacts that are not small; "
-        f'the computed force is as uncertain as these differ. To change: stiffness = "persson", or a larger clearance'
+        f"{EXPLANATION_PREFIX}for an impact of the same energy as the deepest one at '{name}', laws for large contact areas "
+        f'give {forces}; the computed force is uncertain by this factor. Remedy: stiffness = "persson", or a larger clearance'
     ]
 
 
 def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, indentation: float) -> float:
-    """Return the force of another law over that of a law, at indentations with equal elastic energy.
+    """Return the ratio of the force by `other` to the force by `law`, at indentations with equal elastic energy.
 
-    An impact ends where its energy is stored: laws are compared at equal energy, not at equal indentation.
+    At the deepest point of an impact the energy is stored elastically; therefore laws are compared at equal energy.
     """
     depth = indentation * np.linspace(0.0, 1.0, LAW_SAMPLES)
     forces = _forces(law, contact, depth)

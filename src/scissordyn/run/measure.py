@@ -31,7 +31,7 @@ from scissordyn.mechanics.outputs import Record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.system import state_kept
-from scissordyn.record.events import ACCOUNTS, accounts, peak_forces
+from scissordyn.record.events import ENERGY_TERMS, accounts, peak_forces
 from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.internal_forces import bars_of
 from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
@@ -118,7 +118,7 @@ class Ended:
 
     @cached_property
     def accounts(self) -> np.ndarray:
-        """Return the energies in the order of `events.ACCOUNTS` [J]."""
+        """Return the energies in the order of `events.ENERGY_TERMS` [J]."""
         energies: np.ndarray = accounts(self.plan, self.driver.state.total[None], self.path.log, np.array([math.inf]))[0]
         return energies
 

@@ -283,7 +283,7 @@ until = "1 ms"
         ("elements = 2", "elements = 0", "elements"),
         ("2e-5 s", "-1 s", "damping"),
         ("40 K", "5000 K", "temperature_rise"),
-        ("40 K", "40 degC", "a temperature instead of a difference"),
+        ("40 K", "40 degC", "a temperature in degC instead of a temperature difference"),
     ],
 )
 def test_bad_input_is_one_line(tmp_path: Path, answer: Callable[..., str], old: str, new: str, said: str) -> None:

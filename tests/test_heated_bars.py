@@ -155,5 +155,5 @@ def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> N
     rigid = with_payload(sd.scissor(units=1, bar_length=2.0, bar_mass=2.0 * per_length), "unit 1/bar 1.end", 3.0)
     same = sd.simulate(rigid.driven(speed=0.0), until=1e-4, samples=2, start="static")
     assert held == pytest.approx(float(same["reaction"].sel(axis="y").isel(time=0).sel(joint="O")), rel=1e-3)
-    with pytest.raises(InputError, match="bars within bars"):
+    with pytest.raises(InputError, match="a key bars in the table of all bars"):
         case_of(tmp_path, WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))

@@ -135,7 +135,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Ca
     [
         ("0, 30\n1, 31\n", "does not begin with the heading"),
         ("time [ms], angle [mm]\n0, 30\n", "wrong dimension"),
-        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 does not hold two numbers"),
+        ("time [ms], angle [deg]\n0, 30\n1, thirty\n", "line 3 does not have two numbers"),
         ("time [ms], angle [deg]\n0, 30, 1\n", "line 2"),
         ("time [ms], angle [deg]\n0, 30\n1, 31\n", "2 times and 2 values"),
         ("time [ms], angle [deg]\n0 30\n1 31\n2 nan\n3 3\n4 4\n5 5\n", "several numbers from"),

@@ -399,7 +399,7 @@ def nothing() -> Any:
             lambda: dataclasses.replace(
                 parts_only(), rods=(sd.Rod("r", ("rod", "end"), ("ground", "O"), motion=sd.ConstantSpeed(1.0)),)
             ),
-            "a ConstantSpeed as a distance",
+            "ConstantSpeed as time function of a distance",
         ),
         (lambda: sd.Mechanism((sd.Body("\ud800", 1.0, 0.1),)), "half a surrogate pair"),
     ],

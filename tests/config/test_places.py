@@ -105,7 +105,7 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
         ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
         (LEAST + "[drive]\n", "0 time functions"),
         (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
-        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "given twice"),
+        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "tables for joint"),
         ("", "missing key 'structure'"),
         ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
         ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "the mechanism has no bodies"),

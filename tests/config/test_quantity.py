@@ -112,7 +112,7 @@ def test_rows_of_numbers_share_one_unit() -> None:
     assert read_numbers("0, 1 2.5,-3 ms", "s") == pytest.approx((0.0, 1e-3, 2.5e-3, -3e-3), rel=1e-15)
     for text, reason in (
         ("0 1 2", "missing unit"),
-        ("ms", "no numbers"),
+        ("ms", "a text without numbers"),
         ("0 nan ms", "not finite"),
         ("0 1 m", "wrong dimension"),
     ):

@@ -1,4 +1,4 @@
-"""Tables of a whole case file, written by a user or stored in a run, and the mechanism and options that they describe."""
+"""Tables of a whole case file, and the mechanism and options that they describe."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Case:
     mechanism : Mechanism
     run : Options
     wear : Wear, optional
-        Options of the wear of its joints over many cycles.
+        Options of a wear computation over many cycles.
     """
 
     mechanism: Mechanism
@@ -47,7 +47,7 @@ class Case:
 
 
 def _one_or_several(table: type[Table]) -> Reader:
-    """Return a reader of one table or of a list of tables of the same kind."""
+    """Return the reader of a key whose value is one table or a list of tables of one kind."""
 
     @reader(lambda: {"anyOf": [table, {"type": "array", "items": table}]})
     def read(given: Any, context: Context) -> list[Table]:
@@ -59,21 +59,21 @@ def _one_or_several(table: type[Table]) -> Reader:
 @reader(lambda: {"type": "object", "additionalProperties": {"type": ["string", "number", "boolean"]}})
 def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     if not isinstance(given, Mapping) or not all(isinstance(value, str | int | float) for value in given.values()):
-        raise InputError("not a table of texts and numbers", "a table as scissordyn writes it")
+        raise InputError("not a table of texts and numbers", "the table as scissordyn wrote it")
     return MappingProxyType(dict(given))
 
 
-WEAR = described(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
+WEAR_READER = described(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
 
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
     *("joint_friction", "drive", "control", "coupling"),
 )
-"""Tables that change the mechanism of the structure and the parts, in the order of application; a later one overrides."""
+"""Tables that change the mechanism of [structure] and the parts, in the order in which they are applied."""
 
 
 def _driven_body(mechanism: Mechanism, body: str) -> str:
-    """Return the body that a drive or a controller turns; raise `InputError` if neither it nor the structure names one."""
+    """Return the body that a drive or a controller turns: `body`, or else the structure's input body."""
     chosen = body or mechanism.input_body
     if not chosen:
         names = [part.name for part in mechanism.bodies if part.rotates]
@@ -107,7 +107,7 @@ class _CaseTable(Table):
 
     wear: Annotated[
         Wear | None,
-        WEAR,
+        WEAR_READER,
         About("wear of joints over many cycles", examples=[{"cycles": 10000}]),
     ] = None
 
@@ -135,10 +135,10 @@ class _CaseTable(Table):
     def _added(
         self, mechanism: Mechanism, section: str, table: Any, before: Sequence[Any], feed_forward: FeedForward | None
     ) -> Mechanism:
-        """Return the mechanism with the addition of one table."""
+        """Return the mechanism after applying one table of `ADDITIONS`."""
         match section:
             case "clearance" if table.joint in [earlier.joint for earlier in before]:
-                raise InputError(f"joint '{table.joint}' given twice", "one [[clearance]] for each joint")
+                raise InputError(f"two [[clearance]] tables for joint '{table.joint}'", "one [[clearance]] for each joint")
             case "clearance":
                 return mechanism.with_clearance(table.joint, table.result())
             case "guide_clearance":
@@ -146,7 +146,7 @@ class _CaseTable(Table):
             case "drive":
                 body = _driven_body(mechanism, table.body)
                 if body in [drive.body for drive in mechanism.drives]:
-                    raise InputError(f"body '{body}' driven twice", "one drive for each body")
+                    raise InputError(f"two drives or controllers for body '{body}'", "one drive for each body")
                 return mechanism.driven(table.motion(), body=table.body)
             case "control":
                 _driven_body(mechanism, table.body)
@@ -167,7 +167,7 @@ LISTS: Mapping[str, tuple[Reader, str]] = {
     "bending": (BendingTable.reader(), "bars that bend; one table for each kind"),
     "joint_friction": (JointFrictionTable.reader(), "friction in many ideal pins; a later table replaces"),
 }
-"""Lists of tables: the reader of one entry, and its description."""
+"""Tables that a case file may have several times: reader of one table, and description."""
 
 CaseTable = make_table(
     "CaseTable",

@@ -1,4 +1,4 @@
-"""Text of a case file for any mechanism: conversion of the frozen descriptions to TOML with units."""
+"""Write a mechanism and its options as the text of a case file: TOML with units."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ from scissordyn.model.walk import Declared, declared, given, is_described
 from scissordyn.plugin.element import Part
 from scissordyn.units import Pairs
 
-BEGINNING = "# A case of scissordyn, written by write_case."
-"""First line of a case file that may be overwritten."""
+FIRST_LINE = "# A case of scissordyn, written by write_case."
+"""First line of a written case file; `write_case` overwrites only files with this line."""
 
-RECORD = "# A case of scissordyn, as it was computed."
+RECORD_FIRST_LINE = "# A case of scissordyn, as it was computed."  # First line of the case file that a run stores
 
-CONTROL = re.compile(r"[\x00-\x1f\x7f]")  # control characters, which a comment must not hold
+CONTROL_CHARACTER = re.compile(r"[\x00-\x1f\x7f]")  # not allowed in a TOML comment
 
 SURROGATE = "[\ud800-\udfff]"  # half of a surrogate pair
 
-NO_CODE = Code()  # code for tables that cannot hold user-defined classes
+NO_CODE = Code()  # for tables that cannot contain user-defined classes
 DEFAULT_UNTIL = 0.05  # [s] default end of the simulated time, as in the files that ``scissordyn new`` prints
 
-Entries = dict[str, Any]  # keys of a table and their values, as parsed TOML has them
+Entries = dict[str, Any]  # keys and values of a table as in parsed TOML
 
 
 def case_text(described: Mechanism | Case, run: Options | None = None, *, folder: Path | None = None) -> str:
@@ -68,7 +68,7 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     run : Options, optional
         Options of the simulation; by default those of the case, or the defaults for 50 ms.
     folder : path, optional
-        Folder of the file, to which names of user-defined code are relative.
+        Folder of the file; names of files with user-defined code are relative to it.
 
     Returns
     -------
@@ -88,20 +88,20 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
     options = run or (described.run if isinstance(described, Case) else Options(DEFAULT_UNTIL))
     wear = described.wear if isinstance(described, Case) else None
     worn = {} if wear is None else {"wear": _fields(wear, NO_CODE)}
-    text = "\n".join([BEGINNING, *_lines(_tables(mechanism, Code(folder)) | _run(options) | worn), ""])
+    text = "\n".join([FIRST_LINE, *_lines(_tables(mechanism, Code(folder)) | _run(options) | worn), ""])
     if half := re.search(f'"([^"]*{SURROGATE}[^"]*)"', text):
-        raise InputError(f"the name {half[1]!r} has half a surrogate pair", "text that UTF-8 can hold")
+        raise InputError(f"the name {half[1]!r} has half a surrogate pair", "text that UTF-8 can represent")
     _check(text, Case(mechanism, options, wear), {"folder": folder or Path()})
     return text
 
 
 def record_text(mechanism: Mechanism, options: Options | None = None, further: Mapping[str, Any] | None = None) -> str:
-    """Return the case file that a run stores, which may also name user-defined classes without a file."""
+    """Return the text of the case file that a run stores; it may name user-defined classes that no file defines."""
     code = RecordedCode()
-    lines = [RECORD, *_lines(_tables(mechanism, code))]
+    lines = [RECORD_FIRST_LINE, *_lines(_tables(mechanism, code))]
     if code.noted:
         lines += _lines({"code": code.noted})
-        lines += [f"# {CONTROL.sub('?', line)}" for source in code.sources for line in source.splitlines()]
+        lines += [f"# {CONTROL_CHARACTER.sub('?', line)}" for source in code.sources for line in source.splitlines()]
     lines += _lines(({} if options is None else _run(options)) | ({} if further is None else {"diagram": further}))
     return re.sub(SURROGATE, lambda half: f"\\\\u{ord(half[0]):04x}", "\n".join([*lines, ""]))
 
@@ -156,7 +156,7 @@ def _tables(mechanism: Mechanism, code: Code) -> Entries:
 
 
 def _components(mechanism: Mechanism, code: Code) -> Entries:
-    """Return the tables of the components: by kind as long as their order allows, then as [[component]] tables."""
+    """Return the tables of the components; if tables by kind would change their order, the rest are [[component]] tables."""
     components: tuple[Any, ...] = mechanism.components
     listed: dict[str, list[Entries]] = {section: [] for section in COMPONENT_SECTIONS if section not in ("rod", "latch")}
     order, others, last = list(listed), list[Entries](), 0
@@ -193,13 +193,13 @@ def _coordinate(part: Coordinate, code: Code) -> Entries:
 
 
 def _body(body: Body, code: Code) -> Entries:
-    """Return the table of a body; a straight bar is given by its length if that describes the same body."""
+    """Return the table of a body; a straight bar has the key `length` if that describes exactly the same body."""
     entries = _fields(body, code)
     if body.inertia is None or "end" not in body.points:
         return entries
     length, shown, straight = body.points["end"][0], dict(entries), bar_points(body.points["end"][0])
     points = {name: place for name, place in body.points.items() if name not in straight}
-    # compare texts, since 0 and 0.0 are equal but differ in their bits
+    # compare texts, because -0.0 and 0.0 are equal but have different bits
     if not length > 0.0 or repr((body.centre, dict(body.points))) != repr((straight["middle"], straight | points)):
         return entries
     del shown["inertia"], shown["points"]
@@ -211,7 +211,7 @@ def _body(body: Body, code: Code) -> Entries:
 
 
 def _fields(described: Any, code: Code) -> Entries:
-    """Return the fields of a description as keys, without defaults and None."""
+    """Return the fields of a dataclass as keys of a table; fields with default values or None are left out."""
     return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
 
 
@@ -251,7 +251,7 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
         return _quantity(value, "m" if field.quantity is None else unit)
     if isinstance(value, int | float):
         return _quantity((value,), unit)
-    raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can hold")
+    raise InputError(f"{field.name} = {value!r:.60} in a {kind.__name__}", "a value that a case file can represent")
 
 
 def _named(described: Any, key: str, code: Code) -> Any:
@@ -266,7 +266,9 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
     match function:
         case ConstantSpeed(speed):
             if unit == "m":
-                raise InputError("a ConstantSpeed as a distance", "another time function", "Polynomial((0.5, 0.1))")
+                raise InputError(
+                    "ConstantSpeed as time function of a distance", "another time function", "Polynomial((0.5, 0.1))"
+                )
             return {"speed": _quantity((speed,), powers(unit)[1])}
         case Harmonic() | Cycloidal() | Trapezoidal():
             kind: Any = type(function)
@@ -297,7 +299,7 @@ def _body_point(place: BodyPoint, code: Code) -> str | BodyPoint:
 
 
 def _quantity(values: Sequence[float], unit: str) -> Any:
-    """Return a plain number, or numbers with a unit as text."""
+    """Return a number without a unit, or a text of numbers with their unit."""
     return values[0] if unit == "1" else exact(values, unit)
 
 
@@ -309,13 +311,13 @@ def _check(text: str, case: Case, context: Context) -> None:
         if reread != written:
             place, wrong, wanted = first_difference(reread, written)
             raise InputError(
-                f"a case file cannot hold this description: {place} = {str(wanted)[:60]} is read as {str(wrong)[:60]}",
-                "values that the tables of a case file can hold",
+                f"a case file cannot represent this mechanism: {place} = {str(wanted)[:60]} would be read as {str(wrong)[:60]}",
+                "values that the tables of a case file can represent",
             )
 
 
 def _normal(plain: Any) -> Any:
-    """Return plain data with every number as the text of a float, and files by their absolute names."""
+    """Normalise plain data for comparison: numbers become texts of floats, file names become absolute."""
     if isinstance(plain, dict):
         return {key: _normal(value) for key, value in plain.items()}
     if isinstance(plain, list):

@@ -1,4 +1,4 @@
-"""User-defined classes in a case file: their names, and what represents them when the file is read."""
+"""User-defined classes in a case file: how they are named, and whether their files are executed when the case is read."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.user_file import file_digest, origin_of, split_reference
 
-CLASS_PREFIX = "class"  # start of the name of a class that is in no file, as in "class Rubber"
+CLASS_PREFIX = "class"  # first word of the name of a class that no file defines, as in "class Rubber"
 
 
 class Code:
-    """User-defined code of a case file; a class is named by its file, relative to the case's folder if possible.
+    """User-defined code of a case file that a user wrote; a class is named by its file, relative to the case's folder.
 
     The file is executed when the case file is read.
     """
@@ -45,13 +45,15 @@ class Code:
         file, _, name = origin.rpartition(":")
         path = Path(file)
         if file_digest(path) != digest:
-            raise InputError(f"'{path}' has changed since '{name}' was described", "the same file, or a new description")
+            raise InputError(
+                f"'{path}' has changed since '{name}' was imported", "the file as it was, or a new import of the class"
+            )
         if self.folder is not None and path.is_relative_to(self.folder.resolve()):
             path = path.relative_to(self.folder.resolve())
         return f"{path.as_posix()}:{name}"
 
     def names(self, name: str) -> bool:
-        """Report whether the name of a law, controller or component belongs to a user-defined class."""
+        """Return True if the name of a law, controller or component refers to a user-defined class."""
         return ".py:" in name or (name in self.digests and name.startswith(f"{CLASS_PREFIX} "))
 
     def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
@@ -61,21 +63,21 @@ class Code:
         return component_class(self.reference("component", name), self.folder or Path())
 
     def reference(self, what: str, name: str) -> str:
-        """Return file and name of the code to execute; raise `InputError` if the case file has another digest of the file."""
+        """Return the reference "file.py:name" of the code to execute; raise `InputError` if the file's digest differs."""
         if name in self.digests and file_digest(split_reference(what, name, self.folder)[0]) != self.digests[name]:
-            raise InputError(f"'{name.rpartition(':')[0]}' is not the file that the case was written with", "the same file")
+            raise InputError(f"'{name.rpartition(':')[0]}' has changed since the case was written", "the file as it was")
         return name
 
 
 class RecordedCode(Code):
-    """User-defined code of the text stored in a run; a class is named by its absolute path and a digest."""
+    """Names of user-defined classes in the case file that a run stores: absolute path of the file, with its digest."""
 
     recorded = True
 
     def __init__(self) -> None:
         super().__init__(None, {})
         self.noted: dict[str, str] = {}
-        self.sources: list[str] = []  # sources of kernels that are in no file, for the reader
+        self.sources: list[str] = []  # source texts of kernels that no file defines, as information for a reader
 
     def of_class(self, part: Any, what: str) -> str:
         origin = origin_of(type(part))
@@ -91,7 +93,7 @@ class RecordedCode(Code):
 
 
 class AllowedCode(Code):
-    """User-defined code of a stored run that is run again, from the files that the user allows; digests identify them."""
+    """User-defined code of a saved run that is run again; only files that the user allows, with equal digest, are executed."""
 
     recorded = True
 
@@ -112,8 +114,8 @@ class AllowedCode(Code):
         file, digest = Path(place).name, self.digests.get(name)
         if not digest:
             raise InputError(
-                f"the run uses the {what} '{called}' of '{file}' without the digest of that file",
-                "a run that scissordyn wrote, which holds the digest",
+                f"the run uses the {what} '{called}' of '{file}', but does not contain the digest of that file",
+                "a run that scissordyn wrote, with the digest",
             )
         digests = {path: _digest_of(path) for path in self.files}
         for path, there in digests.items():
@@ -127,7 +129,7 @@ class AllowedCode(Code):
             )
         raise InputError(
             f"the run uses the {what} '{called}' of '{file}', which is not executed unless you allow it",
-            "the name of that file, given after you have read it",
+            "the name of that file, after you have read it",
             f"allow_code={file!r} in Python, or {command('--allow-code', file)}",
         )
 
@@ -135,13 +137,13 @@ class AllowedCode(Code):
 def _digest_of(path: Path) -> str:
     if not path.is_file():
         raise InputError(
-            f"no file '{path}' with the functions of the run", "a Python file that exists", "--allow-code my_laws.py"
+            f"the file '{path}' with functions of the run does not exist", "an existing Python file", "--allow-code my_laws.py"
         )
     return file_digest(path)
 
 
 class AbsentPart:
-    """User-defined part of a run that is only read; its class is not executed, but its name and its values are known."""
+    """Placeholder for a user-defined part of a saved run whose code is not executed: only its name and values are known."""
 
     place: str
     file: str
@@ -158,13 +160,13 @@ class AbsentPart:
 
 
 class AbsentCode(Code):
-    """User-defined code of a stored run that is only read; no code is executed."""
+    """User-defined code of a saved run that is only shown; placeholders replace its parts, and no code is executed."""
 
     recorded = True
 
     def element(self, slot: str, name: str, parameters: Mapping[str, Any]) -> Any:
         base = SLOTS[slot].slot
-        # the parameters of the class are unknown: allow any feed-forward torque, and no sensor
+        # the class is unknown: the placeholder accepts any feed-forward torque, and no sensor
         facts = {**base.defaults, "declaration": Element(base, MappingProxyType({})), "__module__": "user"}
         facts |= {"uses_feed_forward": True, "uses_sensor": False} if slot == "controller" else {}
         return _absent(slot, name, parameters, (AbsentPart, SLOTS[slot]), facts)
@@ -186,5 +188,5 @@ def _absent(place: str, name: str, values: Mapping[str, Any], bases: tuple[type,
 
 
 def code_of(context: Mapping[str, Any]) -> Code:
-    """Return the code for user-defined classes, from the context of a table."""
+    """Return the `Code` in the context of a table, by default one that executes files of the case's folder."""
     return context.get("code") or Code(context.get("folder", Path()))

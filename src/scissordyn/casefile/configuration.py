@@ -1,4 +1,4 @@
-"""Reader and writer of the attribute "configuration" of a saved run, which is a case file."""
+"""Read and write the attribute "configuration" of a run: the text of its case file."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 
-ATTRIBUTE = "configuration"
+ATTRIBUTE = "configuration"  # Name of the attribute
 
-EXPECTED = "a Dataset that scissordyn made"
+EXPECTED_DATASET = "a Dataset that scissordyn returned"
 
 TABLES_WITHOUT_RECORD = {"control", "payload", "panels", "bending", "joint_friction"}
-"""Tables of a case file that a run does not contain; the run holds the bodies and components that they make."""
+"""Tables of a case file that a run does not store, because it stores the bodies and components that they create."""
 
-# title of a run of `simulate`; maps and diagrams have a configuration too, but cannot be run again from it
-TITLE = "scissordyn run"
+# Title of the Dataset of a run; maps and diagrams have other titles, and cannot be run again from their configuration
+RUN_TITLE = "scissordyn run"
 
 
 RecordTable = make_table(
@@ -39,11 +39,11 @@ RecordTable = make_table(
         "diagram": (Annotated[Mapping[str, Any], read_values], MappingProxyType({})),
     },
 )
-"""Tables of a configuration: those of a case file with optional [run], and further entries of a diagram."""
+"""Tables of a configuration: those of a case file, where [run] is optional, and [diagram] of a bifurcation diagram."""
 
 
 class HasAttributes(Protocol):
-    """Dataset, or results before they become a Dataset."""
+    """Object with attributes: a Dataset, or `Results`."""
 
     @property
     def attrs(self) -> dict[Any, Any]: ...
@@ -51,17 +51,17 @@ class HasAttributes(Protocol):
 
 @dataclass(frozen=True)
 class Configuration:
-    """Case file stored in a saved run; reading it executes no code."""
+    """Contents of the case file stored in a run, read without executing code."""
 
     text: str
-    mechanism: Mechanism  # user-defined classes are only named; `build_mechanism` executes them
+    mechanism: Mechanism  # with placeholders for user-defined classes; `build_mechanism` executes their code
     options: Options | None = None  # options of the simulation; None if the file has none
     diagram: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))  # further entries of a bifurcation diagram
-    absent: tuple[Any, ...] = ()  # user-defined components, which are not in the mechanism
+    absent: tuple[Any, ...] = ()  # placeholders of user-defined components, which are not in the mechanism
 
     @property
     def mechanism_text(self) -> str:
-        """Text of the mechanism's tables alone, for comparison."""
+        """Text of the tables of the mechanism without options, to compare mechanisms."""
         return self.text.partition("\n[run]\n")[0].partition("\n[diagram]\n")[0].rstrip()
 
     def build_mechanism(self, allow_code: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = ()) -> Mechanism:
@@ -70,7 +70,7 @@ class Configuration:
 
 
 def read_mechanism(text: str, allow_code: Sequence[Path] = ()) -> Mechanism:
-    """Return the mechanism of a configuration; user-defined classes come from the allowed files, which are executed."""
+    """Return the mechanism of a configuration; the allowed files with user-defined classes are executed."""
     return _read(str(text), lambda digests: AllowedCode(allow_code, digests)).mechanism
 
 
@@ -81,11 +81,11 @@ def _facts(text: str) -> Configuration:
 
 def _read(text: str, code: Any) -> Configuration:
     if not text.strip():
-        raise InputError("the attribute 'configuration' is empty", EXPECTED)
+        raise InputError("the attribute 'configuration' is empty", EXPECTED_DATASET)
     try:
         tree = tomllib.loads(text)
         for section in TABLES_WITHOUT_RECORD & tree.keys():
-            raise InputError(f"[[{section}]] in a run", "the tables that scissordyn writes in a run")
+            raise InputError(f"a run contains the table [[{section}]]", "the tables that scissordyn writes in a run")
         digests = tree.get("code", {})
         chosen: Code = code(digests if isinstance(digests, dict) else {})
         table = instance(RecordTable, tree, {"code": chosen})
@@ -94,25 +94,25 @@ def _read(text: str, code: Any) -> Configuration:
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"the attribute 'configuration' is not valid TOML: {error}", EXPECTED) from None
+        raise InputError(f"the attribute 'configuration' is not valid TOML: {error}", EXPECTED_DATASET) from None
 
 
 def is_run(data: HasAttributes) -> bool:
-    """Report whether a dataset is a run of `simulate`."""
-    return data.attrs.get("title") == TITLE
+    """Return True if a dataset is a run of `simulate`."""
+    return data.attrs.get("title") == RUN_TITLE
 
 
 def read_configuration(run: HasAttributes) -> Configuration:
     text = run.attrs.get(ATTRIBUTE)
     if not isinstance(text, str):
-        raise InputError(f"the dataset has no attribute '{ATTRIBUTE}'", EXPECTED)
+        raise InputError(f"the dataset has no attribute '{ATTRIBUTE}'", EXPECTED_DATASET)
     return _facts(text)
 
 
 def number_attribute(run: HasAttributes, name: str) -> float:
     value = run.attrs.get(name)
     if not is_number(value):
-        raise InputError(f"the dataset's attribute '{name}' is {shown(value)}", "a number, as scissordyn writes it")
+        raise InputError(f"the attribute '{name}' of the dataset is {shown(value)}", "a number, as scissordyn writes it")
     return float(value)  # type: ignore[arg-type]
 
 
@@ -122,5 +122,5 @@ def write_configuration(
     *,
     diagram: Mapping[str, str | int | float | bool] | None = None,
 ) -> str:
-    """Return the attribute "configuration" of a run, which is a case file."""
+    """Return the text of the attribute "configuration" for a mechanism and the options of a run or diagram."""
     return record_text(mechanism, options, diagram)

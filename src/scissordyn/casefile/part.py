@@ -51,7 +51,9 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
 
-SAMPLE = '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
+COORDINATE_EXAMPLES = (
+    '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
+)
 
 
 @reader(lambda: {"type": "array", "items": {"type": "string", "pattern": r"^.+\..+$"}, "minItems": 2, "maxItems": 2})
@@ -63,7 +65,7 @@ def _read_points(given: Any, context: Context) -> tuple[BodyPoint, BodyPoint]:
 
 
 class CoordinateTable(Table):
-    """An angle of a body, a slide of a point, or a distance of two points."""
+    """Coordinate of a coupling or drive: an angle of a body, a displacement of a point, or a distance of two points."""
 
     angle: Annotated[str | None, About("body whose angle against the base is the coordinate")] = None
     slide: Annotated[BodyPoint | None, About("point whose displacement along the direction is the coordinate, in the base")] = (
@@ -79,11 +81,11 @@ class CoordinateTable(Table):
 
     def coordinate(self) -> Coordinate:
         if sum(part is not None for part in (self.angle, self.slide, self.distance)) != 1:
-            raise InputError("a coordinate needs one of angle, slide and distance", SAMPLE)
+            raise InputError("a coordinate without angle, slide or distance", COORDINATE_EXAMPLES)
         if self.slide is not None:
             return Slide(self.slide, self.direction or 0.0, self.base)
         if self.direction is not None or (self.distance is not None and self.base != GROUND):
-            raise InputError("direction or base given for a coordinate that has none", SAMPLE)
+            raise InputError("a key direction or base that this kind of coordinate does not have", COORDINATE_EXAMPLES)
         return RelativeAngle(self.angle, self.base) if self.angle is not None else Distance(*self.distance)  # type: ignore[misc]
 
 
@@ -109,7 +111,7 @@ _READ_MOTION = Reader(
 
 
 read_as(Coordinate, table_reader(lambda: CoordinateTable, CoordinateTable.coordinate))
-_COORDINATE = Annotated[Coordinate, About(f"a coordinate: {SAMPLE}")]
+_COORDINATE = Annotated[Coordinate, About(f"a coordinate: {COORDINATE_EXAMPLES}")]
 
 COUPLING: Hints = (
     ("output", _COORDINATE),
@@ -127,10 +129,10 @@ COUPLING: Hints = (
         "offset",
         Annotated[float | None, _read_offset, About("output for a zero input; by default that of the assembled mechanism")],
     ),
-    ("transmission", None),  # replaced by one key for each kind
+    ("transmission", None),  # replaced by the keys `teeth`, `belt` and `screw`
 )
 TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
-"""Keys of a coupling that state where its force acts, and the classes that they describe."""
+"""Keys of a coupling that determine where its force acts, and the class that each describes."""
 BacklashTable = table_of(
     with_backlash,
     (("mechanism", None), ("coupling", None)),
@@ -147,7 +149,7 @@ def _read_backlash(given: Any, context: Context) -> Call:
 _BACKLASH = Quantity(
     "rad", above=0.0, help='angle between both flanks, for example "0.5 deg", or a table with the law of their contacts'
 )
-_FLANKS = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
+_BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
 
 
 class CouplingTable(
@@ -155,7 +157,7 @@ class CouplingTable(
         Coupling, COUPLING, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg"
     )
 ):
-    """A linear relation of two coordinates."""
+    """Coupling: a linear relation of two coordinates."""
 
     teeth: Annotated[
         Teeth | None,
@@ -172,16 +174,16 @@ class CouplingTable(
         described(Screw, centre="bearing"),
         About("a screw whose thrust acts back on its bearing", examples=[{"centre": "bearing"}]),
     ] = None
-    backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_FLANKS])] = None
+    backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_BACKLASH_EXAMPLE])] = None
 
     def check(self) -> None:
         self.result()
 
     def result(self) -> Coupling:
-        """Return the coupling, with the force of its teeth, belt or screw."""
+        """Return the coupling with its teeth, belt or screw, if one of these keys is given."""
         given = [name for name in TRANSMISSIONS if getattr(self, name) is not None]
         if len(given) > 1:
-            raise InputError(f"{' and '.join(given)} in one coupling", "one of them")
+            raise InputError(f"the keys {' and '.join(given)} in one coupling", "one of these keys")
         coupling: Coupling = super().result()
         return dataclasses.replace(coupling, transmission=getattr(self, given[0])) if given else coupling
 
@@ -207,7 +209,7 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
 
 
 def transmission_words(part: Coupling) -> str:
-    """Return a clause about the teeth, belt or screw of a coupling, or "" for a mere relation of coordinates."""
+    """Return a clause about the teeth, belt or screw of a coupling; "" for a coupling without them."""
     match part.transmission:
         case Teeth(pressure_angle=angle):
             return f", teeth with a pressure angle of {written(angle, 'rad')}"
@@ -235,7 +237,7 @@ _TURNING = "moment of inertia about the mass centre; without inertia and length 
 
 
 def _body_keys() -> dict[str, tuple[Any, Any]]:
-    """Return the keys of a body, including those of a straight bar."""
+    """Return the keys of the table of a body, including those of a straight bar."""
     examples: dict[str, Any] = {"position": "0, 0 m", "angle": "30 deg", "velocity": "0, 0 m/s", "angular_velocity": "0 rpm"}
     keys = keys_of(Body, (), name="crank", mass="1 kg", points={"tip": "0.2, 0.05 m"}, **examples)
     further = {
@@ -281,11 +283,11 @@ class GroundTable(Table):
 
 @dataclass(frozen=True)
 class Part:
-    """Kind of part in a case file, with its table."""
+    """Kind of part in a case file, such as [[joint]]: its table, its reader, and the field of `Mechanism` for its parts."""
 
-    keys: Callable[[], type[Table]]  # makes the table
-    reader: Reader  # builds the part from the table
-    fills: str  # field of `Mechanism`
+    keys: Callable[[], type[Table]]  # creates the table class
+    reader: Reader  # reader of one table, which returns the part
+    fills: str  # field of `Mechanism` with the parts
     help: str  # one-line description
 
     @property
@@ -294,21 +296,21 @@ class Part:
 
 
 def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any) -> Part:
-    """Return a part whose keys are the fields of its dataclass."""
+    """Return a kind of part whose keys are the fields of a dataclass."""
     keys = cache(lambda: table_of(kind, hints, **examples))
     return Part(keys, table_reader(keys), fills, help)
 
 
-_LISTED = {"rod": "rods", "latch": "latches"}  # components with their own field of `Mechanism`
+_OWN_FIELDS = {"rod": "rods", "latch": "latches"}  # components with their own field of `Mechanism`
 
 
 @cache
 def _component_part(kind: Any) -> Part:
-    """Return the part of a component class, from its declaration."""
+    """Return the kind of part for a component class, from its declaration."""
     declaration: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
-    fills = _LISTED.get(declaration.section, "components")
+    fills = _OWN_FIELDS.get(declaration.section, "components")
     return _part(kind, fills, help, name=declaration.section.replace("_", " "), **declaration.example)
 
 
@@ -325,10 +327,12 @@ class UserComponentTable(Table):
 
 
 def _any_component() -> Shape:
-    """Return the schema of a component by its section, or of a user-defined class, whose keys are not known."""
+    """Return the schema of a [[component]] table: a component of the package, or a user-defined class with unknown keys."""
     named = {"type": {"type": "string", "pattern": r"\.py:"}}
     ours = [
-        {"properties": {"type": {"const": section}}, "required": ["type"]} for section in COMPONENTS if section not in _LISTED
+        {"properties": {"type": {"const": section}}, "required": ["type"]}
+        for section in COMPONENTS
+        if section not in _OWN_FIELDS
     ]
     return {"type": "object", "anyOf": [*ours, {"properties": named, "required": ["type"]}]}
 
@@ -345,17 +349,17 @@ def _read_user_component(given: Any, context: Context) -> Any:
 
 
 def component_part(type: str, folder: Path) -> Part:
-    """Return the part for a [[component]] table with some `type`; a file that `type` names is executed."""
-    classes = {section: kind for section, kind in COMPONENTS.items() if section not in _LISTED}
+    """Return the kind of part for a [[component]] table with a given `type`; a file that `type` names is executed."""
+    classes = {section: kind for section, kind in COMPONENTS.items() if section not in _OWN_FIELDS}
     if ".py:" not in type and type not in classes:
         raise InputError(
             f"unknown component '{type}'{did_you_mean(type, classes)}",
-            ", ".join(classes) + ", or a class in a file as my_components.py:Rubber",
+            ", ".join(classes) + ", or a class in a file, such as my_components.py:Rubber",
         )
     return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
-_IDEAL: Hints = (("clearance", None),)  # the clearance has its own table
+_NO_CLEARANCE: Hints = (("clearance", None),)  # no key `clearance`, because [[clearance]] is a table
 
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, table_reader(lambda: BodyTable, _Body.body), "bodies", "a rigid body"),
@@ -366,7 +370,7 @@ PARTS: Mapping[str, Part] = {
         Revolute,
         "joints",
         "a pin between two bodies",
-        _IDEAL,
+        _NO_CLEARANCE,
         name="crank pin",
         journal="crank.end",
         bearing="rod.start",
@@ -375,7 +379,7 @@ PARTS: Mapping[str, Part] = {
         Guide,
         "guides",
         "a straight line that keeps a point of a body on it",
-        _IDEAL,
+        _NO_CLEARANCE,
         name="guide",
         follower="slider.centre",
         through="0, 0 m",
@@ -409,13 +413,13 @@ PARTS: Mapping[str, Part] = {
         "a component of a class in the user's file",
     ),
 }
-"""Tables of a case file besides [structure], [drive], [[clearance]] and [run]."""
+"""Tables of a case file that describe one part of the mechanism each."""
 
 COMPONENT_SECTIONS = tuple(section for section in PARTS if section in COMPONENTS)  # tables of the package's own components
 
 
 def assemble(base: Mapping[str, Any], parts: Mapping[str, list[Any]]) -> Mechanism:
-    """Return a mechanism from its structure and the other parts of the file."""
+    """Build a mechanism from the fields of its structure and the parts of other tables."""
     fields = {"bodies": (), "ground": (), **base}
     for name, part in PARTS.items():
         there = (item for item in parts[name] if not isinstance(item, AbsentPart))

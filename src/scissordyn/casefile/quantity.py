@@ -1,4 +1,4 @@
-"""Numbers with units: conversion between text and SI units."""
+"""Convert text with units to numbers in SI units, and back."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     import pint
 
 
-PREFIXES = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
-SMALL_PREFIXES = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
-# In the list of pint an angle is a pure number: "0.1 %" is an angle, and 1 Hz is 1 rad/s. Here an angle is a dimension, and
-# 1 Hz is one revolution per second. This list also loads twenty times faster.
-UNITS = (
+PREFIX_DEFINITIONS = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
+SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
+# Definitions of prefixes and units for pint. In pint's own list an angle is a pure number: "0.1 %" is an angle, and 1 Hz is
+# 1 rad/s. Here an angle is a dimension, and 1 Hz is one revolution per second. This list also loads twenty times faster.
+UNIT_DEFINITIONS = (
     "meter = [length] = m = metre",
     "second = [time] = s",
     "kelvin = [temperature] = K",
@@ -49,14 +49,14 @@ KNOWN_UNITS = (
     "m mm cm km um s ms us min h kg g t rad deg turn rpm Hz N kN Pa kPa MPa GPa J W in ft lb lbf psi bar K "
     "meter millimeter centimeter micrometer second millisecond minute kilogram gram radian degree newton pascal"
 )
-"""Units that may be suggested for a mistyped unit."""
+"""Units that error messages may suggest for a mistyped unit."""
 
-PIECES = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units that users join without a blank, as in kNm
+JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units that users join without a blank: kNm
 
 REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
-"""Revolutions per minute, as written in drawings and catalogues."""
+"""Spellings of revolutions per minute in drawings and catalogues."""
 
-FAMILIAR = {
+USUAL_UNITS = {
     "m": ("m", "mm"),
     "s": ("s", "ms"),
     "m/s": ("m/s", "mm/s"),
@@ -66,9 +66,9 @@ FAMILIAR = {
     "N": ("kN", "N"),
     "m/rad": ("m/rad", "mm/rad", "mm/turn"),
 }
-"""Units in which a number is written, largest first, by the SI unit of its quantity."""
+"""Units in which messages and case files show a number, largest first, by its SI unit."""
 
-CELSIUS = ("degC", "°C")  # temperature units with an offset
+CELSIUS = ("degC", "°C")  # units of temperature that differ from K by an offset
 
 UNIT_FACTORS = {
     ("mm", "m"): 1e-3,
@@ -82,7 +82,7 @@ UNIT_FACTORS = {
     ("MPa", "Pa"): 1e6,
     ("GPa", "Pa"): 1e9,
 }
-"""Conversion factors of the units in most case files; they equal pint's, whose import takes a tenth of a second."""
+"""Conversion factors of common units, equal to pint's; they avoid the import of pint, which takes a tenth of a second."""
 
 SI_UNITS = (
     *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
@@ -92,15 +92,15 @@ SI_UNITS = (
 
 UNIT_FACTORS |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 
-# a number in a list, with the comma or space after it
+# number in a list, with the comma or space after it
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
-LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # a number, and the rest of the text
-UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # characters of a unit
-LARGE = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
-"""Units that pint reads from "Grad" (German for degree) or "Mm", and that are most likely a mistake."""
+LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # number, and the rest of the text
+UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # text of characters that a unit may have
+UNLIKELY_UNIT = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
+"""Units such as gigaradian, which pint reads from "Grad" (German for degree): most likely a mistake."""
 
-LARGE_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
-"""Powers that no unit has; pint would evaluate 9^9^9^9 without end."""
+UNLIKELY_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
+"""Exponents that no unit has; pint would never finish evaluating 9^9^9^9."""
 
 
 @cache
@@ -108,17 +108,17 @@ def _registry() -> pint.UnitRegistry[float]:
     import pint
 
     registry: pint.UnitRegistry[float] = pint.UnitRegistry(None)
-    for definition in (*PREFIXES, *SMALL_PREFIXES, *UNITS):
+    for definition in (*PREFIX_DEFINITIONS, *SMALL_PREFIX_DEFINITIONS, *UNIT_DEFINITIONS):
         registry.define(definition)
     return registry
 
 
 @cache
 def unit_factor(unit: str, target: str) -> float:
-    """Return the number of `target` units in one `unit`; raise `InputError` for an unknown unit or another dimension."""
+    """Return the conversion factor from `unit` to `target`; raise `InputError` for an unknown unit or another dimension."""
     if (unit, target) in UNIT_FACTORS:
         return UNIT_FACTORS[unit, target]
-    if not UNIT_TEXT.fullmatch(unit) or LARGE_POWER.search(unit):
+    if not UNIT_TEXT.fullmatch(unit) or UNLIKELY_POWER.search(unit):
         raise InputError(f"'{unit}' is not a unit")
     import pint
 
@@ -127,7 +127,7 @@ def unit_factor(unit: str, target: str) -> float:
         parsed = registry.parse_units(unit)
         factor = float(registry.convert(1.0, parsed, registry.parse_units(target)))
     except pint.UndefinedUnitError as error:
-        unknown = str(error).split("'")[1]  # the only place where every version of pint gives the name alone
+        unknown = str(error).split("'")[1]  # all versions of pint quote the name of the unit
         apart = _spaced(unknown, unit, target)
         near = f" (did you mean '{apart}'?)" if apart else did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
         raise InputError(f"unknown unit '{unknown}'{near}") from None
@@ -141,22 +141,22 @@ def unit_factor(unit: str, target: str) -> float:
         ValueError,
         TypeError,
         TokenError,
-    ):  # pint raises many kinds of errors, and from Python 3.12 on the tokenizer under it for brackets that do not pair
+    ):  # pint raises many kinds of errors; since Python 3.12 the tokenizer raises one for unbalanced brackets
         raise InputError(f"'{unit}' is not a unit") from None
-    if large := LARGE.search(str(parsed)):
+    if large := UNLIKELY_UNIT.search(str(parsed)):
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
         raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{likely}'?)", others)
     return factor
 
 
 def _spaced(unknown: str, unit: str, target: str) -> str:
-    """Return a unit of the target's dimension with blanks between the units that an unknown word consists of, or ""."""
+    """Split an unknown word such as "kNm" into known units with blanks; return "" unless it then has the target's dimension."""
     places = range(1, len(unknown))
     splits = [[k] for k in places] + [[k, j] for k in places for j in range(k + 1, len(unknown))]
     for split in splits:
         ends = [0, *split, len(unknown)]
         likely = unit.replace(unknown, " ".join(unknown[a:b] for a, b in itertools.pairwise(ends)))
-        if all(part in PIECES for part in likely.split() if part.isalpha()):
+        if all(part in JOINABLE_UNITS for part in likely.split() if part.isalpha()):
             try:
                 unit_factor(likely, target)
             except InputError:
@@ -166,20 +166,20 @@ def _spaced(unknown: str, unit: str, target: str) -> str:
 
 
 def unit_typed(text: str) -> str:
-    """Return the unit after the number at the start of a text, or ""."""
+    """Return the unit after the number at the start of a text; "" without a unit."""
     match = LEADING_NUMBER.fullmatch(text)
     return match[2].strip() if match is not None else ""
 
 
-INTEGER_MAX = 2**1023  # a larger whole number cannot become a floating-point number
+INTEGER_MAX = 2**1023  # larger integers cannot be converted to a float
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
-    """Return a number that has no unit with the allowed unit that brings the number nearest to the sample."""
+    """Suggest a unit for a number without one: the allowed unit that makes it closest to the example `sample`."""
     match = LEADING_NUMBER.fullmatch(sample)
     likely = float(match[1]) * unit_factor(match[2], quantity.unit) if match and match[2] else 0.0
     units = [quantity.unit] if likely else []
-    units += [match[2]] if match and match[2] else FAMILIAR.get(quantity.unit, [quantity.unit])
+    units += [match[2]] if match and match[2] else USUAL_UNITS.get(quantity.unit, [quantity.unit])
     fitting = [unit for unit in units if quantity.admits(number * unit_factor(unit, quantity.unit))]
     if not fitting:
         return sample or example(quantity)
@@ -189,7 +189,7 @@ def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
 
 
 def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
-    """Return a number in SI units from a value in a case file."""
+    """Return the value of a quantity in SI units, from a number or a text such as "3 mm"; raise `InputError` if it is wrong."""
     wanted = quantity.expected if quantity.unit == "1" else f"{quantity.expected}, as text with its unit"
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InputError("not a number", wanted, sample)
@@ -198,7 +198,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
     if quantity.unit == "1":
         if isinstance(value, str):
             raise InputError("text instead of a plain number", wanted, sample)
-        number: float = value  # a whole number stays an int
+        number: float = value  # an integer stays an int
     elif isinstance(value, str):
         match = LEADING_NUMBER.fullmatch(value)
         if match is None:
@@ -209,7 +209,7 @@ def read_quantity(value: object, quantity: Quantity, sample: str = "") -> float:
             raise InputError("missing unit", wanted, _with_unit(float(match[1]), quantity, sample))
         if quantity.unit == "K" and match[2].strip() in CELSIUS:
             if quantity.admits(-1.0):
-                raise InputError("a temperature instead of a difference", wanted, f"{match[1]} K")
+                raise InputError("a temperature in degC instead of a temperature difference", wanted, f"{match[1]} K")
             number = float(match[1]) + 273.15
         else:
             number = _scaled([match[1]], match[2].strip(), quantity.unit, wanted, sample)[0]
@@ -228,7 +228,7 @@ def read_numbers(text: object, unit: str) -> tuple[float, ...]:
         numbers.append(match[1])
         at = match.end()
     if not numbers:
-        raise InputError("no numbers", wanted, sample)
+        raise InputError("a text without numbers", wanted, sample)
     values = _scaled(numbers, content[at:].strip(), unit, wanted, sample)
     if not all(map(math.isfinite, values)):
         raise InputError("a number that is not finite", wanted, sample)
@@ -246,10 +246,10 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
 
 
 def written(value: float, unit: str) -> str:
-    """Return a number as text with a usual unit, as in a case file."""
+    """Return a number as text with a usual unit, rounded for a message."""
     if unit == "1":
         return f"{value:.12g}"
-    names = FAMILIAR.get(unit, (unit,))
+    names = USUAL_UNITS.get(unit, (unit,))
     for name in names:
         scaled = value / unit_factor(name, unit)
         if abs(scaled) >= 1.0 or (value == 0.0):
@@ -258,30 +258,30 @@ def written(value: float, unit: str) -> str:
 
 
 def si_value(text: str) -> float:
-    """Return the SI value of a text that `exact` wrote."""
+    """Return the value in SI units of a text that `exact` wrote."""
     number, unit = LEADING_NUMBER.fullmatch(text).groups()  # type: ignore[union-attr]
-    target = next((target for target, names in FAMILIAR.items() if unit.strip() in names), None)
+    target = next((target for target, names in USUAL_UNITS.items() if unit.strip() in names), None)
     return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
 
 
-SHORT_DIGITS = 12  # digits up to which a number is written in a unit such as mm; longer numbers are written in SI units
+SHORT_DIGITS = 12  # numbers with more digits are written in SI units, others in a unit such as mm if that is shorter
 
 
 def exact(values: Iterable[float], unit: str) -> str:
-    """Return numbers as text with a unit, such that reading the text gives the same numbers to the last bit."""
+    """Return numbers as text with a unit; reading the text gives the same numbers to the last bit."""
     numbers = tuple(map(float, values))
     candidates = []
-    for name in dict.fromkeys((*FAMILIAR.get(unit, ()), unit)):
+    for name in dict.fromkeys((*USUAL_UNITS.get(unit, ()), unit)):
         factor = 1.0 if name == unit else unit_factor(name, unit)
         digits = [_digits(number, factor) for number in numbers]
         longest = max(len(text or "") for text in digits)
-        if None not in digits and (name == unit or unit not in FAMILIAR.get(unit, ()) or longest <= SHORT_DIGITS):
+        if None not in digits and (name == unit or unit not in USUAL_UNITS.get(unit, ()) or longest <= SHORT_DIGITS):
             candidates.append(f"{', '.join(map(str, digits))} {name}")
-    return min(candidates, key=len)  # the SI unit is always a candidate, since its factor is 1
+    return min(candidates, key=len)  # the SI unit, with factor 1, is always a candidate
 
 
 def _digits(number: float, factor: float) -> str | None:
-    """Return the shortest digits that give `number` to the last bit when multiplied by `factor`, or None."""
+    """Return the shortest decimal text whose product with `factor` is `number` to the last bit; None if there is none."""
     scaled = number / factor
     for precision in (15, 16, 17):
         text = f"{scaled:.{precision}g}"
@@ -291,7 +291,7 @@ def _digits(number: float, factor: float) -> str | None:
 
 
 class NumbersText(NamedTuple):
-    """Form of a text with numbers: one after the other, with a unit after the last."""
+    """Schema of a text with one or several numbers and a unit after the last one."""
 
     unit: str  # SI unit; multiples of it are allowed
     numbers: int | None = 1  # None for any number of values
@@ -306,7 +306,7 @@ class NumbersText(NamedTuple):
 
 
 def example(quantity: Quantity) -> str:
-    """Return an allowed value of a quantity as text, as in a case file."""
+    """Return an allowed value of a quantity as the text of a case file, for error messages."""
     low = next((bound for bound in (quantity.above, quantity.minimum) if bound is not None), 0.0)
     high = next((bound for bound in (quantity.below, quantity.maximum) if bound is not None), low + 2.0)
     candidates = (1.0, 0.5 * (low + high), low, high)

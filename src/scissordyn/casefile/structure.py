@@ -1,4 +1,4 @@
-"""Table [structure], and tables that add bars that bend, joint friction, payloads, clearances and controllers."""
+"""Table [structure], and tables that add flexible bars, joint friction, payloads, clearances and controllers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from scissordyn.casefile.table import (
     toml,
 )
 from scissordyn.casefile.time_function import read_tabulated, table_shape
-from scissordyn.casefile.value import CONTROLLER
+from scissordyn.casefile.value import CONTROLLER_EXAMPLE
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import ConstantSpeed, OverTime, Tabulated, TimeFunction
@@ -54,7 +54,7 @@ BendingTable = table_of(
 
 
 def _of_all_bars() -> type[Table]:
-    """Return the table of bars without the key `bars`, which names them."""
+    """Return the table [[bending]] without its key `bars`: the value of the key `bars` of [structure]."""
     hints = BendingTable.__annotations__.items()
     keys = {key: (hint, getattr(BendingTable, key, MISSING)) for key, hint in hints if key != "bars"}
     return make_table("bars", Table, keys, "Section and material of all bars.")
@@ -62,16 +62,18 @@ def _of_all_bars() -> type[Table]:
 
 @reader(_of_all_bars)
 def _all_bars(given: Any, context: Context) -> Any:
-    """Read the table of all bars; their mass is that of the section by default."""
+    """Read the key `bars` of [structure]; by default the mass of the bars follows from their section."""
     if not isinstance(given, Mapping):
         raise InputError("not a table", "the keys of [[bending]] except bars", f"bars = {toml(BARS_SAMPLE)}")
     if "bars" in given:
-        raise InputError("bars within bars", "[[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}")
+        raise InputError(
+            "a key bars in the table of all bars", "a table [[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}"
+        )
     mass = {"mass": "section"} if "section" in given else {}
     return BendingTable.read({"bars": "all", **mass, **given}, context)
 
 
-ALL_BARS = _all_bars  # reader for a key of [structure] whose value is a table of all bars
+ALL_BARS = _all_bars  # reader of the key `bars` of [structure]
 
 
 JointFrictionTable = table_of(
@@ -103,10 +105,10 @@ _LAWS: Hints = (
 
 
 def _clearance_table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
-    """Return the table of a kind of clearance, with the names of its joints or guides and the restitution coefficient."""
+    """Create the table [[clearance]] or [[guide_clearance]]: fields of a clearance, names of joints, restitution."""
     keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
     for key, hint in keys_of(kind, _LAWS, material="steel", **examples).items():
-        if key == "stiffness":  # the damping law, which is read later, uses this coefficient
+        if key == "stiffness":  # the restitution must come before the damping law, whose reader uses it
             keys["restitution"] = (_RESTITUTION, None)
         keys[key] = hint
     return call_table(kind, keys, base=Call)
@@ -137,9 +139,9 @@ GuideClearanceTable = _clearance_table(
     corners=["-19, -9 mm", "19, -9 mm", "19, 9 mm", "-19, 9 mm"],
 )
 
-FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, passed in by an upper package
+FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, an argument because `run` imports this package
 
-TORQUES = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
+FEED_FORWARD_EXAMPLE = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 
 
 @reader(lambda: {"anyOf": [{"const": "ideal"}, table_shape("N m")]})
@@ -147,14 +149,16 @@ def _read_torques(given: Any, context: Context) -> str | Tabulated:
     if given == "ideal":
         return "ideal"
     if not isinstance(given, Mapping) or set(given) != {"time", "torque"}:
-        raise InputError("not a feed-forward torque", '"ideal" for the torque of the ideal mechanism, or a table', TORQUES)
+        raise InputError(
+            "not a feed-forward torque", '"ideal" for the torque of the ideal mechanism, or a table', FEED_FORWARD_EXAMPLE
+        )
     return read_tabulated(given, Path(), "N m")
 
 
 class ControlTable(Table):
-    """A controlled torque instead of a drive."""
+    """Table [control]: a controlled torque instead of a drive."""
 
-    controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[CONTROLLER])]
+    controller: Annotated[Controller, About("scissordyn controllers lists them", examples=[CONTROLLER_EXAMPLE])]
     body: Annotated[str, About("the body on which the torque acts", examples=["unit 1/bar 1"])] = ""
     reference: Annotated[
         TimeFunction | None,
@@ -200,7 +204,7 @@ _MECHANISM = quantities(Mechanism)
 
 
 class StructureTable(Table):
-    """The keys of one kind of structure."""
+    """Base of the tables [structure], one class for each kind of structure."""
 
     bars: Annotated[Any, ALL_BARS, About("section and material of all straight bars, which bend", examples=[BARS_SAMPLE])] = (
         None
@@ -214,11 +218,11 @@ class StructureTable(Table):
 
     @abstractmethod
     def fields(self) -> dict[str, Any]:
-        """Return the structure as fields of `Mechanism`."""
+        """Return the fields of `Mechanism` that the structure determines."""
 
 
 class MechanismTable(StructureTable):
-    """A mechanism of the parts in the other tables of the file."""
+    """Structure of kind "mechanism": its parts are in the other tables of the file."""
 
     kind: Annotated[
         Literal["mechanism"],
@@ -236,7 +240,7 @@ class MechanismTable(StructureTable):
 
 
 class BuiltTable(Call, StructureTable):
-    """The arguments of a function that builds a mechanism."""
+    """Structure whose keys are the arguments of a function that builds a mechanism."""
 
     def fields(self) -> dict[str, Any]:
         mechanism = self.result()
@@ -245,7 +249,7 @@ class BuiltTable(Call, StructureTable):
 
 
 def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: Any) -> type[StructureTable]:
-    """Return the table of a kind of structure; its keys are the builder's arguments, which all have defaults."""
+    """Return the table class of a kind of structure from its builder function, whose arguments all have defaults."""
     named: Any = Annotated[Literal[kind], About(help, [kind])]
     base = make_table(f"{builder.__name__}_kind", BuiltTable, {"kind": (named, dataclasses.MISSING)})
     table: Any = table_of(builder, (), base_table=base, **examples)
@@ -268,7 +272,9 @@ STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].
 
 def _known(given: Any, _: Context) -> str:
     if not isinstance(given, str) or given not in STRUCTURES:
-        raise InputError(f"unknown structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"')
+        raise InputError(
+            f"unknown kind of structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"'
+        )
     return str(given)
 
 
@@ -280,9 +286,9 @@ class _Kind(Table):
 
 @reader(lambda: {"anyOf": list(STRUCTURES.values())})
 def _read(given: Any, context: Context) -> StructureTable:
-    # read the kind first, since it determines the other keys
+    # read the kind first, because it determines the other keys
     alone = {key: value for key, value in given.items() if key == "kind"} if isinstance(given, Mapping) else given
     return STRUCTURES[_Kind.read(alone, context).kind].read(given, context)
 
 
-STRUCTURE = _read  # reader for a key whose value is the table of some kind of structure
+STRUCTURE = _read  # reader of the table [structure]

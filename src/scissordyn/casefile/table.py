@@ -1,4 +1,4 @@
-"""Base class of the tables of a case file, and the text of their errors."""
+"""Base class of the tables of a case file: declare keys by annotations, read and check them, and locate errors."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.walk import declared, is_described
 from scissordyn.units import Quantity, Sample, help_of
 
-Shape = Any  # a table class, or a JSON Schema mapping whose values may be table classes
+Shape = Any  # schema of accepted values: a table class, or a JSON Schema mapping whose values may be table classes
 
 Context = dict[str, Any]
 """Context of a reader: the "folder" of relative file names, and the "values" of the earlier keys in the table."""
@@ -28,7 +28,7 @@ Context = dict[str, Any]
 
 @dataclass(frozen=True, eq=False)
 class Reader:
-    """Part of an annotation: reads the value of a key, and gives the schema of accepted values."""
+    """Metadata in the annotation of a key: function that reads its value, and schema of the accepted values."""
 
     read: Callable[[Any, Context], Any]
     shape: Callable[[], Shape]
@@ -36,23 +36,23 @@ class Reader:
 
 @dataclass(frozen=True, eq=False)
 class About:
-    """Part of an annotation: one-line description of a key, and example values."""
+    """Metadata in the annotation of a key: one-line description and example values."""
 
     description: str = ""
     examples: Sequence[Any] = ()
 
 
 def reader(shape: Callable[[], Shape]) -> Callable[[Callable[[Any, Context], Any]], Reader]:
-    """Return a decorator that makes a function a reader; the schema is made late, as tables are."""
+    """Return a decorator that converts a function to a `Reader`; `shape` is called later, when all tables exist."""
     return lambda read: Reader(read, shape)
 
 
 _READERS: dict[frozenset[Any], Callable[[tuple[Any, ...]], Reader]] = {}
-"""Functions that make a reader from an annotation's extras, for example a unit, by the members of the annotated type."""
+"""Functions that create a reader from the metadata of an annotation, such as a unit; by the members of the type."""
 
 
 def read_as(hint: Any, make: Reader | Callable[[tuple[Any, ...]], Reader]) -> None:
-    """Register the reader of all keys of a type whose annotation has no other reader."""
+    """Register the default reader for keys of a type."""
     _READERS[frozenset(members(hint))] = make if callable(make) else lambda _: make
 
 
@@ -61,14 +61,14 @@ def reader_of(hint: Any, about: tuple[Any, ...]) -> Reader | None:
     return None if make is None else make(about)
 
 
-Hints = tuple[tuple[str, Any], ...]  # names of fields, and annotations that replace their own
+Hints = tuple[tuple[str, Any], ...]  # names of fields, each with an annotation that replaces that of the field
 
 
-# description of the expected value, by its type
-WORDS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
+# description of the expected value in error messages, by its type
+TYPE_TEXTS = {str: "text", int: "a whole number", bool: "true or false", float: "a number"}
 
 
-BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # a TOML key that needs no quotes
+BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")  # TOML key that needs no quotes
 
 
 def toml(value: Any) -> str:
@@ -86,13 +86,13 @@ def toml(value: Any) -> str:
 
 
 def toml_entries(table: Mapping[str, Any]) -> list[str]:
-    """Return one text "key = value" for each key of a table."""
+    """Return the texts "key = value" of a TOML table, one for each key."""
     return [f"{key if BARE_KEY.fullmatch(key) else toml(key)} = {toml(value)}" for key, value in table.items()]
 
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table, from its annotation and its default."""
+    """Key of a table: name, type, default, quantity, reader, description and examples."""
 
     name: str
     hint: Any
@@ -108,12 +108,12 @@ class Key:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Words that are allowed, alone or instead of a number."""
+        """Texts that the key accepts, alone or as an alternative to a number."""
         return tuple(word for hint in members(self.hint) if get_origin(hint) is Literal for word in get_args(hint))
 
     @property
     def help(self) -> str:
-        """One-line description."""
+        """One-line description of the key."""
         return (self.quantity.help if self.quantity else "") or self.description
 
     @property
@@ -128,7 +128,7 @@ class Key:
         return text if self.quantity.unit == "1" else toml(text)
 
     def read(self, given: Any, context: Context) -> Any:
-        """Return the value in SI units; raise `InputError` for a value that is not allowed."""
+        """Convert the given value of the key to SI units; raise `InputError` if it is not allowed."""
         if self.reader is not None:
             return self.reader.read(given, context)
         if self.quantity is None or (isinstance(given, str) and given in self.words):
@@ -145,7 +145,7 @@ class Key:
 
 
 def _make_key(name: str, annotation: Any, default: Any) -> Key:
-    """Return the key of an annotation; the last description and the last examples in it count."""
+    """Return the key with an annotation; of several descriptions or examples in the annotation the last ones are used."""
     annotated = get_args(annotation)[1:] if get_origin(annotation) is Annotated else ()
     about = [extra for extra in annotated if isinstance(extra, About)]
     quantity = next((extra for extra in annotated if isinstance(extra, Quantity)), None)
@@ -155,7 +155,7 @@ def _make_key(name: str, annotation: Any, default: Any) -> Key:
         name,
         plain_hint(annotation),
         default,
-        None if by_type else quantity,  # the reader checks each number
+        None if by_type else quantity,  # a reader by type checks each number itself
         chosen or by_type,
         next((extra.description for extra in reversed(about) if extra.description), "") or help_of(annotation),
         next((extra.examples for extra in reversed(about) if extra.examples), ()),
@@ -163,7 +163,7 @@ def _make_key(name: str, annotation: Any, default: Any) -> Key:
 
 
 def _plain(given: Any, hint: Any, context: Context) -> Any:
-    """Return a value without a unit; raise an error if its type does not fit the annotation."""
+    """Check a value without a unit against the type `hint` and return it; raise `InputError` if the type is wrong."""
     kinds, words = members(hint), list[str]()
     for kind in kinds:
         if kind is Any or (kind is NoneType and given is None):
@@ -180,19 +180,19 @@ def _plain(given: Any, hint: Any, context: Context) -> Any:
             return float(given)
         elif type(given) is kind:
             return given
-    allowed = [WORDS[kind] for kind in kinds if kind in WORDS]
+    allowed = [TYPE_TEXTS[kind] for kind in kinds if kind in TYPE_TEXTS]
     quoted = [f"'{word}'" for word in words]
     allowed += [", ".join(quoted[:-1]) + f" or {quoted[-1]}" if quoted[1:] else quoted[0]] if quoted else []
     raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))
 
 
-NO_LIST = "not a list of tables"
+NOT_A_LIST = "not a list of tables"  # error text
 
 
 def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
-    """Return the items of a list, read by their annotation; an error names the place of its item."""
+    """Read the items of a list by the annotation `hint`; errors contain the index of the item."""
     if not isinstance(given, list):
-        raise InputError(NO_LIST, "a list")
+        raise InputError(NOT_A_LIST, "a list")
     key, values = _make_key("", hint, MISSING), []
     for index, item in enumerate(given):
         with add_place(index, given=item):
@@ -202,7 +202,7 @@ def read_list(given: Any, hint: Any, context: Context) -> list[Any]:
 
 @contextmanager
 def add_place(*place: int | str, given: Any = MISSING) -> Iterator[None]:
-    """Add the place in the file, and the value at this place, to any `InputError` raised inside."""
+    """Add a place in the file, and the value there, to any `InputError` raised in the block."""
     try:
         yield
     except PlacedError as error:
@@ -211,12 +211,12 @@ def add_place(*place: int | str, given: Any = MISSING) -> Iterator[None]:
     except InputError as error:
         plain = isinstance(given, list) and all(isinstance(value, str | int | float) for value in given)
         shown = plain or not (given is MISSING or isinstance(given, Mapping | list))
-        allowed = f"tables headed [[{place[-1]}]]" if error.what == NO_LIST else error.expected
+        allowed = f"tables headed [[{place[-1]}]]" if error.what == NOT_A_LIST else error.expected
         raise PlacedError(place, f" = {toml(given)}" if shown else "", error.what, allowed, error.example) from None
 
 
 class Table:
-    """Table of a case file; annotations declare its keys, other keys are errors, and quantities are read with units."""
+    """Table of a case file. Annotations of a subclass declare its keys; quantities have units, and other keys are errors."""
 
     exactly_one: ClassVar[tuple[str, ...]] = ()
     """Keys of which a file must give exactly one."""
@@ -228,7 +228,7 @@ class Table:
 
     @classmethod
     def declared_keys(cls) -> Mapping[str, Key]:
-        """Return the keys in their order, those of base classes first."""
+        """Return the declared keys by name, those of base classes first."""
         if "_keys" not in vars(cls):
             hints = get_type_hints(cls, include_extras=True)
             names = [name for name, hint in hints.items() if get_origin(hint) is not ClassVar]
@@ -242,7 +242,7 @@ class Table:
 
     @classmethod
     def read(cls, given: Any, context: Context) -> Self:
-        """Return the table with its values in SI units; raise `InputError` for the first error."""
+        """Read parsed TOML; return the table with values in SI units, or raise `InputError` for the first error."""
         keys = cls.declared_keys()
         if isinstance(given, list) and len(given) == 1 and isinstance(given[0], Mapping):
             raise InputError("a list of tables", "one table, headed by a name in single brackets")
@@ -258,7 +258,7 @@ class Table:
         values: dict[str, Any] = {}
         for name, key in keys.items():
             value = given.get(name, key.default)
-            # a default may have the form of a case file, for example "liu"
+            # a default may be a value as in a case file, for example "liu"
             if name in given or (key.reader is not None and isinstance(value, str)):
                 with add_place(name, given=value):
                     values[name] = key.read(value, {**context, "values": values})
@@ -271,35 +271,35 @@ class Table:
         self.check()
 
     def check(self) -> None:
-        """Raise `InputError` if values do not fit each other."""
+        """Raise `InputError` if the values of several keys are inconsistent."""
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-Keys = Mapping[str, tuple[Any, Any]]  # annotations and defaults of keys; `MISSING` for no default
+Keys = Mapping[str, tuple[Any, Any]]  # annotation and default of each key; `MISSING` if there is no default
 
 
 def make_table(name: str, base: type[AnyTable], keys: Keys, doc: str | None = None) -> type[AnyTable]:
-    """Return a table class with the annotations and defaults of its own keys."""
+    """Create a table class with the given keys, in addition to those of its base class."""
     defaults = {key: default for key, (_, default) in keys.items() if default is not MISSING}
     hints = {key: hint for key, (hint, _) in keys.items()}
     return type(name, (base,), {**defaults, "__annotations__": hints, "__doc__": doc, "__module__": __name__})
 
 
 class Call(Table):
-    """Table whose keys are the fields of a dataclass or the arguments of a function, as made by `table_of`."""
+    """Table whose keys are the fields of a dataclass or the arguments of a function."""
 
     function: ClassVar[Callable[..., Any]]
     arguments: ClassVar[Mapping[str, str]]
 
     def result(self, *before: Any) -> Any:
-        """Return the dataclass or the function's result; `before` are the arguments without a key."""
+        """Call the dataclass or function with the values of the keys; `before` are its first arguments, which have no keys."""
         return type(self).function(*before, **{name: getattr(self, key) for key, name in self.arguments.items()})
 
 
 def _documented(described: Callable[..., Any]) -> dict[str, str]:
-    """Return the first sentence about each parameter in a docstring; a class overrides its base classes."""
+    """Return the first sentence on each parameter in the docstrings of a function, or of a class and its bases."""
     texts: dict[str, str] = {}
     for part in reversed(described.__mro__) if isinstance(described, type) else (described,):
         docstring = inspect.cleandoc(part.__doc__ or "")
@@ -310,7 +310,7 @@ def _documented(described: Callable[..., Any]) -> dict[str, str]:
 
 
 def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
-    """Return the defaults of a dataclass's fields or a function's arguments; laws and materials by their names."""
+    """Return the defaults of fields or arguments as in a case file: laws and materials are given by name."""
     if not isinstance(described, type):
         parameters = inspect.signature(described).parameters.values()
         return {
@@ -321,7 +321,7 @@ def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
 
 
 def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
-    """Return annotations and defaults of a table's keys, as in `table_of`; a hint of None removes a parameter."""
+    """Return annotations and defaults of the keys for a dataclass or function; a hint of None removes a parameter."""
     annotations = {**get_type_hints(described, include_extras=True), **dict(hints)}
     documented = {**MEANINGS, **_documented(described)}
     keys: dict[str, tuple[Any, Any]] = {}
@@ -341,7 +341,10 @@ def table_of(
     spelt: Mapping[str, str] = MappingProxyType({}),
     **examples: Any,
 ) -> type[Call]:
-    """Return the table class for the fields of a frozen dataclass or the arguments of a function."""
+    """Create the table class for the fields of a frozen dataclass or the arguments of a function.
+
+    `hints` replace annotations, `spelt` gives keys with another name than their parameter, `examples` have example values.
+    """
     keys = {spelt.get(name, name): key for name, key in keys_of(described, hints, **examples).items()}
     return call_table(described, keys, base=base_table, spelt=spelt)
 
@@ -349,7 +352,7 @@ def table_of(
 def call_table(
     described: Callable[..., Any], keys: Keys, *, base: type[Call], spelt: Mapping[str, str] = MappingProxyType({})
 ) -> type[Call]:
-    """Return the table class of given keys; those with the name of a parameter are passed to the dataclass or function."""
+    """Create a table class with given keys; those with the name of a parameter are passed to the dataclass or function."""
     table = make_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
     names = {spelt.get(name, name): name for name in _defaults(described)}
     table.function, table.arguments = staticmethod(described), {key: names[key] for key in keys if key in names}
@@ -357,7 +360,7 @@ def call_table(
 
 
 plain_table = cache(table_of)
-"""Return the table class of a dataclass without changes."""
+"""Return the table class of a dataclass, without changes of its keys."""
 
 
 def build(described: Any, given: Any, context: Context) -> Any:
@@ -366,23 +369,23 @@ def build(described: Any, given: Any, context: Context) -> Any:
 
 
 def with_key(key: str, value: Any, table: type[Table], *, required: bool = True) -> type[Table]:
-    """Return a table class with one more key and its schema; editors use it, and nothing is read with it."""
+    """Return a table class with one more key, for the JSON Schema only; it is not used to read files."""
     hint = Annotated[Any, Reader(lambda given, _: given, lambda: value)]
     return make_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
 
 
 def described(kind: type, hints: Hints = (), **examples: Any) -> Reader:
-    """Return the reader of a key whose value is a table that describes a frozen dataclass."""
+    """Return the reader of a key whose value is a table with the fields of a frozen dataclass."""
     return table_reader(cache(lambda: table_of(kind, hints, **examples)))
 
 
 def table_reader(keys: Callable[[], type[Any]], result: Callable[[Any], Any] = lambda table: table.result()) -> Reader:
-    """Return a reader of a table and its result; the table class is made when the first table is read."""
+    """Return the reader of a table that is converted by `result`; the table class is created when first needed."""
     return Reader(lambda given, context: result(keys().read(given, context)), keys)
 
 
 def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
-    """Return a table from parsed TOML; raise `PlacedError` for the first error."""
+    """Read a table from parsed TOML; raise `PlacedError` for the first error."""
     try:
         return table.read(given, context)
     except PlacedError:
@@ -392,7 +395,7 @@ def instance(table: type[AnyTable], given: Any, context: Context) -> AnyTable:
 
 
 class PlacedError(InputError):
-    """Error at a place of a case file."""
+    """Error with its place in a case file and the value there."""
 
     def __init__(
         self, place: Place, given: str, what: str, allowed: str = "", example: object = "", *, key: str | None = None
@@ -405,7 +408,7 @@ class PlacedError(InputError):
 
 
 def example_text(sample: object) -> str:
-    """Return the text to type in a case file."""
+    """Return an example value as the text to type in a case file."""
     if isinstance(sample, Sample):
         return f"{sample.key} = {toml(written(sample.value, sample.unit))}"
     return str(sample)
@@ -413,7 +416,7 @@ def example_text(sample: object) -> str:
 
 @contextmanager
 def add_prefix(where: str) -> Iterator[None]:
-    """Prefix the text of any `InputError` raised inside with the place `where`."""
+    """Add the prefix `where` to the text of any `InputError` raised in the block."""
     try:
         yield
     except InputError as error:

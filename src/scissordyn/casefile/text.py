@@ -1,4 +1,4 @@
-"""Reading of the user's text files, mostly TOML, and the line numbers of keys in them."""
+"""Read text files of users, mostly TOML, and find the line numbers of their keys."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import Any
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import HDF_MAGIC
 
-NESTING_MAX = 32  # [levels] of nested tables, lists or blocks of a drawing; a case has six
-FILE_BYTES_MAX = 64 * 2**20  # [bytes] largest text file that is read; a table of a million instants takes about 30 MB
+NESTING_MAX = 32  # [levels] Largest nesting of tables and lists, or of blocks in a drawing; a case file has six levels
+FILE_BYTES_MAX = 64 * 2**20  # [bytes] Size of the largest text file that is read; a million instants take about 30 MB
 
 
 def read_text(path: Path, what: str, sample: str = "") -> str:
@@ -41,35 +41,35 @@ def read_text(path: Path, what: str, sample: str = "") -> str:
             f"'{path}' has more than {FILE_BYTES_MAX // 2**20} MiB", f"{what} of at most {FILE_BYTES_MAX // 2**20} MiB", sample
         )
     try:
-        return content.decode("utf-8-sig")  # with or without the byte order mark of some editors
+        return content.decode("utf-8-sig")  # some editors write a byte order mark
     except UnicodeDecodeError:
         raise InputError(f"'{path}' is not a text file", f"{what} in UTF-8", sample) from None
 
 
 def _suggest_file(path: Path) -> str:
-    """Return a question that suggests the file with the most similar name in the folder."""
+    """Return a clause "did you mean ...?" with the file of the most similar name in the folder, or ""."""
     try:
         return did_you_mean(path.name, sorted(other.name for other in path.parent.iterdir() if other.is_file()))
     except (OSError, ValueError):
         return ""
 
 
-Place = tuple[int | str, ...]  # keys from the top of a file down, with the index of each table in a list
-HANDLES = ("joint", "guide", "name", "body")  # keys that identify a table of a list; the first one present counts
+Place = tuple[int | str, ...]  # place of a value: keys from the top level down, and indices in lists of tables
+NAME_KEYS = ("joint", "guide", "name", "body")  # keys whose value names a table in a list; the first one present is used
 
 TOKEN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
     re.DOTALL,
 )
-"""Tokens that can hide the end of a line, or are one."""
+"""Tokens of TOML to find the ends of statements: strings, comments, brackets and line ends."""
 
-PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # one part of a dotted key
-KEY = re.compile(rf"\s*({PART}(?:\s*\.\s*{PART})*)\s*=")  # a key at the start of a statement, up to its equals sign
-HEADER = re.compile(rf"\s*(\[\[?)\s*({PART}(?:\s*\.\s*{PART})*)\s*\]")  # the header of a table or of a table in a list
+KEY_PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # one part of a dotted key
+KEY = re.compile(rf"\s*({KEY_PART}(?:\s*\.\s*{KEY_PART})*)\s*=")  # a key at the start of a statement, up to its equals sign
+HEADER = re.compile(rf"\s*(\[\[?)\s*({KEY_PART}(?:\s*\.\s*{KEY_PART})*)\s*\]")  # the header of a table or of a table in a list
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """Yield line and text of each statement of a TOML file."""
+    """Yield line number and text of each statement of a TOML file."""
     start, depth = 0, 0
     for token in TOKEN.finditer(text):
         mark = token[0]
@@ -81,7 +81,7 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _keys(dotted: str) -> tuple[str, ...]:
-    """Return the parts of a key such as ``a."b.c"``."""
+    """Split a dotted key such as ``a."b.c"`` into its parts."""
     tree: Any = tomllib.loads(f"{dotted} = 0")
     keys = []
     while isinstance(tree, dict):
@@ -91,7 +91,7 @@ def _keys(dotted: str) -> tuple[str, ...]:
 
 
 def _places(text: str) -> Iterator[tuple[int, Place]]:
-    """Yield line and place of each header and each key."""
+    """Yield line number and place of each header and each key of a TOML file."""
     counts: dict[Place, int] = {}
     table: Place = ()
 
@@ -116,15 +116,15 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
                 yield line, table
             elif key:
                 yield line, (*table, *_keys(key[1]))
-        except tomllib.TOMLDecodeError:  # not a valid statement; the TOML parser reports it
+        except tomllib.TOMLDecodeError:  # invalid statement; the TOML parser reports it
             continue
 
 
 def line_of(text: str, place: Place) -> int:
-    """Return the line of a place, or of the innermost enclosing table with its own header; 0 if there is none."""
+    """Return the line number of a place, or of the innermost table around it with a header; 0 if there is none."""
     best, nearest = 0, 0
     for line, here in _places(text):
-        # a list of tables is given, but one table or no table of this name is read
+        # the file has a list of tables where one table or no table is expected
         list_of_tables = here[-1:] == (0,) and here[:-1] == place
         if len(here) > best and (place[: len(here)] == here or list_of_tables):
             best, nearest = len(here), line
@@ -132,12 +132,14 @@ def line_of(text: str, place: Place) -> int:
 
 
 def table_name(entry: Any) -> str:
-    """Return the name that identifies a table in a list, or ""."""
-    return next((str(entry[key]) for key in HANDLES if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
+    """Return the value of the key that names a table in a list, or ""."""
+    return (
+        next((str(entry[key]) for key in NAME_KEYS if isinstance(entry.get(key), str)), "") if isinstance(entry, dict) else ""
+    )
 
 
 def place_text(tree: Any, place: Place) -> str:
-    """Return a place in the form of ``--set``, with the tables of a list by name: ``clearance.A.friction``."""
+    """Return a place as a path for ``--set``, such as ``clearance.A.friction``; tables of a list appear by name."""
     text = ""
     for key, there in _steps(tree, place):
         if isinstance(key, int):
@@ -148,14 +150,16 @@ def place_text(tree: Any, place: Place) -> str:
 
 
 def value_at(tree: Any, place: Place) -> Any:
-    """Return the value at a place, or None."""
+    """Return the value at a place of parsed TOML; None if there is none."""
     return [tree, *(there for _, there in _steps(tree, place))][-1]
 
 
 def _steps(tree: Any, place: Place) -> Iterator[tuple[int | str, Any]]:
-    """Yield each key of a place and the value at it."""
+    """Yield each key of a place with the value at it."""
     for key in place:
-        if isinstance(key, int) and isinstance(tree, dict) and tree:  # a single table, where a list of tables is expected
+        if (
+            isinstance(key, int) and isinstance(tree, dict) and tree
+        ):  # the file has one table where a list of tables is expected
             continue
         try:
             tree = tree[key]
@@ -169,7 +173,7 @@ def _ordinal(number: int) -> str:
 
 
 def place_of_name(tree: Any, message: str) -> Place:
-    """Return the place of the first table of a list that a message names in quotes, or ()."""
+    """Return the place of the first table whose name is quoted in an error message; () if there is none."""
     tables = {
         table_name(entry): (section, index)
         for section, entries in reversed(tree.items())

@@ -1,4 +1,4 @@
-"""Time functions of drives, loads and lengths in a case file: kinds and readers."""
+"""Read the time functions of drives, loads and lengths in a case file."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ HEADER = re.compile(
 
 @dataclass(frozen=True)
 class Values:
-    """Kind of values of a time function, with example texts in TOML."""
+    """Kind of quantity that a time function may have, such as an angle: its names and units, and examples in TOML."""
 
-    name: str  # name of a column in a table
-    unit: str
-    shown: str  # unit in the heading of a file
-    key: str  # usual key of a time function with such values
-    column: Any  # column of a table at 0, 10, ..., 50 ms
-    coefficients: list[Any]  # coefficients of a polynomial
-    ends: tuple[Any, Any]  # ends of a move
-    oscillation: tuple[Any, Any]  # mean and amplitude
-    speed: Quantity | None = None  # constant speed
+    name: str  # name of the column in a table
+    unit: str  # SI unit
+    shown: str  # unit in the heading of a data file
+    key: str  # usual key of a time function of this quantity
+    column: Any  # example of a table: values at 0, 10, ..., 50 ms
+    coefficients: list[Any]  # example of the coefficients of a polynomial
+    ends: tuple[Any, Any]  # example of start and end of a motion
+    oscillation: tuple[Any, Any]  # example of mean and amplitude of an oscillation
+    speed: Quantity | None = None  # quantity of a constant speed; None if there is no such time function
 
     @property
     def table(self) -> str:
@@ -116,16 +116,16 @@ VALUES: Mapping[str, Values] = {
         speed=Quantity("N m/s", help="a torque that grows from zero at this rate"),
     ),
 }
-"""Kinds of values of time functions, by unit."""
+"""Quantities of time functions, by SI unit."""
 
 
 def powers(unit: str) -> tuple[str, ...]:
-    """Return the units of the coefficients of a polynomial of time, from the constant up."""
+    """Return the units of the coefficients of a polynomial in time, from the constant to the highest power."""
     return (unit, f"{unit}/s", *(f"{unit}/s^{power}" for power in range(2, 6)))
 
 
 def read_tabulated(given: Any, folder: Path, unit: str = "rad") -> Tabulated:
-    """Read values at instants, from a file or from a table."""
+    """Read a time function from a table with the keys `time` and values, or from the data file that is named."""
     values, name = VALUES[unit], VALUES[unit].name
     if isinstance(given, str):
         return _from_file(folder / given, values)
@@ -142,7 +142,7 @@ def _plain(given: Any, sample: str) -> tuple[float, ...]:
 
 
 def _from_file(path: Path, values: Values) -> Tabulated:
-    # A case may name a file that its author must not see: no message contains text of the file.
+    # a case may name a file that its author is not allowed to read: no message contains text of the file
     wanted = f"time [ms], {values.name} [{values.shown}]"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
     units = HEADER.fullmatch(header)
@@ -157,7 +157,7 @@ def _from_file(path: Path, values: Values) -> Tabulated:
             time, value = map(float, entries)
         except ValueError:
             raise InputError(
-                f"'{path}' line {number} does not hold two numbers", "two numbers in each line", "10, 35.5"
+                f"'{path}' line {number} does not have two numbers", "two numbers in each line", "10, 35.5"
             ) from None
         rows.append((time, value))
     with add_prefix(f"'{path}' line 1"):
@@ -174,7 +174,7 @@ def _table_reader(unit: str) -> Reader:
     @reader(lambda: {"anyOf": [{"type": "string"}, table_shape(unit)]})
     def read(given: Any, context: Context) -> Tabulated:
         if isinstance(given, str) and code_of(context).recorded:
-            raise InputError("a file name in a saved run", "the numbers themselves", VALUES[unit].table)
+            raise InputError("a saved run names a data file", "the numbers of the table", VALUES[unit].table)
         return read_tabulated(given, context.get("folder", Path()), unit)
 
     return read
@@ -187,13 +187,13 @@ def _coefficients(units: tuple[str, ...]) -> Shape:
 
 
 def _polynomial_reader(unit: str) -> Reader:
-    """Return a reader of coefficients from the constant up, each with the unit of its power of time."""
+    """Return the reader of a list of polynomial coefficients in ascending order, each with its unit."""
     units, sample = powers(unit), f"polynomial = {toml(VALUES[unit].coefficients)}"
 
     @reader(lambda: _coefficients(units))
     def read(given: Any, _: Context) -> Polynomial:
         if not isinstance(given, list) or not 1 <= len(given) <= len(units):
-            raise InputError("not a list of one to six coefficients", "coefficients from the constant up", sample)
+            raise InputError("not a list of one to six coefficients", "coefficients in ascending order", sample)
         coefficients = []
         for power, (number, wanted) in enumerate(zip(given, units, strict=False)):
             with add_prefix(f"coefficient {power}"):
@@ -204,7 +204,7 @@ def _polynomial_reader(unit: str) -> Reader:
 
 
 class MotionTable(Table):
-    """Table of which exactly one key, a kind of time function, is given."""
+    """Table of a time function; exactly one of its keys is given, and the key is the kind of time function."""
 
     sample: ClassVar[str]
 
@@ -222,7 +222,7 @@ class MotionTable(Table):
 
 
 def units_of(kind: type, unit: str) -> dict[str, str]:
-    """Return the units of the fields of a time function; a phase remains an angle."""
+    """Return the units of the fields of a time function for values in `unit`; a phase has always the unit of an angle."""
     numbers = quantities(kind).items()
     return {name: unit if number.unit == "rad" and name != "phase" else number.unit for name, number in numbers}
 
@@ -235,7 +235,7 @@ def _filled(kind: type, unit: str, examples: Mapping[str, Any]) -> Reader:
 
 
 def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
-    """Return the table class of the time functions with some kind of values."""
+    """Create the table class of time functions with values in `unit`."""
     values, keys = VALUES[unit], dict[str, tuple[Any, Any]]()
     instead = ", instead of speed" if values.speed else ""
     headings = f'a file that starts with "time [ms], {values.name} [{values.shown}]"'
@@ -260,7 +260,7 @@ def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
 
 
 AngleTable = _table_of("AngleTable", "rad", "A prescribed angle")
-TABLES = {
+TIME_FUNCTION_TABLES = {
     "1": _table_of("TimeFunctionTable", "1", "A factor over time"),
     "m": _table_of("DistanceTable", "m", "A length over time"),
     "rad": AngleTable,
@@ -270,14 +270,14 @@ TABLES = {
 
 
 class DriveTable(AngleTable):  # type: ignore[misc, valid-type]
-    """A prescribed angle: one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
+    """Table [drive]: a prescribed angle, one of speed, harmonic, table, polynomial, cycloidal and trapezoidal."""
 
     body: Annotated[str, About("the driven body", examples=["unit 1/bar 1"])] = ""
 
 
 def time_function(unit: str) -> Reader:
     """Return the reader of a key whose value is a time function."""
-    return table_reader(lambda: TABLES[unit], MotionTable.motion)
+    return table_reader(lambda: TIME_FUNCTION_TABLES[unit], MotionTable.motion)
 
 
 read_as(TimeFunction, lambda about: time_function(next((extra.unit for extra in about if isinstance(extra, OverTime)), "1")))

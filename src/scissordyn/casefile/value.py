@@ -1,4 +1,4 @@
-"""Readers of values by their type: points, lists, laws, controllers, materials and oils."""
+"""Readers of values in a case file by type: points, lists, laws, controllers, materials and oils."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from scissordyn.units import Pairs, Quantity
 
 
 def columns_shape(columns: Mapping[str, Shape]) -> Shape:
-    """Return the schema of a table of columns, all of which are required."""
+    """Return the JSON Schema of a table with required columns."""
     return {"type": "object", "properties": columns, "required": list(columns), "additionalProperties": False}
 
 
@@ -35,7 +35,7 @@ def _unit(about: tuple[Any, ...]) -> str:
 
 
 def pair(unit: str) -> Reader:
-    """Return the reader of two numbers and their unit."""
+    """Return the reader of a text with two numbers and their unit."""
 
     @reader(lambda: NumbersText(unit, 2))
     def read(given: Any, _: Context) -> Point:
@@ -96,7 +96,9 @@ def _points(given: Any, context: Context) -> dict[str, Point]:
 
 @reader(lambda: {"type": "string", "pattern": r"^.+\..+$"})
 def _body_point(given: Any, context: Context) -> BodyPoint:
-    if isinstance(given, list) and len(given) == 2 and all(isinstance(name, str) for name in given):  # a name with a dot
+    if (
+        isinstance(given, list) and len(given) == 2 and all(isinstance(name, str) for name in given)
+    ):  # body and point as a list, because the name has a dot
         return given[0], given[1]
     try:
         return body_point(given if isinstance(given, str) else "")
@@ -109,7 +111,9 @@ BODY_POINT = _body_point
 
 @reader(lambda: {"type": "string"})
 def _named_or_placed(given: Any, context: Context) -> str | Point:
-    if isinstance(given, list) and len(given) == 1 and isinstance(given[0], str):  # a name with a comma
+    if (
+        isinstance(given, list) and len(given) == 1 and isinstance(given[0], str)
+    ):  # name of a point as a list, because the name has a comma
         return given[0]
     if not isinstance(given, str):
         raise InputError("not a point", 'the name of a point, or a place as "1.2, 0 m"', 'point = "end"')
@@ -125,7 +129,7 @@ def _names(given: Any, context: Context) -> tuple[str, ...]:
 
 
 def _of_points(about: tuple[Any, ...]) -> Reader:
-    """Return the reader of pairs of numbers, or of corners if the annotation has no `Pairs`."""
+    """Return the reader of a sequence of points: pairs of numbers if the annotation has `Pairs`, otherwise corners."""
     return next((_pairs(extra) for extra in about if isinstance(extra, Pairs)), _corners)
 
 
@@ -139,16 +143,16 @@ read_as(tuple[str, ...], _names)
 
 
 SUGGESTED_LAWS = {"stiffness": "liu", "damping": "flores", "friction": "none"}
-"""Suggested law of each kind: the default of a clearance joint."""
+"""Law of each kind that templates suggest: the default of a clearance joint."""
 
-CONTROLLER: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
-"""Example of a controller."""
+CONTROLLER_EXAMPLE: dict[str, Any] = {"name": "pid", "proportional": "2e4 N m/rad", "derivative": "1500 N m s/rad"}
+"""Example of a controller in templates and messages."""
 
 
 def _read_element(slot: str, given: Any, context: Context) -> Any:
-    """Read a law or a controller; a damping law uses the restitution coefficient of the table around it, if there is one."""
+    """Read a law or a controller; a damping law gets the restitution coefficient of its table, if that is given."""
     key, classes, file, sample = (
-        ("name", CONTROLLERS, "my_control.py:steer", f"controller = {toml(CONTROLLER)}")
+        ("name", CONTROLLERS, "my_control.py:steer", f"controller = {toml(CONTROLLER_EXAMPLE)}")
         if slot == "controller"
         else ("law", BY_KIND[slot], "my_laws.py:soft", f'{slot} = "{SUGGESTED_LAWS[slot]}"')
     )
@@ -160,7 +164,7 @@ def _read_element(slot: str, given: Any, context: Context) -> Any:
     restitution = context.get("values", {}).get("restitution") if slot == "damping" else None
     if restitution is not None:
         if "restitution" in parameters:
-            raise InputError(f"restitution is given for the joint and for its {title}", "one of them")
+            raise InputError(f"restitution is given both for the joint and for its {title}", "one restitution")
         parameters["restitution"] = restitution
     code = code_of(context)
     kind: Any = code.element(slot, name, parameters) if code.names(name) else classes.get(name)
@@ -171,13 +175,13 @@ def _read_element(slot: str, given: Any, context: Context) -> Any:
         example = f'{slot} = "{near[0]}"' if near else sample
         raise InputError(f"unknown {title} '{name}'{did_you_mean(name, classes)}", allowed, example)
     if restitution is not None and "restitution" not in {field.name for field in dataclasses.fields(kind)}:
-        what = f"restitution is given for the joint, but {title} '{name}' has none"
-        raise InputError(what, "no restitution, or a law that has one")
+        what = f"restitution is given for the joint, but {title} '{name}' does not have this parameter"
+        raise InputError(what, "no key restitution, or a damping law with a restitution coefficient")
     return build(kind, parameters, context)
 
 
 def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
-    """Return the schema of a class name or of a table of its parameters; the keys of a user-defined class are not known."""
+    """Return the JSON Schema of an element: its name, or a table with its parameters; those of a user's class are unknown."""
     in_file = {"type": "string", "pattern": r"\.py:"}
     tables = [with_key(key, {"const": name}, plain_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file}, "required": [key]}
@@ -185,7 +189,7 @@ def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
 
 
 def _table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
-    """Return the schema of a name, or of a table whose own name may be left out; any name is allowed if `names` is None."""
+    """Return the JSON Schema of a name, or of a table without required name; if `names` is None, any name is allowed."""
     text = {"type": "string"} if names is None else {"enum": list(names)}
     return {"anyOf": [text, with_key("name", {"type": "string"}, plain_table(kind), required=False)]}
 

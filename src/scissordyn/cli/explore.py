@@ -77,7 +77,7 @@ def import_drawing(
     until: Annotated[str, Option(metavar="TIME", help="How long the case runs.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
-    from scissordyn.casefile.case_text import BEGINNING
+    from scissordyn.casefile.case_text import FIRST_LINE
     from scissordyn.casefile.quantity import read_quantity
     from scissordyn.config.file import write_case
     from scissordyn.exchange.read import read_drawing
@@ -85,7 +85,7 @@ def import_drawing(
     from scissordyn.model.options import Options
     from scissordyn.units import Quantity
 
-    check_target(case, sample="-o case.toml", beginning=BEGINNING.encode())
+    check_target(case, sample="-o case.toml", beginning=FIRST_LINE.encode())
     density = read_quantity(linear_density, Quantity("kg/m", above=0.0))
     near = read_quantity(tolerance, Quantity("m", above=0.0)) if tolerance else None
     end = typed(until, "--until")

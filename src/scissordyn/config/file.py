@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.casefile.case import Case, CaseTable
-from scissordyn.casefile.case_text import BEGINNING, case_text
+from scissordyn.casefile.case_text import FIRST_LINE, case_text
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.quantity import read_quantity
 from scissordyn.casefile.table import Context, PlacedError, example_text, instance
@@ -123,7 +123,7 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     """
     if Path(path).suffix.lower() in (".nc", *OTHER_ENDINGS) and Path(path).suffix.lower() != ".toml":
         raise InputError(f"'{path}' is not a name for a case file", "a name that ends in .toml", f"{Path(path).stem}.toml")
-    check_target(path, sample=SAMPLE, beginning=BEGINNING.encode())
+    check_target(path, sample=SAMPLE, beginning=FIRST_LINE.encode())
     text = case_text(described, run, folder=Path(path).absolute().parent)
     return write_file(path, text.encode(), sample=SAMPLE)
 

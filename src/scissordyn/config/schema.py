@@ -10,7 +10,14 @@ from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin
 
 from scissordyn.annotation import members
-from scissordyn.casefile.quantity import CELSIUS, PREFIXES, SMALL_PREFIXES, UNITS, NumbersText, unit_factor
+from scissordyn.casefile.quantity import (
+    CELSIUS,
+    PREFIX_DEFINITIONS,
+    SMALL_PREFIX_DEFINITIONS,
+    UNIT_DEFINITIONS,
+    NumbersText,
+    unit_factor,
+)
 from scissordyn.casefile.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
@@ -164,7 +171,7 @@ def _names(definition: str) -> list[str]:
 @cache
 def _units() -> tuple[str, ...]:
     """Return the names of all units without prefixes, longest first."""
-    names = {name for definition in UNITS for name in _names(definition)}
+    names = {name for definition in UNIT_DEFINITIONS for name in _names(definition)}
     return tuple(sorted(names, key=lambda name: (-len(name), name)))
 
 
@@ -189,7 +196,9 @@ def _either(names: Iterable[str]) -> str:
 
 @cache
 def _prefix(without: frozenset[str] = frozenset()) -> str:
-    prefixes = {name for definition in (*PREFIXES, *SMALL_PREFIXES) for name in _names(definition)} - without
+    prefixes = {
+        name for definition in (*PREFIX_DEFINITIONS, *SMALL_PREFIX_DEFINITIONS) for name in _names(definition)
+    } - without
     return f"(?:{'|'.join(sorted(prefixes, key=lambda name: (-len(name), name)))})?"
 
 

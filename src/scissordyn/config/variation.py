@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from scissordyn.casefile.quantity import FAMILIAR, LEADING_NUMBER, read_quantity, unit_factor
+from scissordyn.casefile.quantity import LEADING_NUMBER, USUAL_UNITS, read_quantity, unit_factor
 from scissordyn.casefile.table import toml
 from scissordyn.casefile.text import read_text
 from scissordyn.config.file import read_case
@@ -111,7 +111,7 @@ def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder
     except InputError as error:
         sample = error.example or VARY
         if error.what == "missing unit":
-            sample = f"'{text.strip()} {FAMILIAR.get(quantity.unit, (quantity.unit,))[-1]}'"
+            sample = f"'{text.strip()} {USUAL_UNITS.get(quantity.unit, (quantity.unit,))[-1]}'"
         elif (hyphen := HYPHEN.match(text)) is not None:
             sample = f"'{hyphen[1]}..{text[hyphen.end() :].strip()}'"
         raise InputError(f"'{parameter}' over '{text}': {error.what}", error.expected or FORMS, sample) from None

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scissordyn.casefile.case import LISTS, WEAR
+from scissordyn.casefile.case import LISTS, WEAR_READER
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.part import component_part
 from scissordyn.casefile.quantity import read_numbers, read_quantity, unit_factor, written
 from scissordyn.casefile.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
 from scissordyn.casefile.table import Key, Reader, Shape, Table, plain_table, table_of
 from scissordyn.casefile.text import table_name
-from scissordyn.casefile.time_function import TABLES, DriveTable
+from scissordyn.casefile.time_function import TIME_FUNCTION_TABLES, DriveTable
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import BY_KIND
@@ -36,7 +36,7 @@ STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
 READERS: Mapping[str, Reader] = {
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
-    "wear": WEAR,
+    "wear": WEAR_READER,
     **{section: read for section, (read, _) in LISTS.items()},
 }
 CHOICES: Mapping[tuple[Any, str], str] = {
@@ -162,7 +162,7 @@ def _table_in(shape: Shape) -> Any:
 def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
     """Return the table of a key's value; the motion of a coordinate is read according to the coordinate."""
     if key.name == "motion" and "coordinate" in given:
-        return DriveTable if "angle" in given["coordinate"] else TABLES["m"]
+        return DriveTable if "angle" in given["coordinate"] else TIME_FUNCTION_TABLES["m"]
     return BendingTable if key.name == "bars" else _table_in(reader.shape())
 
 

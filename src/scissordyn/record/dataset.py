@@ -8,7 +8,7 @@ import re
 
 import numpy as np
 
-from scissordyn.casefile.configuration import TITLE
+from scissordyn.casefile.configuration import RUN_TITLE
 from scissordyn.components.declaration import Component
 from scissordyn.components.port import AXIS
 from scissordyn.control.signal import RECORDABLE
@@ -64,7 +64,7 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
         )
     variables |= components
     attributes = {
-        "title": TITLE,
+        "title": RUN_TITLE,
         "status": path.status,
         "cause": path.cause,
         "end": path.end,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scissordyn.casefile.configuration import ATTRIBUTE, TITLE
+from scissordyn.casefile.configuration import ATTRIBUTE, RUN_TITLE
 from scissordyn.errors import InputError
 from scissordyn.file.output_file import TITLE_START, check_name, check_target, regular_size, write_file
 from scissordyn.record.results import Results, Run
@@ -173,7 +173,7 @@ def _write(path: str | os.PathLike[str], content: Callable[[], bytes | memoryvie
 def _without_file(run: Run) -> list[str]:
     """Return names of functions and classes of a run that no file defines; none for data that are not a run of this version."""
     title, text = run.attrs.get("title"), run.attrs.get(ATTRIBUTE)
-    if not (isinstance(title, str) and title == TITLE and isinstance(text, str)):
+    if not (isinstance(title, str) and title == RUN_TITLE and isinstance(text, str)):
         return []
     try:
         code = tomllib.loads(text).get("code", {})

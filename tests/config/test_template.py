@@ -18,8 +18,8 @@ from scissordyn.casefile.table import table_of
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.components.actuator import Actuator
 from scissordyn.config.file import read_case
-from scissordyn.config.fitted import FURTHER
-from scissordyn.config.template import STARTERS, TURNS, template
+from scissordyn.config.fitted import PART_VALUES
+from scissordyn.config.template import STARTERS, DEPLOYMENT_TURNS, template
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.mechanism import Mechanism
@@ -80,7 +80,7 @@ APART = ("pin_friction", "pin_lugre", "tape_spring")
 GROUPS = [
     ("servo", "tip", "payload", "panels", "latch"),
     *((part,) for part in (*DRIVING[1:], *APART)),
-    tuple(part for part in FURTHER if part not in (*DRIVING, *APART, "tip", "payload", "panels", "latch")),
+    tuple(part for part in PART_VALUES if part not in (*DRIVING, *APART, "tip", "payload", "panels", "latch")),
 ]
 """Parts that are added together; only one of them drives the structure."""
 
@@ -116,7 +116,7 @@ def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str,
 
 def test_every_part_is_in_a_group() -> None:
     """Contract: the groups above have all parts of `new --with`."""
-    assert {part for parts in GROUPS for part in parts} == set(FURTHER)
+    assert {part for parts in GROUPS for part in parts} == set(PART_VALUES)
 
 
 @pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])
@@ -125,7 +125,7 @@ def test_a_printed_servo_follows_its_reference(case_of: Callable[..., Case], kin
     case = case_of(template(kind, ["servo", "tip", "payload"]))
     run = simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
     answer = run.scissordyn.summary()
-    assert abs(run["control_error"].values).max() < 1e-3 * abs(TURNS[kind])
+    assert abs(run["control_error"].values).max() < 1e-3 * abs(DEPLOYMENT_TURNS[kind])
     servo = answer.actuators[0]
     assert servo.limit is not None
     assert servo.torque == pytest.approx(servo.limit / 1.5, rel=0.05)

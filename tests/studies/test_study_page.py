@@ -101,7 +101,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
         ((*SWEEP, "--cluster", "none.yaml"), "cannot read 'none.yaml': No such file or directory; expected YAML"),
         ((*SWEEP, "--require", "peak_forse < 500 N"), "did you mean 'peak_force'"),
         ((*SWEEP, "--require", "tip.eror < 3 mm"), "did you mean 'error'"),
-        ((*SWEEP, "--measure", "late [kN m = mine.py:late"), "a name, its unit if it has one, and a function of a file"),
+        ((*SWEEP, "--measure", "late [kN m = mine.py:late"), "a name, a unit in brackets, and a function in a file"),
         ((*SWEEP, "--measure", "late [knots] = mine.py:late"), "unknown unit 'knots'"),
         ((*SWEEP, "--measure", "late [N] = mine.py:late", "--require", "late < 5 mm"), "'mm' is not a unit of [N]"),
         ((*SWEEP, "--measure", "tip.error"), "no track 'tip' with a peak_track_deviation; expected a case with a track"),

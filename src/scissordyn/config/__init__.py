@@ -1,1 +1,1 @@
-"""Case and study files: reading TOML with units into the frozen descriptions of `scissordyn.model` and `scissordyn.studies`."""
+"""Case and study files: read TOML with units as mechanisms, options and studies, and write case files and templates."""

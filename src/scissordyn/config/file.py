@@ -1,4 +1,4 @@
-"""Case files: reading, changing and writing them, and the folder of the package's examples."""
+"""Read, change and write case files, and find the folder of the package's examples."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from scissordyn.model.section import with_dimension
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity, checked
 
-SAMPLE = "write_case(arm, 'arm.toml')"
+WRITE_EXAMPLE = "write_case(arm, 'arm.toml')"
 
 UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*[=:]\s*\"?(?P<value>(?:[+-]?[\d.]+\s*)?[a-zA-Z°µ][^\"#{\[]*)\"?\s*(#.*)?")
-"""Line with an unquoted text or quantity, with only one quote, or with a colon instead of an equals sign."""
+"""Wrong TOML line: text or quantity without quotes or with one quote, or a colon instead of an equals sign."""
 
-REPEATED = "is repeated"
-REASONS = (
+REPEATED = "is repeated"  # end of an error text
+TOML_ERROR_TEXTS = (
     (r"Cannot overwrite a value", f"a key or table {REPEATED}"),
     (r"Cannot declare .* twice", f"a table {REPEATED}"),
     (r"Illegal character '\\n'", "a text has no closing quote"),
 )
-"""Messages of Python's TOML parser, and clearer texts for them."""
+"""Patterns of messages of Python's TOML parser, and clearer texts that replace them."""
 
-CASE_TABLES = frozenset(("structure", "body", "joint", "run"))  # tables that identify a case file
+CASE_TABLES = frozenset(("structure", "body", "joint", "run"))  # a file with one of these tables is a case file
 
 
 @checked
@@ -52,7 +52,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     ----------
     path : path
     changes : iterable of str, optional
-        Values to change first, for example "drive.speed=250 rpm", in the form of `apply_changes`.
+        Values that replace those of the file, for example "drive.speed=250 rpm".
 
     Returns
     -------
@@ -76,7 +76,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
             command("scissordyn", "study", path, "-o", f"{path.stem}.db"),
         )
     if "body" in tree and "structure" not in tree:
-        raise InputError(f"{path}: missing key 'structure'", "bodies of a mechanism", 'structure = { kind = "mechanism" }')
+        raise InputError(f"{path}: missing key 'structure'", "the kind of structure", 'structure = { kind = "mechanism" }')
     with in_file(path, text, tree, written):
         case = make_case(tree, {"folder": path.parent, "code": _code(tree, path.parent)})
         return replace(case, mechanism=apply_numbers(case.mechanism, of_parts)) if of_parts else case
@@ -90,18 +90,18 @@ def make_case(tree: Mapping[str, Any], context: Context) -> Case:
 
 
 def is_study(tree: dict[str, Any]) -> bool:
-    """Report whether parsed TOML is a study file, which names a case file."""
+    """Return True if parsed TOML is a study file, which has the key `case`."""
     return isinstance(tree.get("case"), str) and not CASE_TABLES & tree.keys()
 
 
 def is_case(tree: dict[str, Any]) -> bool:
-    """Report whether parsed TOML is a case file rather than a study file."""
+    """Return True if parsed TOML is a case file and not a study file."""
     return "case" not in tree and bool(CASE_TABLES & tree.keys())
 
 
 @checked
 def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run: Options | None = None) -> Path:
-    """Write a mechanism, with the options of its simulation, as a case file; reading the file gives equal ones.
+    """Write a mechanism and the options of its simulation to a case file; reading the file gives equal objects.
 
     An existing file is replaced only if `write_case` wrote it. The file is written completely or not at all.
 
@@ -119,13 +119,13 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     Raises
     ------
     InputError
-        If a part cannot be written, for example a function that is not in a file, or if another file has the name.
+        If a part cannot be written, for example a function that is not in a file, or if the path is another kind of file.
     """
     if Path(path).suffix.lower() in (".nc", *OTHER_ENDINGS) and Path(path).suffix.lower() != ".toml":
         raise InputError(f"'{path}' is not a name for a case file", "a name that ends in .toml", f"{Path(path).stem}.toml")
-    check_target(path, sample=SAMPLE, beginning=FIRST_LINE.encode())
+    check_target(path, sample=WRITE_EXAMPLE, beginning=FIRST_LINE.encode())
     text = case_text(described, run, folder=Path(path).absolute().parent)
-    return write_file(path, text.encode(), sample=SAMPLE)
+    return write_file(path, text.encode(), sample=WRITE_EXAMPLE)
 
 
 def _code(tree: dict[str, Any], folder: Path) -> Code:
@@ -135,7 +135,10 @@ def _code(tree: dict[str, Any], folder: Path) -> Code:
 
 @contextmanager
 def in_file(path: Path, text: str, tree: dict[str, Any], written: dict[str, Any] | None = None) -> Iterator[None]:
-    """Add the file and the line to any `InputError` raised inside; the line is left out if the place was changed."""
+    """Add file and line number to any `InputError` raised in the block.
+
+    `tree` is the parsed TOML with changes, `written` the parsed text. The line is left out for a value that was changed.
+    """
     written = tree if written is None else written
     try:
         yield
@@ -150,7 +153,7 @@ def in_file(path: Path, text: str, tree: dict[str, Any], written: dict[str, Any]
 
 
 def _quote_value(text: str, reason: str) -> str:
-    """Return the line of a TOML error with its quantity in quotes, or "" if quotes are not what it lacks."""
+    """Return the wrong line of a TOML error with its quantity in quotes; "" if the error has another cause."""
     place = re.search(r"at line (\d+)", reason)
     lines = text.splitlines()
     match = UNQUOTED.fullmatch(lines[int(place[1]) - 1]) if place and int(place[1]) <= len(lines) else None
@@ -158,7 +161,7 @@ def _quote_value(text: str, reason: str) -> str:
 
 
 def _broken_table(text: str, reason: str) -> str:
-    """Say that an inline table has a line break or a last comma, which TOML 1.0 does not allow; empty for other errors."""
+    """Return an error text for an inline table with a line break or trailing comma (not allowed in TOML 1.0), else ""."""
     place = re.search(r"(?:key part|Unclosed inline table) \(at line (\d+), column (\d+)\)", reason)
     if place is None:
         return ""
@@ -177,10 +180,12 @@ def parse_toml(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
     try:
         tree = tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"'{path}' has lists or tables nested without end", f"at most {NESTING_MAX} levels") from None
-    except ValueError as error:  # a whole number of thousands of digits raises a plain ValueError
+        raise InputError(f"'{path}' has too deeply nested lists or tables", f"at most {NESTING_MAX} levels") from None
+    except ValueError as error:  # an integer with thousands of digits raises a plain ValueError
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "a number of thousands of digits"
-        what = next((re.sub(pattern, words, reason) for pattern, words in REASONS if re.search(pattern, reason)), reason)
+        what = next(
+            (re.sub(pattern, words, reason) for pattern, words in TOML_ERROR_TEXTS if re.search(pattern, reason)), reason
+        )
         what = _broken_table(text, reason) or what
         sample = "" if REPEATED in what else _quote_value(text, reason)
         raise InputError(f"'{path}' is not valid TOML: {what}", allowed, sample) from None
@@ -200,31 +205,34 @@ def folder_of_examples() -> Path:
     return installed if installed.is_dir() else package.parents[1] / "examples"
 
 
-CHANGE = "--set drive.speed='250 rpm'"  # example of a change
+CHANGE_EXAMPLE = "--set drive.speed='250 rpm'"
 DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
-PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # sections of friction in ideal pins
-LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law, by name or as a table
+PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # tables of friction in ideal pins
+LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law: its name, or a table
 
 
 def apply_changes(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """Return parsed TOML with some values changed by ``path=value``.
+    """Return parsed TOML with values changed by texts of the form ``path=value``.
 
-    A table of a list is given by index, name or joint (``clearance.A.friction``); ``clearance.all.friction`` changes all of
-    them.
+    In a path, a table of a list is given by index, name or joint (``clearance.A.friction``). ``clearance.all.friction``
+    changes all tables of the list.
     """
     new = copy.deepcopy(tree)
     for change in changes:
         path, equals, value = change.partition("=")
         keys = [key.strip() for key in path.split(".")]
         if not equals or not all(keys):
-            raise InputError(f"--set {change!r}", "a path of keys, an equals sign and a value", CHANGE)
+            raise InputError(f"wrong form of --set {change!r}", "a path of keys, an equals sign and a value", CHANGE_EXAMPLE)
         for path_of_one in _expand_all(new, keys):
             _set_value(new, path_of_one, _parse_value(value.strip()), change)
     return new
 
 
 def _expand_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
-    """Return the path, or the paths of all tables of a list for ``clearance.all.friction``, unless a table is named "all"."""
+    """Return the paths that a path stands for: ``clearance.all.friction`` is a path for each [[clearance]] table.
+
+    A path without "all", or to a table that is named "all", stands for itself.
+    """
     tables = tree.get(keys[0])
     if len(keys) < 3 or keys[1] != "all" or not isinstance(tables, list) or "all" in map(table_name, tables):
         return [keys]
@@ -234,7 +242,7 @@ def _expand_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
 def _parse_value(text: str) -> Any:
     try:
         table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):  # not TOML, or too large or too deeply nested; the reader reports the error
+    except (ValueError, RecursionError):  # not valid TOML: keep the text, and the reader of the key reports the error
         return text
     return table["value"] if len(table) == 1 else text
 
@@ -250,11 +258,11 @@ def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -
         if key == "section" and isinstance(inner, str) and depth == len(keys) - 2:
             place[key] = with_dimension(inner, keys[-1], read_quantity(value, DIMENSION, f"--set {change!r}"))
             return
-        if key in LAW_KEYS and isinstance(inner, str):  # "lugre" and { law = "lugre" } are the same
+        if key in LAW_KEYS and isinstance(inner, str):  # "lugre" is equivalent to { law = "lugre" }
             inner = place[key] = {"law": inner}
         if not isinstance(inner, dict | list):
             raise InputError(
-                f"--set {change!r}: '{'.'.join(keys[: depth + 1])}' has no keys below it", "a path of keys", CHANGE
+                f"--set {change!r}: '{'.'.join(keys[: depth + 1])}' has no keys below it", "a path of keys", CHANGE_EXAMPLE
             )
         place = inner
     if isinstance(place, list) and len(keys) > 1 and _is_only(place, keys[-1]):
@@ -273,7 +281,7 @@ def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -
 
 
 def _is_only(items: list[Any], key: str) -> bool:
-    """Report whether a table is the only one of its kind and `key` is not its name, which may then be left out."""
+    """Return True if a list has only one table and `key` is not its name: the name may then be left out of a path."""
     return len(items) == 1 and isinstance(items[0], dict) and key != table_name(items[0]) and not key.isdecimal()
 
 
@@ -284,19 +292,19 @@ def _find_table(items: list[Any], key: str, change: str) -> Any:
     if key in handles:
         return items[handles.index(key)]
     names = [name for name in handles if name] + [str(index) for index in range(len(items))]
-    raise InputError(f"--set {change!r}: no '{key}'{did_you_mean(key, names)}", "one of " + ", ".join(names))
+    raise InputError(f"--set {change!r}: no table '{key}'{did_you_mean(key, names)}", "one of " + ", ".join(names))
 
 
 def split_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
-    """Split changes into those of the file's own tables and those of generated parts, for example the bars of an array."""
+    """Split changes into those of tables in the file, and those of parts that [structure] generates, such as its bars."""
     of_file, of_parts = [], []
     for change in changes:
         parameter, equals, _ = change.partition("=")
         head, dot, _ = (word.strip() for word in parameter.partition("."))
-        # a kind of part that the file itself does not contain
+        # a kind of part that has no table in the file
         of_part = not tree.get(head) and (head in KINDS or (head in PIN_FRICTIONS and "joint_friction" in tree))
         of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
-        if not (equals and dot) or of_table:  # a misspelt table is reported when the file is read
+        if not (equals and dot) or of_table:  # the reader of the file reports a misspelt table
             of_file.append(change)
             continue
         listed = [section for section, items in tree.items() if isinstance(items, list) and head in map(table_name, items)]
@@ -316,6 +324,6 @@ def apply_numbers(mechanism: Mechanism, changes: Iterable[str]) -> Mechanism:
             value = read_quantity(float(text) if place.quantity.unit == "1" else text.strip(), place.quantity)
         except (InputError, ValueError) as error:
             what = error.what if isinstance(error, InputError) else str(error)
-            raise InputError(f"--set {change!r}: {what}", f"a value [{place.quantity.unit}]", CHANGE) from None
+            raise InputError(f"--set {change!r}: {what}", f"a value [{place.quantity.unit}]", CHANGE_EXAMPLE) from None
         mechanism = mechanism.replace(parameter.strip(), value)
     return mechanism

@@ -1,4 +1,4 @@
-"""Searches for parameter values: fits to measured curves, and least values that meet requirements."""
+"""Search for parameter values: fit measured curves, or find the smallest value that meets requirements."""
 
 from __future__ import annotations
 
@@ -32,19 +32,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-SAMPLE = "time [s], angle of crank [deg]"
-HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # a column heading: a name and a unit in brackets
+HEADING_EXAMPLE = "time [s], angle of crank [deg]"
+HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # column heading: a name, and a unit in brackets
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
-    """Read a file of measured curves: a heading and at least two rows of numbers."""
+    """Read a CSV file of measured curves with a heading; `known` has the SI unit of each possible quantity."""
     lines = [
         (number, line)
-        for number, line in enumerate(read_text(path, f"a table that begins with {SAMPLE}").splitlines(), 1)
+        for number, line in enumerate(read_text(path, f"a table that begins with {HEADING_EXAMPLE}").splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if len(lines) < 3:
-        raise InputError(f"'{path}' has {max(0, len(lines) - 1)} rows", "a heading and at least two rows of numbers", SAMPLE)
+        raise InputError(
+            f"'{path}' has {max(0, len(lines) - 1)} rows", "a heading and at least two rows of numbers", HEADING_EXAMPLE
+        )
     rows = list(csv.reader([line for _, line in lines], skipinitialspace=True))
     headings, units, factors = _heading(rows[0], path, known)
     values = np.array([_numbers(row, len(rows[0]), path, number) for (number, _), row in zip(lines[1:], rows[1:], strict=True)])
@@ -54,14 +56,16 @@ def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
 
 
 def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tuple[str, ...], tuple[str, ...], list[float]]:
-    """Return headings, their SI units, and conversion factors; the first factor is that of the time."""
+    """Return column headings, SI units, and conversion factors; the first factor is that of the time column."""
     headings, units, factors = list[str](), list[str](), list[float]()
     for place, cell in enumerate(cells):
         match = HEADING.fullmatch(cell)
         assert match is not None, "it fits anything"
         name, unit = match["name"], match["unit"] or "1"
         if (place == 0) != (name == "time"):
-            raise InputError(f"'{path}': column {place + 1} is '{cell.strip()}'", "the time in the first column alone", SAMPLE)
+            raise InputError(
+                f"'{path}': column {place + 1} is '{cell.strip()}'", "the time in the first column alone", HEADING_EXAMPLE
+            )
         if place and name not in known:
             raise InputError(
                 f"'{path}': no quantity '{name}'{did_you_mean(name, known)}",
@@ -80,7 +84,7 @@ def _heading(cells: list[str], path: Path, known: Mapping[str, str]) -> tuple[tu
             headings.append(name)
             units.append(target)
     if not headings:
-        raise InputError(f"'{path}' has only the time column", "at least one measured quantity", SAMPLE)
+        raise InputError(f"'{path}' has only the time column", "at least one measured quantity", HEADING_EXAMPLE)
     return tuple(headings), tuple(units), factors
 
 
@@ -89,7 +93,7 @@ def _numbers(row: list[str], count: int, path: Path, line: int) -> list[float]:
         empty = f"{len(row)} numbers" if len(row) != count else "an empty cell"
         raise InputError(
             f"'{path}' line {line}: {empty}",
-            f"{count} numbers in each line; one file for each unbroken record",
+            f"{count} numbers in each line; one file for each record without gaps",
         )
     try:
         numbers = [float(cell) for cell in row]
@@ -106,12 +110,12 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
         k = int(np.argmax(steps <= 0.0))
         ends = f"from {time[k]:.9g} s to {time[k + 1]:.9g} s"
         raise InputError(f"'{path}' line {lines[k + 1]}: the time decreases {ends}", "increasing instants")
-    usual, gap_steps = float(np.median(steps)), 10.0  # a longer step, in usual steps, is a gap in the record
+    usual, gap_steps = float(np.median(steps)), 10.0  # a step longer than 10 usual steps is a gap in the record
     if np.max(steps) > gap_steps * usual:
         k = int(np.argmax(steps))
         raise InputError(
             f"'{path}' line {lines[k + 1]}: a gap of {steps[k]:.4g} s in the time, after {time[k]:.9g} s",
-            f"steps of at most {gap_steps:g} times the usual one, {usual:.4g} s; one file for each unbroken record",
+            f"steps of at most {gap_steps:g} times the usual {usual:.4g} s; one file for each record without gaps",
         )
 
 
@@ -140,9 +144,9 @@ def fit(
     Parameters
     ----------
     case : Case, Mechanism or path
-        Its parameter values are the start of the search.
+        Case whose parameter values are the start of the search.
     data : Measured or path, or several
-        Unbroken records, in files as read by `read_measured`.
+        Records without gaps, as `Measured` or CSV files with a heading.
     free : iterable of str, or mapping
         Parameters to fit. A mapping gives bounds in SI, ``(1e-4, 1e-3)``, or as text, ``"1e-4..1e-3 kg m^2"``, or an
         independent measurement, ``"norm(loc=0.138, scale=0.001) kg"``.
@@ -194,7 +198,7 @@ def fit(
     chosen = options or (case.run if isinstance(case, Case) else Options(1.0, "as-placed"))
     curves: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
     if not curves:
-        raise InputError("a fit without data", "at least one file", "--data decay.csv")
+        raise InputError("no measured curves are given", "at least one file", "--data decay.csv")
     units = known_headings(mechanism, chosen) if any(not isinstance(record, Measured) for record in curves) else {}
     records = [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
@@ -220,12 +224,12 @@ def _free(mechanism: Mechanism, parameter: str, given: str | tuple[float, float]
 
 @dataclass(frozen=True)
 class LeastValue:
-    """Value of a parameter from which on a case meets its requirements."""
+    """Smallest value of a parameter with which a case meets its requirements."""
 
     path: str
-    value: float  # least tried value from which on all tried values meet the requirements, in SI
-    fails_at: float  # largest tried value that does not meet them
-    tried: dict[float, bool]  # True if the requirements are met, by value
+    value: float  # this value and all larger tried values meet the requirements, in SI units
+    fails_at: float  # largest tried value that does not meet the requirements
+    tried: dict[float, bool]  # tried value -> True if the requirements are met
 
 
 @checked
@@ -239,10 +243,10 @@ def least_value(
     tolerance: float = 0.01,
     engine: Any = None,
 ) -> LeastValue:
-    """Find the least value of a parameter with which the requirements are met.
+    """Find the smallest value of a parameter with which the requirements are met.
 
-    Eight values at a time are simulated between the largest value that fails and the next one. A range below the result in
-    which the requirements are met is found only if a tried value lies in it.
+    Eight values at a time are simulated between the largest failing value and the next larger one. If the requirements are
+    also met in a lower range, that range is found only if a tried value lies in it.
 
     Parameters
     ----------
@@ -268,7 +272,7 @@ def least_value(
         If the requirements are not met at `high`, or are met at `low`.
     """
     if not low < high:
-        raise InputError(f"'{parameter}' from {low:g} to {high:g}", "a smaller value, then a larger one", "--from 1 --to 2")
+        raise InputError(f"'{parameter}' from {low:g} to {high:g}: the range is empty", "--from below --to", "--from 1 --to 2")
     if not 1e-6 <= tolerance < 1.0:
         raise InputError(f"a tolerance of {tolerance:g}", "a number >= 1e-6 and < 1", "0.01")
     quantity = number(case.mechanism, parameter).quantity
@@ -283,9 +287,11 @@ def least_value(
         failing = [value for value in order if not tried[value]]
         if not tried[order[-1]]:
             what = ", ".join(requirements)
-            raise InputError(f"{what}: not met at '{parameter}' = {order[-1]:g}{unit}, the largest value", "a larger --to")
+            raise InputError(f"{what}: not met at the largest value, '{parameter}' = {order[-1]:g}{unit}", "a larger --to")
         if not failing:
-            raise InputError(f"all requirements are met at '{parameter}' = {order[0]:g}{unit} already", "a smaller --from")
+            raise InputError(
+                f"all requirements are met at the smallest value, '{parameter}' = {order[0]:g}{unit}", "a smaller --from"
+            )
         low = failing[-1]
         high = min(value for value in order if value > low)
         if high - low <= tolerance * max(abs(low), abs(high)):

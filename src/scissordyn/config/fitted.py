@@ -1,4 +1,4 @@
-"""Additional parts of a printed case file, with values that fit its structure: `scissordyn new KIND --with servo`."""
+"""Values of additional parts for a structure, as in `scissordyn new KIND --with servo`: they fit its size and motion."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity
 
-Given = Mapping[str, Any]  # values of the keys of a table
-# function from the name of a section and its values to the values with the user's changes
+Given = Mapping[str, Any]  # values of a table by key
+# function(table name, values) that returns the values with the user's changes
 Changes = Callable[[str, Given], Given]
-LOAD_FRACTION = 0.1  # fraction of the mechanism's mass, weight or size, for payloads and loads
-MOTION_MIN = 0.01  # [mechanism sizes] smallest motion of a point that carries or measures something
-STOP_MARGIN = 0.02  # fraction of the move by which end stops lie beyond its end
+LOAD_FRACTION = 0.1  # [of the mechanism's mass, weight or size] size of payloads and loads
+MOTION_MIN = 0.01  # [mechanism sizes] points with a smaller motion get no load and no measurement
+STOP_MARGIN = 0.02  # [of the stroke] distance of end stops beyond the end of the motion
 
 
 @dataclass(frozen=True)
 class Stroke:
-    """Structure with a move of its driven body from rest to rest."""
+    """Structure whose driven body moves from rest to rest."""
 
-    mechanism: Mechanism  # mechanism of the printed file
-    motion: Cycloidal  # angle of its driven body
+    mechanism: Mechanism
+    motion: Cycloidal  # angle of the driven body over time
 
     @cached_property
     def path(self) -> Path:
-        """Positions between both ends of the move, with ideal joints."""
+        """Positions of the ideal mechanism from start to end of the motion."""
         ideal = rigid(self.mechanism.ideal()).driven(self.motion)
         path = path_of(plan(ideal), self.motion.duration)
         assert path is not None, "a printed structure can be driven"
@@ -51,18 +51,18 @@ class Stroke:
 
     @cached_property
     def ends(self) -> tuple[int, int]:
-        """Indices of the start and the end of the move on the path."""
+        """Indices of the start and the end of the motion on the path."""
         last = self.path.place.size - 1
         return (0, last) if self.turn > 0.0 else (last, 0)
 
     @property
     def turn(self) -> float:
-        """Rotation of the driven body in the move [rad]."""
+        """Rotation of the driven body during the motion [rad]."""
         return self.motion.end - self.motion.start
 
     @property
     def size(self) -> float:
-        """Length of the mechanism's parts [m]."""
+        """Size of the mechanism [m]."""
         return self.path.closure.size
 
     @property
@@ -72,11 +72,11 @@ class Stroke:
 
     @property
     def weight(self) -> float:
-        """Weight [N], with gravity on earth if the mechanism has none; loads are compared with it."""
+        """Weight of the mechanism [N], with the earth's gravity if the mechanism has none; loads are a fraction of it."""
         return self.mass * (self.mechanism.gravity or 9.81)
 
     def place(self, point: BodyPoint, end: int) -> np.ndarray:
-        """Return the position of a point at the start (0) or the end (1) of the move [m]."""
+        """Return the position of a point at the start (0) or the end (1) of the motion [m]."""
         name, local = point
         if name == GROUND:
             return np.array(dict(self.mechanism.ground)[local])
@@ -88,13 +88,13 @@ class Stroke:
 
     @cached_property
     def anchor(self) -> BodyPoint:
-        """Point from which loads act: the first point of the ground, or of the driven body."""
+        """Point that is the fixed end of springs and cables: the first point of the ground, or of the driven body."""
         first = next((name for name, _ in self.mechanism.ground), "")
         return (GROUND, first) if first else (self.mechanism.input_body, "start")
 
     @cached_property
     def tip(self) -> BodyPoint:
-        """Moving point that is farthest from the anchor at the end of the move."""
+        """Moving point that is farthest from the anchor at the end of the motion."""
         points = [
             (body.name, point)
             for body in self.mechanism.bodies
@@ -105,17 +105,17 @@ class Stroke:
         return points[int(np.argmax(np.round(from_anchor, 9)))]
 
     def way(self, point: BodyPoint) -> np.ndarray:
-        """Return the displacement of a point from the start to the end of the move [m]."""
+        """Return the displacement of a point from the start to the end of the motion [m]."""
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
 
 def _rounded(value: float, unit: str) -> str:
-    """Return a number with two digits and its unit."""
+    """Return a number as text with two significant digits and its unit."""
     return written(float(f"{value:.2g}"), unit)
 
 
 def _exact(value: float, unit: str) -> str:
-    """Return a number to twelve digits, the precision of a case file, with its unit."""
+    """Return a number as text with twelve decimals and its unit."""
     return written(round(value, 12) + 0.0, unit)  # adding 0.0 removes the sign of -0
 
 
@@ -124,7 +124,7 @@ def _list(values: Iterable[float], unit: str) -> str:
 
 
 def _curve(pairs: Iterable[tuple[float, float]], **units: str) -> dict[str, str]:
-    """Return pairs of increasing numbers as two lists by their names."""
+    """Return the columns of a curve as texts by name; `units` has name and unit of both columns, `pairs` the points."""
     return {
         name: _list(numbers, unit)
         for (name, unit), numbers in zip(units.items(), zip(*sorted(pairs), strict=True), strict=True)
@@ -135,11 +135,11 @@ def _move(start: str, end: str, duration: float = 2.0) -> dict[str, Any]:
     return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
 
 
-Values = Mapping[str, Given]  # keys of parts, by the name of the part
+Values = Mapping[str, Given]  # values of the tables of parts, by name of the part
 
 
 def _servo(stroke: Stroke) -> Values:
-    """Return a servo whose error decays with 6 oscillations per move, a damping ratio of 0.7 and half as much spare torque."""
+    """Return a servo with 6 natural oscillations per motion, damping ratio 0.7, and 1.5 times the needed torque."""
     inertia = float(drive_inertia(stroke.path)[stroke.ends[0]])
     bandwidth = 2.0 * math.pi * 6.0 / stroke.motion.duration
     torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
@@ -172,9 +172,9 @@ def _parts_at_tip(stroke: Stroke) -> Values:
 
 
 def _parts_along_line(stroke: Stroke) -> Values:
-    """Return parts that act from the anchor to the tip."""
+    """Return springs, cables and other parts that act along the line from the anchor to the tip."""
     start, end = (float(np.linalg.norm(stroke.place(stroke.tip, k) - stroke.place(stroke.anchor, k))) for k in (0, 1))
-    low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # the range of the move, and a tenth more
+    low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # the range of the motion, extended by a tenth
     force, middle = LOAD_FRACTION * stroke.weight, 0.5 * (low + high)
     pushed, speed = math.copysign(force, end - start), 2.0 * (end - start) / stroke.motion.duration
     progressive = [(low, 0.0), (middle, 0.3 * force), (high, force)]
@@ -217,13 +217,13 @@ def _rod(stroke: Stroke) -> Values:
 
 
 def _parts_at_pin(stroke: Stroke) -> Values:
-    """Return parts that act between the driven body and another moving body, which is pinned to it."""
+    """Return torsion springs, clutches and other parts between the driven body and a moving body that is pinned to it."""
     mechanism, driven = stroke.mechanism, stroke.mechanism.input_body
     pin = next(joint for joint in mechanism.joints if driven in joint.bodies and GROUND not in joint.bodies)
     base = next(name for name in pin.bodies if name != driven)
     names = [body.name for body in mechanism.bodies]
     angle = stroke.path.angle[:, names.index(driven)] - stroke.path.angle[:, names.index(base)]
-    # continuous from the angles as placed, full turns included
+    # the angle starts with its placed value, full turns included
     angle += mechanism.body(driven).placed_angle - mechanism.body(base).placed_angle - angle[stroke.ends[0]]
     start, end = (float(angle[k]) for k in stroke.ends)
     turned = mechanism.body(pin.bearing[0]).placed_angle - mechanism.body(pin.journal[0]).placed_angle
@@ -254,7 +254,7 @@ def _parts_at_pin(stroke: Stroke) -> Values:
 def _parts_with_friction(stroke: Stroke) -> Values:
     if np.isnan(ideal_reactions(plan(rigid(stroke.mechanism.ideal()).driven(stroke.motion)))).any():
         raise InputError(
-            "pin friction: the structure has redundant joints, so that the pin's reaction is not determined",
+            "pin friction: the structure has redundant joints, therefore the pin's reaction is not determined",
             "a given friction torque",
             "--with clutch",
         )
@@ -279,7 +279,7 @@ def _parts_on_driven_body(stroke: Stroke) -> Values:
     return {name: {"body": stroke.mechanism.input_body, **values} for name, values in parts.items()}
 
 
-FURTHER: Mapping[str, Callable[[Stroke], Values]] = {
+PART_VALUES: Mapping[str, Callable[[Stroke], Values]] = {
     "servo": _servo,
     "tip": _parts_at_tip,
     "payload": _parts_at_tip,
@@ -298,32 +298,39 @@ FURTHER: Mapping[str, Callable[[Stroke], Values]] = {
     "rod": _rod,
     "latch": _parts_at_pin,
 }
-"""Functions that return the values of a part for a structure and its move, by the part's name."""
+"""Function that returns the values of a part for a structure and its motion, by name of the part."""
 
-SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name in FURTHER}  # table of each part
+SECTIONS = {
+    name: {"servo": "control", "tip": "track"}.get(name, name) for name in PART_VALUES
+}  # name of the table of each part
 
-DRIVING = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that move the mechanism instead of a drive
+DRIVING_PARTS = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that replace the drive
 
-assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(FURTHER)
+assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(
+    PART_VALUES
+)
 
 
-LOADS = ("payload", "panels")  # parts that increase the mass of the structure
+LOADING_PARTS = ("payload", "panels")  # parts that increase the mass of the structure
 
 
 def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
-    """Return the tables of additional parts for a structure, and other sections of its file that change."""
+    """Return the values of the tables of additional parts, and of other tables that change with them.
+
+    `turn` is the rotation of the driven body from rest to rest [rad]; `changes` applies the user's changes to a table.
+    """
     names = list(dict.fromkeys(parts))
     for name in names:
-        if name not in FURTHER:
+        if name not in PART_VALUES:
             raise InputError(
-                f"part '{name}'{did_you_mean(name, FURTHER)}",
-                ", ".join(FURTHER) + "; scissordyn new mechanism shows the tables of bodies, joints and guides",
+                f"unknown part '{name}'{did_you_mean(name, PART_VALUES)}",
+                ", ".join(PART_VALUES) + "; scissordyn new mechanism shows the tables of bodies, joints and guides",
                 "scissordyn new scissor --with servo,tip,payload",
             )
-    drives = [name for name in names if name in (*DRIVING, "servo")]
+    drives = [name for name in names if name in (*DRIVING_PARTS, "servo")]
     if len(drives) > 1:
         both = f"{drives[0]} and {drives[1]} both drive the structure"
-        raise InputError(both, "one of them", f"--with {command(drives[0])}")
+        raise InputError(both, "one driving part", f"--with {command(drives[0])}")
     if "latch" in names and not drives:
         raise InputError("a latch cannot lock against a prescribed drive", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
@@ -331,14 +338,16 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}
-    for name in sorted(names, key=lambda part: part not in LOADS):  # the servo and springs must fit the loaded structure
+    for name in sorted(
+        names, key=lambda part: part not in LOADING_PARTS
+    ):  # loads first, because the servo and springs depend on the mass of the structure
         section = SECTIONS[name]
-        tables[section] = changes(section, FURTHER[name](Stroke(mechanism, motion))[name])
-        if name in LOADS:
+        tables[section] = changes(section, PART_VALUES[name](Stroke(mechanism, motion))[name])
+        if name in LOADING_PARTS:
             mass = read_quantity(tables[section]["mass"], Quantity("kg"))
             add, where = (with_payload, "at") if name == "payload" else (with_panels, "bodies")
             mechanism = add(mechanism, tables[section][where], mass)
-    if not set(names) & set(DRIVING):
+    if not set(names) & set(DRIVING_PARTS):
         tables["drive"] = drive
     tables["run"] = {"until": written(1.1 * motion.duration, "s")}
     return tables

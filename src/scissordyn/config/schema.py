@@ -1,4 +1,4 @@
-"""JSON Schema of case and study files, made from the tables that read them, and regular expressions of quantities."""
+"""Generate the JSON Schema of case and study files from the table classes, with regular expressions for quantities."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from scissordyn.casefile.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
-FILES = ("case", "study")
+FILE_KINDS = ("case", "study")
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
-"""Newest draft that TOML extensions of editors support."""
+"""Newest draft of JSON Schema that editors support for TOML."""
 
-PLAIN = {str: "string", bool: "boolean", int: "integer", float: "number"}  # JSON types of plain values
+JSON_TYPES = {str: "string", bool: "boolean", int: "integer", float: "number"}
 
 Schema = dict[str, Any]
 
@@ -35,12 +35,14 @@ Schema = dict[str, Any]
 def schema(which: str = "case") -> Schema:
     """Return the JSON Schema of case or study files.
 
-    The schema does not check these: bounds of numbers with a unit except their sign, dimensions of composed units, names that
-    refer to other tables, keys that exclude each other, user-defined Python files, and the mechanism as a whole. `scissordyn
-    check` checks them.
+    The schema does not check the bounds of numbers with a unit except their sign, the dimensions of composed units, names that
+    refer to other tables, keys that exclude each other, user-defined Python files, and the mechanism as a whole. The command
+    `scissordyn check` checks them.
     """
-    if which not in FILES:
-        raise InputError(f"schema of '{which}'{did_you_mean(which, FILES)}", ", ".join(FILES), "scissordyn schema case")
+    if which not in FILE_KINDS:
+        raise InputError(
+            f"no schema for '{which}'{did_you_mean(which, FILE_KINDS)}", ", ".join(FILE_KINDS), "scissordyn schema case"
+        )
     if which == "case":
         from scissordyn.casefile.case import CaseTable
 
@@ -59,7 +61,7 @@ def schema(which: str = "case") -> Schema:
 
 
 class _Writer:
-    """Writer of the schemas of tables; each schema is written once."""
+    """Generator of the schemas of table classes; each is defined once and referred to by name."""
 
     def __init__(self) -> None:
         self.defined: dict[str, Schema] = {}
@@ -73,7 +75,7 @@ class _Writer:
                 count += 1
                 name = f"{table.__name__}_{count}"
             self.names[table] = name
-            self.defined[name] = {}  # reserve the name while the table's own tables are written
+            self.defined[name] = {}  # reserve the name while the schemas of nested tables are generated
             self.defined[name] = self.table(table)
         return {"$ref": f"#/definitions/{name}"}
 
@@ -106,7 +108,7 @@ class _Writer:
             about["examples"] = list(key.examples)
         if isinstance(key.default, str | bool) and key.default != "":
             about["default"] = key.default
-        # some editors read nothing besides a reference
+        # some editors ignore keys next to a reference
         return {**accepted, **about} if "$ref" not in accepted else {"allOf": [accepted], **about}
 
     def _of(self, annotation: Any) -> Schema:
@@ -119,17 +121,17 @@ class _Writer:
         if origin in (list, Sequence):
             return {"type": "array", "items": self._of(inner[0])}
         if origin in (typing.Union, types.UnionType):
-            # a value that only Python can give, for example a section, has no form in a file
+            # a value that can only be given in Python, such as a section object, has no form in a file
             kept = [schema for member in members(annotation) if (schema := self._of(member))]
             return kept[0] if len(kept) == 1 else {"anyOf": kept}
         if isinstance(annotation, type) and issubclass(annotation, Table):
             return self.reference(annotation)
-        if annotation in PLAIN:
-            return {"type": PLAIN[annotation]}
+        if annotation in JSON_TYPES:
+            return {"type": JSON_TYPES[annotation]}
         return {}
 
     def shape(self, shape: Any) -> Schema:
-        """Return the schema of a reader's accepted values; tables and long patterns become references."""
+        """Return the schema of a reader's accepted values, with references to tables and long patterns."""
         if isinstance(shape, NumbersText):
             self.defined[shape.name] = {"type": "string", "pattern": pattern_of(shape)}
             return {"$ref": f"#/definitions/{shape.name}"}
@@ -143,7 +145,7 @@ class _Writer:
         return [self._inner(entry) for entry in value] if isinstance(value, list) else value
 
     def _number(self, quantity: Quantity, annotation: Any, words: tuple[str, ...]) -> Schema:
-        """Return the schema of a number with its unit, or of a plain number with its bounds, or of some words."""
+        """Return the schema of a quantity: text with number and unit, or a plain number with bounds; or one of `words`."""
         if quantity.unit == "1":
             accepted: Schema = {"type": "integer" if int in members(annotation) else "number"}
             bounds = ("minimum", quantity.minimum), ("maximum", quantity.maximum)
@@ -155,12 +157,12 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
-SYMBOL_LENGTH_MAX = 3  # [letters] longest unit symbol
+SYMBOL_LENGTH_MAX = 3  # [letters] unit names with more letters are words, which may be in the plural
 
-DIGITS = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"  # a number without a sign
-ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"  # a negative zero
-ANY_NUMBER = rf"[+-]?{DIGITS}"
-OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units
+UNSIGNED_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+NEGATIVE_ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
+ANY_NUMBER = rf"[+-]?{UNSIGNED_NUMBER}"
+OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units of a composed unit
 
 
 def _names(definition: str) -> list[str]:
@@ -170,7 +172,7 @@ def _names(definition: str) -> list[str]:
 
 @cache
 def _units() -> tuple[str, ...]:
-    """Return the names of all units without prefixes, longest first."""
+    """Return the names of all units without prefix, longest first."""
     names = {name for definition in UNIT_DEFINITIONS for name in _names(definition)}
     return tuple(sorted(names, key=lambda name: (-len(name), name)))
 
@@ -181,7 +183,7 @@ def _any_unit() -> str:
 
 
 def _prefixed(names: list[str]) -> str:
-    """Return a pattern of units with prefixes, without combinations that name another unit: min is not a milli-inch."""
+    """Return a regular expression of units with prefixes, without combinations such as "min" that are another unit."""
     alternatives = []
     for name in names:
         taken = {other.removesuffix(name) for other in _units() if other.endswith(name) and other != name}
@@ -190,7 +192,7 @@ def _prefixed(names: list[str]) -> str:
 
 
 def _either(names: Iterable[str]) -> str:
-    """Return a pattern of some names; words, but not symbols, may be in the plural, since ms means milliseconds."""
+    """Return a regular expression of unit names; words may be in the plural, symbols not, because "ms" is a millisecond."""
     return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > SYMBOL_LENGTH_MAX else '') for name in names)})"
 
 
@@ -204,7 +206,7 @@ def _prefix(without: frozenset[str] = frozenset()) -> str:
 
 @cache
 def _unit_pattern(unit: str) -> str:
-    """Return a pattern of the units of one dimension: single units by name, and composed units."""
+    """Return a regular expression of the units of one dimension: single units by name, or composed units."""
     single = []
     for name in _units():
         try:
@@ -228,8 +230,8 @@ def _unit_pattern(unit: str) -> str:
 
 @cache
 def pattern_of(text: NumbersText) -> str:
-    """Return the regular expression of a text of numbers."""
-    number = ANY_NUMBER if text.negative else rf"(?:\+?{DIGITS}|{ZERO})"
+    """Return the regular expression of a text with numbers and a unit."""
+    number = ANY_NUMBER if text.negative else rf"(?:\+?{UNSIGNED_NUMBER}|{NEGATIVE_ZERO})"
     times = "*" if text.numbers is None else f"{{{text.numbers - 1}}}"
     more = "" if text.numbers == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"
     return rf"^\s*{number}{more}\s*,?\s*{_unit_pattern(text.unit)}\s*$"

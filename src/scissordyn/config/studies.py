@@ -1,4 +1,4 @@
-"""``sd.study`` and ``sd.open_study``: studies of plain values, texts or a study file, and changed studies."""
+"""Functions ``sd.study`` and ``sd.open_study``: define, compute, open and refine studies from Python values or a study file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from scissordyn.units import Quantity, checked
 
 FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
-NamedValues = Mapping[str, Mapping[str, Any]]  # value of each name, by parameter
+NamedValues = Mapping[str, Mapping[str, Any]]  # by parameter path: the object that each name stands for
 
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
@@ -65,7 +65,7 @@ def study(
     progress: Callable[[Progress], None] | None = None,
     compute: bool = True,
 ) -> StudyResult:
-    """Vary parameters and names of a case, keep every result in a store, and report where the requirements are met.
+    """Vary parameters of a case, store all results, and report where the requirements are met.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def study(
     options : Options, optional
         Options of the runs; by default those of the case.
     measures : sequence of str or function, or mapping of str to function, optional
-        Measures that are kept of each run: names, or user-defined functions by name and unit, ``{"late [N]": late}``.
+        Measures that are stored for each run: names, or user-defined functions by name and unit, ``{"late [N]": late}``.
     requirements : sequence of str, or mapping of str to bound, optional
         For example ``"peak_force < 500 N"``.
     uncertain : mapping of str to values, optional
@@ -88,17 +88,17 @@ def study(
         "grid", "zip", "random", "latin-hypercube", "sobol", "one-at-a-time", "saltelli" or "morris"; by default "sobol" if
         `points` is given and "grid" otherwise.
     points, seed : int
-        Number of points of the design, and seed of everything random.
+        Number of points of the design, and seed of all random numbers.
     samples, sampling, common
-        Number of samples of the uncertain parameters at each point, their design, and True for the same samples at all points.
+        Number of samples of the uncertain parameters at each point; their design; True for the same samples at all points.
     members : int
-        Runs of each sample whose starts differ by round-off.
+        Number of runs of each sample, with starts that differ by round-off.
     goals : str or sequence of str, optional
         Goals of a search, for example ``"minimise peak_force"``.
     risk, population, generations
         Statistic of a goal over samples and members, candidates per generation, and number of generations.
     screen : mapping of options or Case, optional
-        Cheap runs, some of which are verified with the case.
+        Options of cheap runs, some of which are verified by runs of the case.
     verify : int
         Number of points to verify.
     budget : float, optional
@@ -108,11 +108,11 @@ def study(
     engine : Executor or int, optional
         Engine that computes the cases; an int is a number of threads; by default one thread per processor.
     block : int, optional
-        Number of cases in a block of a new store; chosen by the time of a case if not given.
+        Number of cases in a block of a new store; by default it depends on the computing time of a case.
     progress : callable, optional
         Called after each block.
     compute : bool
-        False opens an existing store of this study without computing.
+        If False, open an existing store of this study and compute nothing.
 
     Returns
     -------
@@ -159,7 +159,7 @@ def study(
 def _result(described: Study, store: FilePath | None, compute: bool, budget: float | None, **how: Unpack[How]) -> StudyResult:
     if not compute:
         if store is None:
-            raise InputError("compute=False needs a store", "the store of the study", "store='study.db'")
+            raise InputError("compute=False without a store", "the store of the study", "store='study.db'")
         kept = Store(store)
         if not kept.exists():
             raise InputError(f"no study at '{store}'", "the store of a study, or compute=True")
@@ -185,7 +185,7 @@ def open_study(
     allow_code: FilePath | Sequence[FilePath] = (),
     measures: Mapping[str, Callable[..., float]] | None = None,
 ) -> StudyResult:
-    """Open the study of a store; reading a study executes no user-defined code.
+    """Open a stored study; user-defined code is not executed.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def open_study(
     Raises
     ------
     InputError
-        If there is no store of a study.
+        If the file is not the store of a study.
     """
     store = Store(path)
     if not store.exists():
@@ -222,7 +222,7 @@ def _base(case: Mechanism | Case | FilePath, until: float | None, options: Optio
         base = _make_given(case.mechanism, options or Options(**case.run.keywords), values)
     elif isinstance(case, Mechanism):
         if options is None and until is None:
-            raise InputError("study: the end of the runs is missing", "until [s], or options", "until=0.5")
+            raise InputError("study: the end time of the runs is missing", "until [s], or options", "until=0.5")
         base = _make_given(case, options or Options(until or 0.0), values)
     else:
         raise InputError(
@@ -236,7 +236,7 @@ def _make_given(mechanism: Mechanism, options: Options, values: NamedValues) -> 
 
 
 def _make_cheap(screen: Any, base: Given, values: NamedValues) -> Given | None:
-    """Return the mechanism and the options of the cheap runs, or None."""
+    """Return mechanism and options of the cheap runs; None without cheap runs."""
     if screen is None:
         return None
     if isinstance(screen, Case):
@@ -248,9 +248,11 @@ def _make_cheap(screen: Any, base: Given, values: NamedValues) -> Given | None:
 
 
 def _read_factors(given: Varied) -> dict[str, str | Variation]:
-    """Return the variations of parameters given as plain values."""
+    """Convert Python values, such as a tuple or a list, to variations, by parameter path."""
     if not isinstance(given, Mapping):
-        raise InputError(f"values to vary: {given!r:.60}", "values by parameter path", "{'A.clearance': (1e-4, 4e-4)}")
+        raise InputError(
+            f"factors = {given!r:.60}", "a mapping from parameter paths to values", "{'A.clearance': (1e-4, 4e-4)}"
+        )
     return {parameter: _variation(parameter, values) for parameter, values in given.items()}
 
 
@@ -266,15 +268,17 @@ def _variation(parameter: str, values: Any) -> str | Variation:
     try:
         numbers = tuple(float(value) for value in np.ravel(values))
     except (TypeError, ValueError):
-        raise InputError(f"'{parameter}' = {values!r:.60}", RANGES) from None
+        raise InputError(f"'{parameter}' = {values!r:.60}", RANGE_EXAMPLES) from None
     try:
         return Interval(*numbers) if isinstance(values, tuple) and len(numbers) == 2 else Levels(numbers)
     except InputError as error:
-        raise InputError(f"'{parameter}' = {values!r:.60}: {error.what}", error.expected or RANGES, error.example) from None
+        raise InputError(
+            f"'{parameter}' = {values!r:.60}: {error.what}", error.expected or RANGE_EXAMPLES, error.example
+        ) from None
 
 
 def _measures(given: Any) -> list[str | OwnMeasure]:
-    """Return names of measures, and user-defined measures."""
+    """Convert the argument `measures` of `study` to a list of names and user-defined measures."""
     if isinstance(given, Mapping):
         return [_own_measure(name, function) for name, function in given.items()]
     every = [given] if isinstance(given, str) or callable(given) else list(given)
@@ -286,12 +290,14 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
 
 def _own_measure(name: str, function: Any) -> OwnMeasure:
     if not callable(function):
-        raise InputError(f"measure '{name}' by {function!r:.60}", "a function by its name and unit", "{'late [N]': late}")
+        raise InputError(
+            f"measure '{name}': {function!r:.60}", "a function, by name and unit of the measure", "{'late [N]': late}"
+        )
     return make_measure(name, function)
 
 
 def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]:
-    """Return requirements from texts and bounds."""
+    """Convert the argument `requirements` of `study` to a list of texts and requirements."""
     if not isinstance(given, Mapping):
         return [given] if isinstance(given, (str, Requirement)) else list(given)
     requirements: list[str | Requirement] = []
@@ -319,13 +325,15 @@ def refine_study(
     seed: int | None = None,
     goals: Sequence[str] = (),
 ) -> Study:
-    """Return the study with changed factors, uncertain parameters, samples or goals."""
+    """Return a study with changed factors, uncertain parameters, samples or goals."""
     apart = {factor.name: factor for factor in study.apart}
     vary, uncertain = dict(vary or {}), dict(uncertain or {})
     places = {name: _places(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
     study = study.with_places(places)
     if clash := apart.keys() & uncertain.keys():
-        raise InputError(f"'{min(clash)}' cannot be uncertain", "some of its values", command("--vary", f"{min(clash)}=..."))
+        raise InputError(
+            f"the factor '{min(clash)}' cannot be uncertain", "some of its values", command("--vary", f"{min(clash)}=...")
+        )
     chosen = {factor.path: factor for factor in study.factors}
     chosen |= {factor.path: factor for factor in factors_of(study.mechanism, vary, Path())}
     drawn = factors_of(study.mechanism, uncertain, Path())
@@ -350,7 +358,7 @@ def refine_study(
 
 
 def _places(factor: Factor, text: str) -> list[int]:
-    """Return the indices of some names or levels among those of the study."""
+    """Return the indices of the names or levels in `text` among those of the factor."""
     every: Any = factor.variation
     names = read_listed(text)
     if factor.labels:
@@ -367,7 +375,7 @@ def _places(factor: Factor, text: str) -> list[int]:
 
 
 def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: int) -> Design:
-    """Return the design of the changed study: all combinations if each factor has one value, a Sobol design after a search."""
+    """Return the design of a refined study: a grid if each factor has one value, a Sobol design after a search."""
     if all(factor.variation.count == 1 for factor in factors):
         return Design()
     kind = study.design.kind if study.design.kind in SAMPLED else "sobol" if points or study.optimisation else study.design.kind

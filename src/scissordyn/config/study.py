@@ -1,4 +1,4 @@
-"""Study files, and the texts in them and on the command line: ranges of parameters, requirements, measures."""
+"""Read study files, and the texts of ranges, requirements and measures in them and on the command line."""
 
 from __future__ import annotations
 
@@ -64,15 +64,15 @@ from scissordyn.studies.ask.requirement import (
 )
 from scissordyn.units import Quantity
 
-OWN = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
-"""Parts of a user-defined measure before its equals sign: a name, a unit in brackets, and the argument of its function."""
+OWN_MEASURE = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
+"""Text of a user-defined measure before its equals sign: name, unit in brackets, and argument of the function."""
 
 
-MOTOR = "motor_fraction"  # measure of a study with a motor curve
+MOTOR_MEASURE = "motor_fraction"  # name of the measure in a study with a motor curve
 
-OWN_SAMPLE = "'late [N] = mine.py:late'"
+OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"
 
-COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # a requirement: a response, a comparison, a bound
+COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # requirement: a response, a comparison and a bound
 
 
 LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
@@ -86,7 +86,7 @@ def _read_texts(given: Any, context: Context) -> list[str]:
 
 
 _GOALS = Annotated[list[str], _read_texts, About("measures to minimise or maximise", examples=[["minimise peak_force"]])]
-SEARCH = table_of(Optimisation, (("goals", _GOALS),))  # table of a search
+SEARCH = table_of(Optimisation, (("goals", _GOALS),))  # table [optimise]
 _read_search = table_reader(lambda: SEARCH, vars)
 
 
@@ -94,7 +94,10 @@ NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "m
 
 
 def _addresses(deeper: int = 6) -> Shape:
-    """Return the schema of texts and lists of names by parameter; an unquoted parameter path becomes nested tables in TOML."""
+    """Return the schema of a table from parameter paths to texts or lists of names.
+
+    TOML reads an unquoted parameter path as nested tables; `deeper` is the number of levels that are allowed.
+    """
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
@@ -108,7 +111,7 @@ def _addresses(deeper: int = 6) -> Shape:
 
 @reader(_addresses)
 def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
-    """Read texts and names by parameter; an unquoted parameter path becomes nested tables in TOML."""
+    """Read a table from parameter paths to texts or lists of names; TOML reads an unquoted path as nested tables."""
     if not isinstance(given, Mapping):
         raise InputError("not a table of parameters", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
     varied = dict(_flatten(given))
@@ -118,22 +121,22 @@ def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
     return varied
 
 
-POINT = "'0 rpm, 60 N m'"  # example of a point of a motor curve
+MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"
 SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
 TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
-    """Return the curve of a motor."""
+    """Return a motor curve from texts "SPEED, TORQUE" with units."""
     pairs = []
     for text in points:
         speed, comma, torque = text.partition(",")
         if not comma:
-            raise InputError(f"point '{text}' of a motor", "a speed, a comma and a torque", POINT)
+            raise InputError(f"point '{text}' of a motor", "a speed, a comma and a torque", MOTOR_POINT_EXAMPLE)
         try:
             pairs.append((read_quantity(speed.strip(), SPEED), read_quantity(torque.strip(), TORQUE)))
         except InputError as error:
-            raise InputError(f"point '{text}' of a motor: {error.what}", error.expected, POINT) from None
+            raise InputError(f"point '{text}' of a motor: {error.what}", error.expected, MOTOR_POINT_EXAMPLE) from None
     return MotorCurve(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs), of, ratio)
 
 
@@ -143,24 +146,26 @@ def _read_points(given: Any, context: Context) -> list[str]:
         texts: list[str] = _read_texts.read(given, context)
         return texts
     except InputError as error:
-        raise InputError(error.what, "points: a list of texts; of: a name; ratio: a number", f"points = [{POINT}]") from None
+        raise InputError(
+            error.what, "points: a list of texts; of: a name; ratio: a number", f"points = [{MOTOR_POINT_EXAMPLE}]"
+        ) from None
 
 
 MotorTable = table_of(
     read_motor,
     (
-        ("points", Annotated[list[str], _read_points, About(examples=[[POINT.strip("'")]])]),
+        ("points", Annotated[list[str], _read_points, About(examples=[[MOTOR_POINT_EXAMPLE.strip("'")]])]),
         ("of", Annotated[str, About("a drive, an actuator or a motor")]),
         ("ratio", Annotated[float, About("speed of the motor divided by that of its body")]),
     ),
 )
-"""Table of a motor curve."""
+"""Table [motor] of a study file."""
 
 _read_motor = table_reader(lambda: MotorTable)
 
 
 class ScreenTable(Table):
-    """The cheap runs of a study, which accurate ones verify."""
+    """Table [screen]: cheap runs of a study, which accurate runs verify."""
 
     set: Annotated[Sequence[str], _read_texts, About("changes that make runs cheap", examples=[["run.rtol=1e-3"]])]
     verify: Annotated[int, About("number of points to verify: the first of the design, or the best of a search")] = (
@@ -169,16 +174,16 @@ class ScreenTable(Table):
 
 
 class StudyText(Table):
-    """A whole study file, or the same content given in Python."""
+    """Content of a study file, or the same values given in Python."""
 
     case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], _read_texts, About("changes of the case")] = ()
     vary: Annotated[Mapping[str, Any], _read_addresses, About("numbers and names to vary, by parameter")] = MappingProxyType({})
     uncertain: Annotated[Mapping[str, Any], _read_addresses, About("uncertain numbers, by parameter")] = MappingProxyType({})
-    measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("measures that are kept of each run")] = ()
+    measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("measures that are stored for each run")] = ()
     require: Annotated[Sequence[str | Requirement], _read_texts, About("requirements that a design must meet")] = ()
-    design: Annotated[Design, described(Design), About("how points are chosen")] = Design()
-    sampling: Annotated[Sampling, described(Sampling), About("how uncertain numbers are sampled")] = Sampling()
+    design: Annotated[Design, described(Design), About("choice of the points")] = Design()
+    sampling: Annotated[Sampling, described(Sampling), About("samples of the uncertain numbers")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
     motor: Annotated[Any, _read_motor, About("curve of a motor that must be sufficient")] = None
     optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})
@@ -207,7 +212,7 @@ def read_study(path: Path) -> StudyText:
 
 
 def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
-    """Yield parameter paths and values of a table; an unquoted parameter path becomes nested tables in TOML."""
+    """Yield parameter paths and values of a table; nested tables are joined to the path that TOML has split."""
     for key, value in tree.items():
         if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each", "probabilities"}:
             yield f"{before}{key}", _read_values(value, f"'{before}{key}' = {toml(value)}")
@@ -218,7 +223,10 @@ def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, A
 
 
 def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
-    """Return values for each place of a pattern, or names with their probabilities."""
+    """Read a table with the key `values`: a text, with `each` for a pattern; or a list of names with their probabilities.
+
+    `said` is the beginning of the error message.
+    """
     values, apart = table["values"], table.get("each", False)
     if isinstance(values, list) and "each" not in table:
         return make_names(values, table.get("probabilities", ()))
@@ -228,14 +236,17 @@ def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
 
 
 def _split_measure(measure: str) -> tuple[str, str]:
-    """Return name and function of a user-defined measure."""
+    """Split the text of a user-defined measure at the equals sign into name and function."""
     name, _, reference = measure.partition("=")
     return name, reference.strip()
 
 
 @dataclass(frozen=True)
 class Given:
-    """Mechanism, options of its runs, and the reader of mechanisms with other names; None if the names have no meaning."""
+    """Base case of a study: mechanism, options of the runs, and function that returns the mechanism for chosen names.
+
+    `read` is None if no factor has names, for example of materials.
+    """
 
     mechanism: Mechanism
     options: Options
@@ -250,14 +261,14 @@ def study_of(text: StudyText) -> Study:
 
 
 def _read_given(text: StudyText, changes: Sequence[str] = ()) -> Given:
-    """Return the case of a study file with further changes."""
+    """Read the base case of a study file, with further changes."""
     every, file = [*text.set, *changes], Path(text.case)
     case = read_case(file, every)
     return Given(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run))
 
 
 def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
-    """Return the study of a text; `cheap` runs, if given, are verified with those of the case."""
+    """Build a study; runs of `cheap`, if given, are verified by runs of the base case."""
     simulated = cheap or base
     mechanism = simulated.mechanism
     names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
@@ -266,7 +277,7 @@ def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify:
         check_part(mechanism, response)
     others = (measure for measure in text.measures if measure not in names)
     functions = [make_measure(*_split_measure(measure)) if isinstance(measure, str) else measure for measure in others]
-    functions += [OwnMeasure(MOTOR, text.motor)] if text.motor is not None else []
+    functions += [OwnMeasure(MOTOR_MEASURE, text.motor)] if text.motor is not None else []
     units = {measure.name: measure.units for measure in functions}
     requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
     goals = tuple(read_goal(goal, units, tuple(text.vary)) for goal in text.optimise.get("goals", ()))
@@ -296,7 +307,7 @@ def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify:
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
-    """Return the varied parameters, with the units in which the user wrote them, and the varied names."""
+    """Return the factors of a study, from texts or variations by parameter path; a factor keeps the user's unit."""
     factors = []
     for parameter, values in given.items():
         text = _read_levels(mechanism, parameter, values)
@@ -327,7 +338,7 @@ def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folde
 
 
 def _read_levels(mechanism: Mechanism, parameter: str, given: str | Variation) -> str | Variation:
-    """Return what a parameter path varies over; a list for a numeric parameter becomes levels."""
+    """Return the variation of a parameter; a list in brackets means names, or levels if the parameter is a number."""
     names = read_listed(given) if isinstance(given, str) else given
     if not isinstance(names, Names):
         return given
@@ -339,16 +350,18 @@ def _read_levels(mechanism: Mechanism, parameter: str, given: str | Variation) -
 
 
 def make_measure(name: str, function: str | Callable[..., float]) -> OwnMeasure:
-    """Return a user-defined measure from "NAME [UNIT]" and its function, or the place of its function in a file."""
-    match, text = OWN.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
+    """Return a user-defined measure from "NAME [UNIT]" and its function, or the function's reference "file.py:name"."""
+    match, text = OWN_MEASURE.fullmatch(name), f"{name}={function}" if isinstance(function, str) else name
     if match is None:
-        raise InputError(f"measure '{text}'", "a name, its unit if it has one, and a function of a file", OWN_SAMPLE)
+        raise InputError(
+            f"wrong form of measure '{text}'", "a name, a unit in brackets, and a function in a file", OWN_MEASURE_EXAMPLE
+        )
     unit = (match[2] or "1").strip()
     if unit != "1":
         try:
             unit_factor(unit, unit)
         except InputError as error:
-            raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_SAMPLE) from None
+            raise InputError(f"measure '{text}': {error.what}", "a unit such as N, mm, N m", OWN_MEASURE_EXAMPLE) from None
     return OwnMeasure(match[1], function, of=match[3] or "dataset", units=unit)
 
 

@@ -1,4 +1,4 @@
-"""Templates: commented case files as a starting point, made from the declarations of the tables."""
+"""Templates: case files with a comment on every key, generated from the table classes."""
 
 from __future__ import annotations
 
@@ -54,9 +54,9 @@ STARTERS: Mapping[str, Mapping[str, Any]] = {
         "clearance": {"joint": "slider pin", "clearance": "0.1 mm"},
     },
 }
-"""Values of the keys in each section of a template, by structure; parts have a list of tables."""
+"""Values in each table of a template, by kind of structure; parts such as [[body]] have a list of tables."""
 
-TURNS: Mapping[str, float] = {
+DEPLOYMENT_TURNS: Mapping[str, float] = {
     kind: math.radians(degrees)
     for kind, degrees in {
         "scissor": -45.0,
@@ -69,18 +69,18 @@ TURNS: Mapping[str, float] = {
         "mechanism": -60.0,
     }.items()
 }
-"""Rotation of the driven body in a move from rest to rest [rad], by structure; arrays extend by it."""
+"""Rotation of the driven body from rest to rest [rad], by kind of structure; arrays are extended by it."""
 
 REST_VALUES: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
-"""Values of [structure] with which a structure starts at rest, if it does not by default."""
+"""Values of [structure] with which a structure starts at rest, for structures that do not by default."""
 
 
-LOADS: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
+LOAD_TABLES: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
 
-COMMENT_COLUMN_MAX = 44  # [characters] longest line with a comment behind it; a longer line has its comment above
-RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table of the options of a run
+COMMENT_COLUMN_MAX = 44  # [characters] longer lines have their comment in the line above
+RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table [run]
 
-OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
+OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
     ControlTable: tuple(ControlTable.declared_keys()),
     ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour"),
@@ -94,7 +94,7 @@ OPTIONAL: Mapping[type[Table], tuple[str, ...]] = {
         for part in PARTS.values()
     },
 }
-"""Keys that are commented out unless given: alternatives of other keys, or keys that mean something if absent."""
+"""Keys that a template comments out: alternatives of other keys, and keys whose absence has a meaning."""
 
 GAINS = """\
 # Gains of a servo: with the inertia J about the driven body (scissordyn check prints it), the error of its angle decays with
@@ -104,14 +104,16 @@ GAINS = """\
 
 
 def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) -> str:
-    """Return a case file with every key, its value and its meaning."""
+    """Return the text of a template: a case file with every key, its value and a comment on its meaning."""
     if kind not in STRUCTURES:
         raise InputError(
-            f"structure '{kind}'{did_you_mean(kind, STRUCTURES)}", ", ".join(STRUCTURES), "scissordyn new scissor > case.toml"
+            f"unknown kind of structure '{kind}'{did_you_mean(kind, STRUCTURES)}",
+            ", ".join(STRUCTURES),
+            "scissordyn new scissor > case.toml",
         )
     starter, names, ordered = STARTERS[kind], list(parts), _Changes(changes)
     structure = ordered("structure", {**starter.get("structure", {}), **(REST_VALUES.get(kind, {}) if names else {})})
-    further = fit_parts(_assemble(kind, structure), TURNS[kind], names, ordered) if names else {}
+    further = fit_parts(_assemble(kind, structure), DEPLOYMENT_TURNS[kind], names, ordered) if names else {}
     drive = further.get("drive") if names else starter.get("drive")
     text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     text.append(_section("[structure]", STRUCTURES[kind], structure))
@@ -132,9 +134,11 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         for name in ("weld", "track", "coupling", "coordinate_drive", *COMPONENT_SECTIONS, "component")
         if kind == "mechanism" or name in further
     ]
-    text += [_section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOADS.items()]
+    text += [
+        _section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOAD_TABLES.items()
+    ]
     bent = {"start": "static"} if names and structure.get("bars") and _assemble(kind, structure).gravity else {}
-    # bars that bend under their weight start in equilibrium
+    # flexible bars start in static equilibrium
     run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {}), **bent})
     text.append(_section("[run]", RUN, run))
     ordered.check()
@@ -150,7 +154,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
 
 
 class _Changes:
-    """The user's changes of values in a template, by section."""
+    """Values of a template that the user changed with ``--set``, by table."""
 
     def __init__(self, changes: Iterable[str]) -> None:
         self._asked: dict[str, list[str]] = {}
@@ -160,13 +164,13 @@ class _Changes:
         self.any = bool(self._asked)
 
     def __call__(self, section: str, given: Given) -> Given:
-        """Return the values of a section, with the user's changes."""
+        """Return the values of a table with the user's changes."""
         self._sections.append(section)
         section_values: Given = apply_changes({section: dict(given)}, self._asked.get(section, ()))[section]
         return section_values
 
     def check(self) -> None:
-        """Raise `InputError` for a change in a section that the file does not have."""
+        """Raise `InputError` for a change in a table that the template does not have."""
         for section, changes in self._asked.items():
             if section not in self._sections:
                 near = did_you_mean(section, self._sections)
@@ -174,13 +178,13 @@ class _Changes:
 
 
 def _assemble(kind: str, structure: Given) -> Mechanism:
-    """Return the mechanism of a starter's tables, without clearance."""
+    """Return the mechanism of a template without clearance and additional parts; `structure` has the keys of [structure]."""
     parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
     tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
     mechanism = make_case(tables, {}).mechanism
     if structure.get("bars") is None:
         return mechanism
-    # parts are fitted to rigid bars with the same names and masses, since tables refer to these
+    # additional parts are fitted to rigid bars with the same names and masses, because tables refer to these names
     unbent = {**tables, "structure": {"kind": kind, **{key: value for key, value in structure.items() if key != "bars"}}}
     bare = make_case(unbent, {}).mechanism
     return dataclasses.replace(bare, bodies=tuple(_with_mass_of(body, rigid(mechanism).bodies) for body in bare.bodies))
@@ -194,7 +198,7 @@ def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
 
 
 def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
-    """Return one table with a comment on every line; `out` comments the whole table out."""
+    """Return the text of a table with a comment on every key; with `out`, the whole table is commented out."""
     name, keys = heading.strip("[]"), table.declared_keys()
     for key in given:
         if key not in keys:
@@ -203,7 +207,7 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
     rows = []
     for key in table.declared_keys():
         value = toml(given[key]) if key in given else table.declared_keys()[key].sample
-        comment = out or (key not in given and key in OPTIONAL.get(table, ()))
+        comment = out or (key not in given and key in OPTIONAL_KEYS.get(table, ()))
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if out else heading
     width = max(len(row) for row, _ in rows if len(row) <= COMMENT_COLUMN_MAX)
@@ -212,11 +216,11 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
 
 
 def _note(table: type[Table], key: str) -> str:
-    """Return the description of a key, with its bounds."""
+    """Return the comment on a key: its description and its bounds."""
     declared = table.declared_keys()[key]
     quantity = declared.quantity
     bounds = quantity.bounds if quantity else ""
     choices = "" if key == "kind" else " or ".join(map(toml, declared.words))
     allowed = choices if choices and choices.split(" ")[0] not in declared.help else bounds
-    # skip bounds that are a unit only, since the value shows its unit
+    # skip bounds that only name the unit, because the value shows the unit
     return declared.help + (f", {allowed}" if allowed and not allowed.startswith("[") else "")

@@ -1,4 +1,4 @@
-"""Variations of a study: ranges, levels and distributions of numbers, and names, each of which gives another mechanism."""
+"""Read the variation of a parameter in a study: a range, levels or a distribution of numbers, or a list of names."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from scissordyn.studies.ask.distribution import (
 from scissordyn.studies.ask.iso_286 import read_fit
 from scissordyn.units import Quantity
 
-VARY = "--vary A.clearance='0.05..0.4 mm'"
+VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
 
 FORMS = "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
 
@@ -70,7 +70,7 @@ REPLACED: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] 
 FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_SAMPLE = "'H7/g6 at 10 mm'"
 
-SIGNS = ("+-", "±", "+/-")  # signs before a tolerance
+TOLERANCE_SIGNS = ("+-", "±", "+/-")  # spellings of the sign before a tolerance
 TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
 OR_SHARE = ", or %", TOLERANCE_SAMPLE
 SHAPES = ("uniform", "norm", "triang")
@@ -84,11 +84,11 @@ CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # a distribu
 DIGITS_MAX = 18  # [digits] longest number of values; Python reads at most 4300 digits
 HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # a range written with a hyphen
 
-OPTION = re.compile(r"(\d+)\s+values|(log)")  # an option of a range: a number of values, or log
+RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # option of a range: "20 values" or "log"
 
 
 def unit_of(text: str) -> str:
-    """Return the unit in which the user wrote a variation."""
+    """Return the unit in the text of a variation."""
     text = split_each(text)[0]
     if (sign := _sign(text)) is not None:
         nominal, rest = text.split(sign, 1)
@@ -97,7 +97,7 @@ def unit_of(text: str) -> str:
         return nominal_unit or (tolerance if tolerance != "%" or not nominal.strip() else "")
     if (fit := FIT.fullmatch(text)) is not None:
         return number_and_unit(fit[2])[1]
-    called = CALL.fullmatch(text)
+    called = DISTRIBUTION_CALL.fullmatch(text)
     if called:
         return called[3].strip()
     last = text.split("..", 1)[1].split(",")[0] if ".." in text else text.split(",")[-1]
@@ -105,11 +105,11 @@ def unit_of(text: str) -> str:
 
 
 def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder: Path | None = None) -> Variation:
-    """Return the variation of a numeric parameter."""
+    """Read the variation of a numeric parameter from a text; `folder` is that of named data files."""
     try:
         return _read_variation(text, quantity, folder or Path())
     except InputError as error:
-        sample = error.example or VARY
+        sample = error.example or VARY_EXAMPLE
         if error.what == "missing unit":
             sample = f"'{text.strip()} {USUAL_UNITS.get(quantity.unit, (quantity.unit,))[-1]}'"
         elif (hyphen := HYPHEN.match(text)) is not None:
@@ -118,18 +118,18 @@ def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder
 
 
 def split_each(text: str) -> tuple[str, bool]:
-    """Return a text without its last word ``each``, and whether it had the word."""
+    """Split off a final ", each" from the text of a variation; return the rest, and True if it was present."""
     match = EACH.fullmatch(text)
     return (match[1], True) if match is not None else (text, False)
 
 
 def is_deviation(text: str) -> bool:
-    """Report whether a text is a tolerance without a nominal value; the nominal value is then a chosen one."""
-    return text.strip().startswith(SIGNS)
+    """Return True if a text is a tolerance without a nominal value, such as "+- 20 %"."""
+    return text.strip().startswith(TOLERANCE_SIGNS)
 
 
 def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tuple[Variation, bool]:
-    """Return the deviation from a chosen value, and whether it is relative."""
+    """Read a tolerance without a nominal value; return the distribution of the deviation, and True if it is relative."""
     try:
         size, unit, shape = _read_tolerance(text.strip().removeprefix(str(_sign(text))))
         width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *OR_SHARE)
@@ -140,11 +140,11 @@ def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tup
 
 
 def _sign(text: str) -> str | None:
-    return next((sign for sign in SIGNS if sign in text), None)
+    return next((sign for sign in TOLERANCE_SIGNS if sign in text), None)
 
 
 def _read_tolerance(text: str) -> tuple[float, str, str]:
-    """Return size, unit and shape of a tolerance, from the text after its sign."""
+    """Return size, unit and shape of a tolerance from the text after its sign."""
     first, *others = (part.strip() for part in text.split(","))
     value, unit = number_and_unit(first)
     shape = ", ".join(others) or SHAPES[0]
@@ -155,7 +155,7 @@ def _read_tolerance(text: str) -> tuple[float, str, str]:
 
 
 def scale_of(unit: str, si: str, or_else: str = "", sample: str = "") -> float:
-    """Return the SI value of one unit; raise `InputError` if the unit is missing or not expected."""
+    """Return the factor from a unit to the SI unit; raise `InputError` for a missing unit or another dimension."""
     if si == "1":
         if unit:
             raise InputError(f"unit '{unit}' for a pure number", f"a plain number{or_else}")
@@ -179,7 +179,7 @@ def _check_shape(shape: str, after: str, allowed: Sequence[str]) -> None:
 
 
 def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
-    """Return the distribution about a nominal value, from its tolerance."""
+    """Return the distribution of a nominal value with a tolerance, such as "0.3 mm +- 20 %"."""
     nominal, rest = text.split(sign, 1)
     size, unit, shape = _read_tolerance(rest)
     value, nominal_unit = number_and_unit(nominal)
@@ -191,7 +191,7 @@ def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
 
 
 def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
-    """Return the distribution of the radial clearance of a fit of hole and shaft."""
+    """Return the distribution of the radial clearance for an ISO fit of hole and shaft with a nominal diameter `size`."""
     if quantity.unit != "m":
         raise InputError(f"a fit of a number in [{quantity.unit}]", "a clearance", FIT_SAMPLE)
     _check_shape(shape or SHAPES[0], "a fit", SHAPES[:2])
@@ -210,7 +210,7 @@ def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
         if is_deviation(text):
             raise InputError("a tolerance without a nominal value", "a number before it", TOLERANCE_SAMPLE)
         return _read_nominal(text, sign, quantity)
-    called = CALL.fullmatch(text)
+    called = DISTRIBUTION_CALL.fullmatch(text)
     if called:
         return _read_distribution(called[1], called[2], called[3], quantity, folder)
     if ".." in text:
@@ -218,9 +218,11 @@ def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
         last, *options = (part.strip() for part in rest.split(","))
         chosen: dict[str, Any] = {}
         for option in options:
-            match = OPTION.fullmatch(option)
+            match = RANGE_OPTION.fullmatch(option)
             if match is None:
-                raise InputError(f"'{option}'", "a number of values, log", "'0.05..0.4 mm, 20 values, log'")
+                raise InputError(
+                    f"unknown option '{option}' of a range", "a number of values, or log", "'0.05..0.4 mm, 20 values, log'"
+                )
             if len(match[1] or "") > DIGITS_MAX:
                 raise InputError(f"a number of values of {len(match[1])} digits", "a few values", "'0.05..0.4 mm, 20 values'")
             chosen |= {"count": int(match[1])} if match[1] else {"logarithmic": True}
@@ -228,7 +230,7 @@ def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
         ends = _read_number(low, unit, quantity), _read_number(value, unit, quantity)
         if ends[0] >= ends[1]:
             turned = f"'{value}..{low.strip()} {unit}'" if ends[0] > ends[1] else f"'{value} {unit}' for one value"
-            raise InputError("the range is empty", "a smaller number, then a larger one", turned)
+            raise InputError("the range is empty", "the smaller number first", turned)
         return Interval(*ends, **chosen)
     *others, last = text.split(",")
     value, unit = number_and_unit(last)
@@ -236,7 +238,7 @@ def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
 
 
 def number_and_unit(text: str) -> tuple[str, str]:
-    """Return the number at the start of a text, and the unit after it."""
+    """Split a text into the number at its start and the unit after it."""
     match = LEADING_NUMBER.fullmatch(text)
     if match is None:
         raise InputError(f"'{text.strip()}' is not a number", FORMS)
@@ -244,7 +246,7 @@ def number_and_unit(text: str) -> tuple[str, str]:
 
 
 def _read_number(text: str, unit: str, quantity: Quantity) -> float:
-    """Return a number in SI units, within the bounds of its quantity."""
+    """Return a number in SI units; raise `InputError` if it is outside the bounds of its quantity."""
     value, own_unit = number_and_unit(text)
     unit = own_unit or unit
     if quantity.unit == "1":
@@ -288,12 +290,12 @@ def _named_arguments(name: str, numbers: Sequence[float], unit: str) -> InputErr
 def _read_plain(text: str) -> float:
     value, unit = number_and_unit(text)
     if unit:
-        raise InputError(f"'{text.strip()}' with a unit", "a plain number; the unit follows the bracket")
+        raise InputError(f"'{text.strip()}' has a unit", "a plain number; the unit follows the closing bracket")
     return float(value)
 
 
 def _read_column(path: Path) -> Sequence[float]:
-    """Return the numbers of a file, one in each line; the first line may be a heading."""
+    """Read a file with one number in each line; the first line may be a heading."""
     lines = [line.split(",")[0].strip() for line in read_text(path, "a file with one number in each line").splitlines()]
     lines = [line for line in lines if line]
     if lines and LEADING_NUMBER.fullmatch(lines[0]) is None:
@@ -305,18 +307,18 @@ def _read_column(path: Path) -> Sequence[float]:
 
 
 FILE_TABLES = ("structure", "bending", "panels", "payload", "joint_friction")
-"""Tables of a case file that generate parts; the mechanism does not contain their numbers."""
+"""Tables of a case file that generate parts; their numbers are not parameters of the mechanism."""
 
-SI = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
+TABLE_UNITS = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
 """SI units of the numbers in `FILE_TABLES`."""
 
 NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
-MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # function that returns the mechanism with some names, by parameter
+MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # function(name by parameter path) that returns the mechanism
 
 
 def make_names(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names:
-    """Return the names of a list: texts, or other values in the form of a case file."""
+    """Return a variation over the entries of a list: texts, or other values as in a case file."""
     try:
         shares = tuple(map(float, probabilities))
     except (TypeError, ValueError):
@@ -325,7 +327,7 @@ def make_names(given: Sequence[Any], probabilities: Sequence[Any] = ()) -> Names
 
 
 def read_listed(text: str) -> Names | None:
-    """Return the names of a text in brackets, ``[steel, aluminium]``; None for any other text."""
+    """Return a variation over the names in brackets, as in ``[steel, aluminium]``; None for any other text."""
     inside = text.strip()
     if not (inside.startswith("[") and inside.endswith("]")):
         return None
@@ -335,11 +337,13 @@ def read_listed(text: str) -> Names | None:
 
 
 def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Factor:
-    """Return the factor of a number that only the case file has; a range is reduced to its levels."""
+    """Return the factor for a number in one of `FILE_TABLES`; a range must have a number of values, which become levels."""
     unit = unit_of(given) if isinstance(given, str) else ""
-    si = unit_like(unit, SI) if unit else "1"
+    si = unit_like(unit, TABLE_UNITS) if unit else "1"
     if not si:
-        raise InputError(f"'{parameter}' over '{given}': unit '{unit}'", f"one that fits one of {', '.join(SI)}")
+        raise InputError(
+            f"'{parameter}' over '{given}': unknown dimension of '{unit}'", f"a unit of one of {', '.join(TABLE_UNITS)}"
+        )
     variation = read_variation(given, Quantity(si), parameter=parameter, folder=folder) if isinstance(given, str) else given
     if not isinstance(variation, Levels | Interval):
         what = f"'{parameter}' over a distribution: each of its values gives another mechanism"
@@ -349,7 +353,7 @@ def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Fact
 
 
 def unit_like(unit: str, among: Iterable[str]) -> str:
-    """Return the first of some units that has the dimension of `unit`, or ""."""
+    """Return the first unit of `among` with the dimension of `unit`; "" if there is none."""
     for si in among:
         with suppress(InputError):
             unit_factor(unit, si)
@@ -358,7 +362,10 @@ def unit_like(unit: str, among: Iterable[str]) -> str:
 
 
 def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tuple[Mechanism, ...]:
-    """Return the mechanism for each combination of names and levels, the last factor fastest; () without such factors."""
+    """Return a mechanism for each combination of names and levels of the case file, with the last factor varying fastest.
+
+    Without such factors, return ().
+    """
     apart = [factor for factor in factors if factor.texts]
     if not apart:
         return ()
@@ -366,7 +373,7 @@ def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tupl
         what = f"'{apart[0].path}': the mechanism has no case file"
         raise InputError(what, "a case file, or the value of each name", "{'A.friction': {'lugre': sd.LuGre(kinetic=0.1)}}")
     count = math.prod(len(factor.texts) for factor in apart)
-    most = 64  # each mechanism is read, kept in the store, and simulated in its own batch
+    most = 64  # limits the work: each mechanism is read, stored, and simulated in its own batch
     if count > most:
         what = f"{count} combinations of {' and '.join(factor.path for factor in apart)}"
         raise InputError(what, f"at most {most}; fewer names or levels, or several studies", '"1..3 mm, 5 values"')
@@ -379,12 +386,14 @@ def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tupl
 def reader_by_change(
     case: Path, changes: Sequence[str], options: Options, values: Mapping[str, Mapping[str, Any]] | None = None
 ) -> MechanismReader:
-    """Return a reader of a case with names that are set as ``--set`` changes."""
+    """Return a function that reads a case file with chosen names, which are set like ``--set`` changes."""
     values = values or {}
 
     def read(names: Mapping[str, str]) -> Mechanism:
         which = ", ".join(f"'{parameter}' = '{name}'" for parameter, name in names.items())
-        ordered = sorted(names, key=lambda parameter: parameter.count("."))  # a section comes before its wall
+        ordered = sorted(
+            names, key=lambda parameter: parameter.count(".")
+        )  # a parent key is set before the keys below it, such as a section before its wall thickness
         written = [f"{parameter}={names[parameter]}" for parameter in ordered if parameter not in values]
         try:
             case_read = read_case(case, [*changes, *written])
@@ -402,7 +411,10 @@ def reader_by_change(
 
 
 def reader_by_object(mechanism: Mechanism, values_of: Mapping[str, Mapping[str, Any]]) -> MechanismReader:
-    """Return a reader that inserts the values of names into a mechanism, or replaces the mechanism."""
+    """Return a function that returns a mechanism with chosen names; `values_of` has the object for each name, by parameter.
+
+    If the object is a mechanism, it replaces the mechanism; otherwise it is the new value of the parameter.
+    """
 
     def read(names: Mapping[str, str]) -> Mechanism:
         unknown = next((parameter for parameter in names if parameter not in values_of), None)

@@ -13,8 +13,8 @@ from scissordyn.annotation import shown
 from scissordyn.errors import InputError
 from scissordyn.file.export import TimeColumn, time_columns
 
-CONTACT_VARIABLES = ("normal_force", "indentation", "friction_force")  # Zero without contact: events start near zero
-"""Quantities that are zero between events; an event begins at a rise above 5 % of the largest value."""
+CONTACT_VARIABLES = ("normal_force", "indentation", "friction_force")
+"""Variables that are zero without contact; an event of such a variable is a rise above 5 % of its largest value."""
 
 
 @dataclass(frozen=True)

@@ -168,7 +168,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     )
 
 
-RATE_OF = {  # Recorded time derivative of each variable
+RATE_OF = {
     "slider_position": "slider_velocity",
     "slider_velocity": "slider_acceleration",
     "position": "velocity",
@@ -176,7 +176,7 @@ RATE_OF = {  # Recorded time derivative of each variable
     "angle": "angular_velocity",
     "angular_velocity": "angular_acceleration",
 }
-"""Recorded variables whose rate is also recorded."""
+"""Recorded time derivative of each variable, for variables that have one."""
 
 
 def _interpolate(run: xr.Dataset, when: np.ndarray, dim: str) -> dict[str, Variable]:

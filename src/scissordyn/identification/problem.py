@@ -31,12 +31,12 @@ class FailedRunError(Exception):
     """Error: a run of a fit ended before the end of its record."""
 
 
-KINEMATIC_VARIABLES = {  # Variables whose curves need no monitored forces
+KINEMATIC_VARIABLES = {
     f"{rate}{name}"
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
-"""Variables that do not need energies to be integrated."""
+"""Variables of the motion; fits to these alone run without monitored forces and energies."""
 
 STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")
 

@@ -62,7 +62,7 @@ def run_case(case: CycleCase) -> CycleRow:
     return CycleRow(values, run.end, about)
 
 
-RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {  # Blank value and attributes of each column of a row
+RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
     "status": (PENDING, {"long_name": "status"}),
     "cause": ("", {"long_name": "reason why the run is not complete"}),
     "warnings": ("", {"long_name": "warnings about the cycles kept, one per line"}),
@@ -72,7 +72,7 @@ RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {  # Blank va
     "seconds": (0.0, {"units": "s", "long_name": "computing time"}),
     "processor_seconds": (0.0, {"units": "s", "long_name": "processor time"}),
 }
-"""Columns of each case besides its cycles: the value before the case is computed, and attributes."""
+"""Columns of the row of a case in addition to its cycles: value before the case is computed, and attributes."""
 
 
 def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str, Any]) -> xr.Dataset:

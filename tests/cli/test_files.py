@@ -125,5 +125,5 @@ def test_all_are_copied_and_nothing_is_overwritten(folder: Path, refused: Refuse
     assert Path("mine/studies/statements.py").exists()
     assert read_case("mine/paper.toml").mechanism.bodies
     Path("mine/paper.toml").write_text("mine")
-    assert "exists and is another file" in refused("examples", "paper", "-o", "mine")
+    assert "exists with other content" in refused("examples", "paper", "-o", "mine")
     assert Path("mine/paper.toml").read_text() == "mine"

@@ -275,7 +275,7 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
     loose = 'clearance=[{ joint = "pivots", clearance = "1 mm" }, { joint = "unit 2/pivot", clearance = "2 mm" }]'
     assert case_of(sd.case_text(mast(units=3)), [loose]).mechanism == wanted
     assert len(wanted.clearance_joints) == 3
-    with pytest.raises(InputError, match="two .* tables for joint"):
+    with pytest.raises(InputError, match=r"two .* tables for joint"):
         read_case(tmp_path / "case.toml", [loose.replace("unit 2/pivot", "pivots")])
 
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scissordyn.casefile.quantity import (
-    FAMILIAR,
+    UNIT_DEFINITIONS,
     UNIT_FACTORS,
-    UNITS,
+    USUAL_UNITS,
     _registry,
     example,
     read_numbers,
@@ -85,7 +85,7 @@ def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) ->
     assert reason in str(caught.value)
 
 
-@pytest.mark.parametrize("unit", [*FAMILIAR, "kg", "1/m", "s/m", "m/s^2"])
+@pytest.mark.parametrize("unit", [*USUAL_UNITS, "kg", "1/m", "s/m", "m/s^2"])
 @given(st.floats(min_value=-1e5, max_value=1e5))
 def test_what_is_written_can_be_read(unit: str, value: float) -> None:
     """Contract: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
@@ -126,7 +126,7 @@ def test_units_agree_with_pints_own_list() -> None:
 
     theirs = pint.UnitRegistry()
     base = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
-    for definition in UNITS:
+    for definition in UNIT_DEFINITIONS:
         name = definition.split(" = ")[0]
         if name == "hertz":
             continue

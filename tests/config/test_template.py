@@ -19,7 +19,7 @@ from scissordyn.casefile.time_function import DriveTable
 from scissordyn.components.actuator import Actuator
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import PART_VALUES
-from scissordyn.config.template import STARTERS, DEPLOYMENT_TURNS, template
+from scissordyn.config.template import DEPLOYMENT_TURNS, STARTERS, template
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.mechanism import Mechanism

@@ -246,7 +246,9 @@ def test_class_in_no_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"friction law: its class 'Smooth' is not in a file.*from mine import Smooth"):
         sd.case_text(arm)
     run = sd.simulate(arm, until=1e-3, samples=3)
-    with pytest.warns(UserWarning, match=r"cannot be run again .* class 'test_class_in_no_file.*Smooth' is not defined in a file") as told:
+    with pytest.warns(
+        UserWarning, match=r"cannot be run again .* class 'test_class_in_no_file.*Smooth' is not defined in a file"
+    ) as told:
         saved = sd.save(run, tmp_path / "run.nc")
     assert "\n" not in str(told[0].message)
     loaded = sd.load(saved)

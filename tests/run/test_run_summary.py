@@ -18,7 +18,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
 from scissordyn.record.summary import at_limit
-from scissordyn.record.warn import MEANS, force_at_equal_energy, warning_lines
+from scissordyn.record.warn import EXPLANATION_PREFIX, force_at_equal_energy, warning_lines
 from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, choose_rows
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import compute
@@ -142,7 +142,7 @@ def test_warnings_as_data() -> None:
 def test_meaning_of_fast_contacts() -> None:
     """Closed form: forces grow as v for line contacts, as v^(2/3) at constant pressure; eight times the speed is a factor 2."""
     _, meant, *_ = warning_lines(WARNINGS)
-    assert meant.startswith(MEANS)
+    assert meant.startswith(EXPLANATION_PREFIX)
     assert "a factor of 2 in the fastest contact, at 'B 2'" in meant
 
 

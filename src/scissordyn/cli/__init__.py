@@ -1,1 +1,1 @@
-"""The command line: parse, call one public function, show the result."""
+"""Command line: parse the arguments of a command, call a public function, show its result."""

@@ -1,4 +1,4 @@
-"""``scissordyn laws``, ``controllers``, ``zoo``, ``examples``, ``new`` and ``schema``: what comes with the package."""
+"""Commands ``laws``, ``controllers``, ``zoo``, ``examples``, ``new`` and ``schema``: what the package contains."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     from scissordyn.collection.catalogue import Entry
 
-NARROW_COLUMNS = 90  # [columns] a narrower terminal shows the bounds of a parameter in the column of its meaning
+NARROW_COLUMNS = 90  # [characters] on a narrower terminal, the bounds of a parameter are in the column of its meaning
 
-CATALOGUE = {"name": "name", "what it is": "text", "source": "text"}
+CATALOGUE_COLUMNS = {"name": "name", "description": "text", "source": "text"}  # heading -> column style
 
-LETTERS = (
+GREEK_LETTERS = (
     "alpha α beta β gamma γ delta δ epsilon ε varepsilon ε zeta ζ eta η theta θ iota ι kappa κ lambda λ mu μ nu ν xi ξ pi π "
     "rho ρ sigma σ tau τ phi φ varphi φ chi χ psi ψ omega ω Gamma Γ Delta Δ Theta Θ Lambda Λ Sigma Σ Phi Φ Psi Ψ Omega Ω"
 )
-GREEK = dict(zip(LETTERS.split()[::2], LETTERS.split()[1::2], strict=True))
-SHOWN = (
+GREEK_SIGNS = dict(zip(GREEK_LETTERS.split()[::2], GREEK_LETTERS.split()[1::2], strict=True))
+LATEX_COMMANDS = (
     "cdot=· times=× le=≤ leq=≤ ge=≥ geq=≥ ne=≠ approx=≈ infty=∞ pm=± to=→ int=∫ sum=Σ partial=∂ ldots=... dots=... quad=\n "
     "qquad=\n left= right= bigl= bigr= big= Big= displaystyle= prime=' langle=< rangle=> lVert=| rVert=| |=|"
 )
-SIGNS = dict(pair.split("=") for pair in SHOWN.split(" "))
-"""LaTeX commands and the sign that replaces each; any other command, such as \\sin, becomes its name."""
+COMMAND_SIGNS = dict(pair.split("=") for pair in LATEX_COMMANDS.split(" "))
+"""Sign that replaces each LaTeX command in plain text; any other command, such as \\sin, is replaced by its name."""
 
 GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"
 FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"
 TOKEN = re.compile(r"(?:\\[A-Za-z]+|[A-Za-z])(?:_\w|_\{\w+\})?(?:'|\^\*|\^\d)?|\d+(?:\.\d+)?|\|[^|]+\|")
-"""One factor, which needs no parentheses in a fraction."""
+"""Formula of one factor, which needs no parentheses in a fraction."""
 
-SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")  # for exponents in plain text
 
 
 def laws(
-    name: Annotated[str | None, Argument(help="One law or material, or a class of yours as FILE.py:CLASS.")] = None,
-    plot: Annotated[Path | None, Option(help="Draw the law, or all laws on one impact, into this file.")] = None,
+    name: Annotated[str | None, Argument(help="A law or material, or your class as FILE.py:CLASS.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw the law, or an impact with each law, into this file.")] = None,
 ) -> int:
     from scissordyn.laws.catalogue import BY_KIND, MATERIALS, kind_in
 
@@ -58,7 +58,7 @@ def laws(
         names = [*dict.fromkeys(law for those in BY_KIND.values() for law in those), *MATERIALS]
         raise InputError(f"unknown law or material '{name}'{did_you_mean(name, names)}", ", ".join(names), "scissordyn laws")
     if plot is not None and name is not None and not kinds:
-        raise InputError(f"a picture of the material '{name}'", "a law", "scissordyn laws flores --plot law.png")
+        raise InputError(f"--plot with the material '{name}'", "a law", "scissordyn laws flores --plot law.png")
     check_picture(plot, Path(), "--plot law.png")
     if name is None:
         _list_laws()
@@ -82,16 +82,16 @@ def laws(
 
 
 def _row(name: str, element: Any) -> tuple[str, str, str]:
-    """Name, summary and source of an element."""
+    """Return name, summary and source of an element, as a row of a table."""
     return name, (element.__doc__ or "").strip().splitlines()[0], element.source
 
 
 def _with_defaults(law: Any) -> Any:
-    """Return a law with the default values of its parameters."""
+    """Return a law with the default values of its parameters; raise `InputError` if a parameter has no default."""
     needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory]
     if needed:
         raise InputError(
-            f"a picture of '{law.__name__}', whose {needed[0]} has no default",
+            f"no picture of '{law.__name__}': its parameter {needed[0]} has no default",
             "a law with defaults, or a picture in Python",
             f"sd.plot.law({law.__name__}({', '.join(f'{name}=...' for name in needed)}))",
         )
@@ -103,7 +103,7 @@ def _list_laws() -> None:
     from scissordyn.laws.oil import OILS
 
     for kind, names in BY_KIND.items():
-        print_table(CATALOGUE, [_row(name, law) for name, law in names.items()], kind)
+        print_table(CATALOGUE_COLUMNS, [_row(name, law) for name, law in names.items()], kind)
     materials = {name: (1e-9 * part.youngs_modulus, part.poisson_ratio, part.density) for name, part in MATERIALS.items()}
     oils = {name: (1e6 * part.viscosity_40, 1e6 * part.viscosity_100, part.density) for name, part in OILS.items()}
     for title, parts, numbers, heads in (
@@ -133,12 +133,12 @@ def _describe(kind: str, name: str) -> None:
 
 
 def controllers(
-    name: Annotated[str | None, Argument(help="One controller, or a class of yours as FILE.py:CLASS.")] = None,
+    name: Annotated[str | None, Argument(help="A controller, or your class as FILE.py:CLASS.")] = None,
 ) -> int:
     from scissordyn.control.catalogue import CONTROLLERS, controller
 
     if name is None:
-        print_table(CATALOGUE, [_row(key, of) for key, of in CONTROLLERS.items()])
+        print_table(CATALOGUE_COLUMNS, [_row(key, of) for key, of in CONTROLLERS.items()])
         say("scissordyn controllers NAME shows one with its parameters.")
         return 0
     element: type = controller(name)
@@ -149,12 +149,12 @@ def controllers(
 
 
 def print_element(element: type, heading: str, notes: Sequence[str]) -> list[str]:
-    """Print heading, docstring, notes and parameters of an element; returns a sample of each parameter as in a case file.
+    """Print heading, docstring, notes and parameters of an element; return an example of each parameter for a case file.
 
-    Of the docstring formulas are in characters, and paragraphs as wide as the terminal.
+    Formulas of the docstring are converted to plain text, and paragraphs fill the width of the terminal.
     """
     say(heading, style="bold")
-    # its markup is for sphinx
+    # remove markup for Sphinx
     text = re.sub(r":math:`([^`]*)`", lambda match: plain_formula(match[1]), inspect.getdoc(element) or "")
     for block in re.split(r"\n\s*\n", text):
         lines = " ".join(line.strip() for line in block.splitlines())
@@ -167,13 +167,13 @@ def print_element(element: type, heading: str, notes: Sequence[str]) -> list[str
 
 
 def plain_formula(latex: str) -> str:
-    """Convert a LaTeX formula to plain characters: fractions with a slash, Greek letters, small powers."""
+    """Convert a LaTeX formula to plain text: fractions with a slash, Greek letters, superscript exponents."""
     text = re.sub(r"\\(?:operatorname)\*?\s*" + GROUP, r" \1 ", latex)
     text = re.sub(r"\\(?:text|mathrm|mathbf|boldsymbol|mathit)\*?\s*" + GROUP, r"\1", text)
     text = re.sub(rf"(\\(?:{FUNCTIONS}))\s*(\\[dt]?frac\s*{GROUP}\s*{GROUP})", r"\1(\2)", text)
     text = re.sub(r"\\begin\{cases\}", "(", text).replace("\\end{cases}", ")").replace("\\\\", ";").replace("&", " if ")
     text = re.sub(r"\\[,;:! ]", " ", text)
-    for _ in range(8):  # from the innermost braces outwards
+    for _ in range(8):  # convert from the innermost braces outwards
         before = text
         text = re.sub(r"\\[dt]?frac\s*" + GROUP + r"\s*" + GROUP, lambda m: f"{_factor(m[1])}/{_factor(m[2])}", text)
         text = re.sub(r"\\[dt]?frac\s*(\w)\s*(\w)", r"\1/\2", text)
@@ -195,7 +195,7 @@ def plain_formula(latex: str) -> str:
 
 
 def _factor(part: str) -> str:
-    """Return a part of a fraction, in parentheses if it has more than one factor."""
+    """Return numerator or denominator of a fraction, in parentheses if it has several factors."""
     part = part.strip()
     return part if TOKEN.fullmatch(part) else f"({part})"
 
@@ -209,16 +209,16 @@ def _power(exponent: str) -> str:
 
 def _sign(match: re.Match[str]) -> str:
     name, space = match[1], match[0][len(match[1]) + 1 :]
-    if name in GREEK:
-        return GREEK[name] + (" " if space and match.end() < len(match.string) else "")
-    if name in SIGNS:
-        return SIGNS[name] + (" " if space and SIGNS[name].strip() else "")
+    if name in GREEK_SIGNS:
+        return GREEK_SIGNS[name] + (" " if space and match.end() < len(match.string) else "")
+    if name in COMMAND_SIGNS:
+        return COMMAND_SIGNS[name] + (" " if space and COMMAND_SIGNS[name].strip() else "")
     after = match.string[match.end() : match.end() + 1]
     return name + (" " if space or after.isalnum() or after == "\\" else "")
 
 
 def print_parameters(element: type) -> list[str]:
-    """Print the parameters of an element; returns a sample of each in the form of a case file."""
+    """Print the parameters of an element; return an example of each for a case file."""
     from scissordyn.casefile.table import table_of
 
     keys, rows = table_of(element).declared_keys(), []
@@ -237,17 +237,21 @@ def print_parameters(element: type) -> list[str]:
 
 
 def zoo(
-    name: Annotated[str, Argument(help="Show this one.", show_default=False)] = "",
-    case: Annotated[bool, Option("--case", help="Print its case file.")] = False,
-    copy: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Copy its case file, as case.toml.")] = None,
-    check: Annotated[bool, Option("--check", help="Run it, or all, and compare the numbers; status 3 if one differs.")] = False,
+    name: Annotated[str, Argument(help="Name of a mechanism to show.", show_default=False)] = "",
+    case: Annotated[bool, Option("--case", help="Print the case file of the mechanism.")] = False,
+    copy: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Copy the case file to this file.")] = None,
+    check: Annotated[
+        bool, Option("--check", help="Run it, or all, and compare with reference values; status 3 if one differs.")
+    ] = False,
 ) -> int:
     from scissordyn.collection.catalogue import zoo as entries
 
     if not name and check and not case and copy is None:
         return max(_check_entry(entry) for entry in entries.values())
     if not name and (case or copy is not None):
-        raise InputError("no name", ", ".join(entries), "scissordyn zoo peaucellier --case")
+        raise InputError(
+            "--case or -o without the name of a mechanism", ", ".join(entries), "scissordyn zoo peaucellier --case"
+        )
     if not name:
         rows = [(entry.name, entry.title, entry.kind) for entry in entries.values()]
         print_table({"name": "name", "what it is": "text", "kind": "text"}, rows)
@@ -299,9 +303,9 @@ def _check_entry(entry: Entry) -> int:
 
 
 def examples(
-    name: Annotated[str, Argument(help="Print this one.", show_default=False)] = "",
+    name: Annotated[str, Argument(help="Name of an example to print.", show_default=False)] = "",
     copy: Annotated[
-        Path | None, Option("-o", "--output", metavar="DIR", help="Copy it, or all of them, into this folder.")
+        Path | None, Option("-o", "--output", metavar="DIR", help="Copy the example, or all, into this folder.")
     ] = None,
 ) -> int:
     from scissordyn.config.file import folder_of_examples
@@ -328,12 +332,12 @@ def examples(
 
 
 def _copy(source: Path, target: Path, allowed: str, sample: str) -> None:
-    """Copy a file of the package, unless another one has its name."""
+    """Copy a file of the package; raise `InputError` if the target exists with other content."""
     content = source.read_bytes()
     if not target.exists():
         write_file(target, content, sample=sample)
     elif target.read_bytes() != content:
-        raise InputError(f"'{target}' exists and is another file", allowed, sample)
+        raise InputError(f"'{target}' exists with other content", allowed, sample)
     say(target)
 
 
@@ -352,7 +356,7 @@ def new(
         str,
         Option(
             "--with",
-            help="Further parts with values that fit the structure, as servo,tip,payload,panels,spring,latch.",
+            help="Additional parts with suitable values, such as servo,tip,payload,panels,spring,latch.",
             show_default=False,
         ),
     ] = "",
@@ -361,7 +365,7 @@ def new(
         Option(
             "--set",
             metavar="KEY=VALUE",
-            help="A value of the file, as in structure.units=5; what else there is fits it. Repeatable.",
+            help="A value of the file, such as structure.units=5; other values are adapted. Repeatable.",
         ),
     ] = None,
 ) -> int:
@@ -372,15 +376,15 @@ def new(
 
 
 def schema(
-    which: Annotated[str, Argument(help="case or study.")] = "case",
-    output: Annotated[Path | None, Option("-o", "--output", help="Write it to this file, which ends in .json.")] = None,
+    which: Annotated[str, Argument(help="Kind of file: case or study.")] = "case",
+    output: Annotated[Path | None, Option("-o", "--output", help="Write the schema to this .json file.")] = None,
 ) -> int:
     from scissordyn.config.schema import schema as make_schema
 
     sample = command("-o", f"{which}.json")
     if output is not None:
         if output.suffix.lower() != ".json":
-            raise InputError(f"schema in '{output}'", "a name that ends in .json", sample)
+            raise InputError(f"cannot write the schema to '{output}'", "a name that ends in .json", sample)
         check_target(output, sample=sample)
     text = json.dumps(make_schema(which), indent=1, ensure_ascii=False)
     print(text if output is None else write_file(output, f"{text}\n".encode(), sample=sample))

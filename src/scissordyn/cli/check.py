@@ -1,4 +1,4 @@
-"""``scissordyn check`` and ``preview``: a case before any run."""
+"""Commands ``check`` and ``preview``: describe a case before it is run."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def check(
     quiet: Quiet = False,
     as_json: AsJson = False,
     converge: Annotated[
-        str | None, Option(metavar="MEASURE", help="Also run with several tolerances: which one 'tip.error within 1 %' needs.")
+        str | None, Option(metavar="MEASURE", help="Find the tolerance that a measure needs, such as 'tip.error within 1 %'.")
     ] = None,
     modes: Annotated[
-        bool, Option("--modes", help="With --converge: compare numbers of bending modes instead of tolerances.")
+        bool, Option("--modes", help="With --converge: find the number of bending modes instead of the tolerance.")
     ] = False,
 ) -> int:
     from scissordyn.cli.check_lines import check_lines

@@ -1,4 +1,4 @@
-"""Lines that ``scissordyn check`` and ``preview`` print about a case before any run."""
+"""Lines of text that ``scissordyn check`` and ``preview`` print about a case."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from scissordyn.components.declaration import Component
     from scissordyn.studies.compute.convergence import Convergence
 
-IDEAL_SECONDS_MAX = 2.0  # [s] to compute the motion with ideal joints; if it takes longer, what follows from it is left out
+IDEAL_SECONDS_MAX = 2.0  # [s] time limit for the motion with ideal joints; after it, lines about that motion are left out
 
-STATICS_TURNS = 2  # [revolutions] of a drive over which forces without inertia are computed
+STATICS_TURNS = 2  # [revolutions] rotation of a drive for which forces without inertia are computed
 
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
@@ -59,7 +59,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     check_tables(planned, until)
     driver, start, choice = make_driver(planned, read.run)
 
-    rods: tuple[Any, ...] = mechanism.rods  # type checkers do not see what makes them components
+    rods: tuple[Any, ...] = mechanism.rods  # for type checkers, which do not see that rods are components
     components: tuple[Component, ...] = (*planned.acting, *rods)
     lines = [f"{case} is complete and can be assembled.", *_parts(planned, components)]
     ideal = _ideal(mechanism, until, 2)
@@ -131,12 +131,12 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
 
 
 def _mobility(planned: Plan) -> int:
-    """Return the degrees of freedom that drives and couplings leave while latches are open."""
+    """Return the number of degrees of freedom with drives, couplings and open latches."""
     return planned.coordinates.free - sum(not constraint.latch for constraint in planned.coordinates.constraints)
 
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
-    """Return a line for each clearance and its laws, with the names of the joints, or their number if they are many."""
+    """Return a line for each different clearance with its laws: the names of its joints, or their number if there are many."""
     names: dict[str, list[str]] = {}
     for part in parts:
         if (gap := part.clearance) is not None:
@@ -155,18 +155,18 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 
 
 def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
-    """Return the whole motion with ideal joints; the reason if it does not exist, or "" if it ends early or takes long."""
+    """Return the motion with ideal joints; a text with the reason if it is impossible, or "" if it is not complete in time."""
     try:
         ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(IDEAL_SECONDS_MAX))
     except TimeIsOverError:
         return ""
-    except InputError as error:  # the case itself may run: its joints may bridge what ideal ones cannot
+    except InputError as error:  # the case itself may run, because clearances may permit a motion that ideal joints do not
         return error.what
     return ideal if ideal.attrs["status"] == "complete" else ""
 
 
 def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
-    """Return the inertia seen by the only drive or servo; None if it does not determine the motion."""
+    """Return the inertia reduced to the only drive or servo; None if that drive does not determine the motion."""
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
     ideal = mechanism.ideal()
     if len(servos) == 1 and not mechanism.drives:
@@ -193,11 +193,11 @@ def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
 
 
 class TimeIsOverError(Exception):
-    """Ends a run after the time that it may take."""
+    """Exception that ends a run after its time limit."""
 
 
 def limited(seconds: float) -> Callable[[float], None]:
-    """Return a progress function that ends a run after a number of seconds by raising `TimeIsOverError`."""
+    """Return a progress function that raises `TimeIsOverError` after a number of seconds."""
     ends = time.perf_counter() + seconds
 
     def progress(_: float) -> None:
@@ -208,14 +208,14 @@ def limited(seconds: float) -> Callable[[float], None]:
 
 
 class ServoDemand(NamedTuple):
-    """Demand on one servo that follows its reference exactly, with ideal joints and rigid bars."""
+    """Torque and speed that a servo needs to follow its reference exactly, with ideal joints and rigid bars."""
 
     name: str
-    torque: float  # Largest [N m]
+    torque: float  # Largest torque [N m]
     time: float  # Instant of the largest torque [s]
-    limit: float | None
-    above: float  # Fraction of the time for which it is above the limit
-    speed: float  # Largest [rad/s]
+    limit: float | None  # Torque limit of the servo [N m]
+    above: float  # Fraction of the time with a torque above the limit
+    speed: float  # Largest speed [rad/s]
 
     def __str__(self) -> str:
         peak = f"up to {short(self.torque, 'N m')}, at {short(self.time, 's')}, and {self.speed * 30.0 / math.pi:.4g} rpm"
@@ -232,7 +232,7 @@ class ServoDemand(NamedTuple):
 
 
 def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list[ServoDemand]:
-    """Return the torque demands of a motion in which drives replace the servos, see `commanded`."""
+    """Return the demands on servos from the ideal motion of `followed`, in which drives replace the servos."""
     demands, driven = [], [drive.body for drive in followed.drives]
     torques = np.abs(ideal["drive_torque"].values.reshape(ideal.sizes["time"], -1)) if driven else np.zeros((0, 0))
     for part in mechanism.components:
@@ -249,10 +249,10 @@ def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list
 
 
 def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = ()) -> list[str]:
-    """Return lines about the tolerance, step or number of modes that a measure of the run needs."""
+    """Return lines about the tolerance, step size or number of modes that a measure of the run needs."""
 
     def setting(value: float) -> str:
-        """Return a setting as it is typed."""
+        """Return a tolerance, step size or number of modes as the user types it."""
         return short(value, "s") if converged.varied == "step" else f"{value:g}"
 
     import xarray as xr
@@ -282,7 +282,7 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
 
 
 def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
-    """Return lines about assembly and motion with ideal joints, in which drives replace servos."""
+    """Return lines about the assembly and the motion with ideal joints; in `followed`, drives replace the servos."""
     lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_at_rest(followed, ideal, until)]
     lines += map(str, servo_demands(mechanism, followed, ideal))
     lines += [f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])]
@@ -292,7 +292,7 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
 
 
 def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
-    """Return the largest forces without inertia of rigid bars; none if nothing is loaded."""
+    """Return a line with the largest forces of a quasi-static motion with rigid bars; no line if there are no loads."""
     if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
         return []
     turned = rotations(mechanism, until)
@@ -317,7 +317,7 @@ def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]
 
 
 def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
-    """Say how far the assembly moved the bodies from their given positions."""
+    """Return a line about the distance by which the assembly moved the bodies from their given positions."""
     moves, turns = [], []
     start = ideal.isel(time=0)
     for body in mechanism.bodies:
@@ -333,7 +333,7 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
 
 
 def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
-    """Return the stroke of the only drive and its locking position."""
+    """Return lines about the stroke of the only drive and the position in which it locks."""
     low, high, unit = (ideal.attrs[f"range_{name}"] for name in ("low", "high", "unit"))
     if not unit:
         return [] if mechanism.drives or mechanism.coordinate_drives else ["No drive prescribes the motion."]
@@ -350,12 +350,12 @@ def _range(mechanism: Mechanism, ideal: xr.Dataset) -> list[str]:
 
 
 def _forces(ideal: xr.Dataset) -> list[str]:
-    """Return the worst transmission angle, torque and reactions."""
+    """Return lines about the worst transmission angle and the largest torques and reactions."""
     lines, time = [], ideal["time"].values
     angle = np.degrees(ideal["transmission_angle"].values)
     if angle.size:
         i, k = np.unravel_index(int(np.argmin(angle)), angle.shape)
-        smallest = round(float(angle[i, k]), 6)  # zero at a change point, whatever round-off says
+        smallest = round(float(angle[i, k]), 6)  # a change point has the angle zero up to round-off
         joint = ideal["dyad"].values[k]
         lines.append(f"Smallest transmission angle: {smallest:.4g} deg at joint '{joint}', at {short(time[i], 's')}.")
     for dim in ("coordinate_drive", "coupling"):
@@ -379,18 +379,18 @@ def _forces(ideal: xr.Dataset) -> list[str]:
     return lines + _further_forces(ideal, ASSEMBLY_TOL * float(np.nanmax(force, initial=0.0)))
 
 
-FURTHER = (
+OTHER_LOADS = (
     ("reaction_moment", "joint", "N m", "moment of a guide"),
     ("weld_force", "weld", "N", "force of a weld"),
     ("weld_moment", "weld", "N m", "moment of a weld"),
 )
-"""Variables of transmitted loads other than the forces of pins and guides: dimension, unit and words of each."""
+"""Transmitted loads other than forces of pins and guides: variable, dimension, unit and text."""
 
 
 def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:
-    """Return the largest moments of guides, and forces and moments of welds."""
+    """Return lines about the largest moments of guides, and the largest forces and moments of welds."""
     lines, time = [], ideal["time"].values
-    for name, dim, unit, subject in FURTHER:
+    for name, dim, unit, subject in OTHER_LOADS:
         if name not in ideal:
             continue
         values = np.abs(ideal[name].transpose("time", dim, ...).values.reshape(time.size, ideal.sizes[dim], -1))

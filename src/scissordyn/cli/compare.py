@@ -1,4 +1,4 @@
-"""``scissordyn compare``: two saved runs side by side, or a run and measured curves."""
+"""Command ``compare``: compare two saved runs, or a run with measured curves."""
 
 from __future__ import annotations
 
@@ -18,24 +18,26 @@ from scissordyn.units import cell
 if TYPE_CHECKING:
     import xarray as xr
 
-MULTIPLE_RATIO_MIN = 10.0  # [-] ratio from which a change is written as a multiple
+MULTIPLE_RATIO_MIN = 10.0  # [-] a change by a larger ratio is written as a multiple instead of in percent
 
-LAST = {
+LAST_VALUES = {
     "slider_position": ("position at the end", "m"),
     "drive_work": ("work of the drive", "J"),
     "motor_work": ("work of motors and actuators", "J"),
     "load_work": ("work of forces and torques", "J"),
     "dissipated_energy": ("dissipated energy", "J"),
 }
-"""Variables whose last values are compared, with their names and units."""
+"""Variables whose values at the end are compared: text and unit."""
 
-SELDOM = ("motor_work", "load_work")  # Shown only where there is any
+SHOWN_IF_NONZERO = ("motor_work", "load_work")
 
 
 def compare(
     run: SavedRun,
-    other: Annotated[Path, Argument(help="Another one, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
-    output: Annotated[Path | None, Option("-o", "--output", metavar="DIR", help="Draw both into this folder.")] = None,
+    other: Annotated[Path, Argument(help="Another saved run, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
+    output: Annotated[
+        Path | None, Option("-o", "--output", metavar="DIR", help="Draw pictures of both into this folder.")
+    ] = None,
     form: PictureFormat = "png",
 ) -> int:
     from scissordyn.plot.file import check_format, write
@@ -128,7 +130,7 @@ def change(value: float, other: float) -> str:
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
-    """Return results of a run with their units, by name."""
+    """Return the compared results of a run by name, each with its unit."""
     from scissordyn.record.joint_force import clearance_joints, joint_summaries
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
@@ -143,14 +145,18 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     if "peak_control_torque" in run:
         for name, size in zip(run["actuator"].values.astype(str), run["peak_control_torque"].values.tolist(), strict=True):
             figures[f"largest torque of {name}"] = (abs(size), "N m")
-    for variable, (name, unit) in LAST.items():
-        if variable in run and math.isfinite(last := float(run[variable].values[-1])) and (last or variable not in SELDOM):
+    for variable, (name, unit) in LAST_VALUES.items():
+        if (
+            variable in run
+            and math.isfinite(last := float(run[variable].values[-1]))
+            and (last or variable not in SHOWN_IF_NONZERO)
+        ):
             figures[name] = (last, unit)
     return figures
 
 
 def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Iterator[tuple[str, str, str]]:
-    """Return the entries in which two configurations, or parts of them, differ, with their keys."""
+    """Yield parameter path and both values, as texts, for each entry in which two mechanisms or options differ."""
     both = [None if parts is None else list(parts) for parts in (_parts(first, unit), _parts(second, unit))]
     left, right = ({name: (value, of) for name, value, of in parts or ()} for parts in both)
     lengths = isinstance(first, tuple) and len(first) != len(second)
@@ -164,7 +170,7 @@ def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Ite
 
 
 def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
-    """Name, value and unit of what a value is made of; None for what is one thing."""
+    """Return name, value and unit of each field or item of a value; None for a value without parts."""
     from scissordyn.casefile.configuration import Configuration
     from scissordyn.model.walk import declared
 
@@ -183,7 +189,7 @@ def _parts(value: Any, unit: str) -> Iterable[tuple[str, Any, str]] | None:
 
 
 def _texts(first: Any, second: Any, unit: str) -> tuple[str, str]:
-    """Return two values with as many digits as are needed to distinguish them."""
+    """Return two values as texts with enough digits to distinguish them."""
     for digits in (6, 12, 17):
         texts = _short(first, unit, digits), _short(second, unit, digits)
         if texts[0] != texts[1]:

@@ -1,4 +1,4 @@
-"""``scissordyn explore`` and ``import``: a case in the browser, and a linkage that was drawn elsewhere as a case."""
+"""Commands ``explore`` and ``import``: show a case in the browser; convert a linkage of another program to a case file."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from scissordyn.errors import InputError, command
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-NEEDED = ("websockets", "tomlkit")
+REQUIRED_PACKAGES = ("websockets", "tomlkit")
 
 
 def explore(
     case: Annotated[Path, Argument(help="A case file, a saved run, a study (study.db), or a bifurcation diagram.")],
-    port: Annotated[int, Option(help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
+    port: Annotated[int, Option(help="Port of the page; 0 for any free port.", min=0, max=65535)] = 0,
     address: Annotated[
         str, Option(help="Address to listen on; other machines can open the page unless it is local.")
     ] = "127.0.0.1",
-    browser: Annotated[bool, Option("--browser/--no-browser", help="Whether to open a browser.")] = True,
+    browser: Annotated[bool, Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
     allow: Annotated[
         list[Path] | None,
-        Option(metavar="FILE", help="A file that the case names, which may be read, and executed if it is Python. Repeatable."),
+        Option(metavar="FILE", help="Allow reading a file that the case names, and executing it if it is Python. Repeatable."),
     ] = None,
 ) -> int:
-    missing = [name for name in NEEDED if find_spec(name) is None]
+    missing = [name for name in REQUIRED_PACKAGES if find_spec(name) is None]
     if missing:
         raise InputError(f"the explorer needs {', '.join(missing)}", "the extra 'explore'", "pip install 'scissordyn[explore]'")
     if not case.exists():
@@ -67,14 +67,19 @@ def explore(
 def import_drawing(
     source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF), .urdf or .csv.")],
     case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
-    unit: Annotated[str, Option(help="Unit of a table, or of a DXF that names none, as mm.", show_default=False)] = "",
+    unit: Annotated[str, Option(help="Unit of a table, or of a DXF without unit, such as mm.", show_default=False)] = "",
     linear_density: Annotated[
-        str, Option(metavar="QUANTITY", help="Mass per length of bars whose mass the drawing does not say.")
+        str, Option(metavar="QUANTITY", help="Mass per length of bars without a mass in the drawing.")
     ] = "1 kg/m",
     tolerance: Annotated[
-        str, Option(metavar="LENGTH", help="Ends of a DXF nearer than this are one pin.", show_default="1e-6 of the drawing")
+        str,
+        Option(
+            metavar="LENGTH",
+            help="Largest distance of line ends in a DXF that form one pin.",
+            show_default="1e-6 of the drawing",
+        ),
     ] = "",
-    until: Annotated[str, Option(metavar="TIME", help="How long the case runs.")] = "1 s",
+    until: Annotated[str, Option(metavar="TIME", help="Simulated time of the case.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
     from scissordyn.casefile.case_text import FIRST_LINE

@@ -1,4 +1,4 @@
-"""``scissordyn fit``: numbers of a case from measured curves."""
+"""Command ``fit``: fit parameters of a case to measured curves."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fit(
     case: CaseFile,
     data: Annotated[
         list[Path] | None,
-        Option(metavar="FILE", help="Measured curves: CSV that begins with 'time [s], angle of arm [deg]'. Repeatable."),
+        Option(metavar="FILE", help="Measured curves: CSV with a heading such as 'time [s], angle of arm [deg]'. Repeatable."),
     ] = None,
     free: Annotated[
         list[str] | None,
@@ -37,11 +37,13 @@ def fit(
     ] = None,
     segment: Annotated[
         str | None,
-        Option(metavar="TIME", help="Duration of parts with a start of their own; 'whole' for one start for each file."),
+        Option(metavar="TIME", help="Duration of segments whose starts are estimated; 'whole' for one segment per file."),
     ] = None,
     jump: Annotated[
         float | None,
-        Option(metavar="FRACTION", help="Standard deviation of jumps between segments, of the range of the motion."),
+        Option(
+            metavar="FRACTION", help="Standard deviation of jumps between segments, as a fraction of the range of the motion."
+        ),
     ] = None,
     deviation: Annotated[
         list[str] | None,
@@ -52,7 +54,7 @@ def fit(
     ] = None,
     output: Annotated[Path | None, Option("-o", "--output", help="Save the fit to this NetCDF file.")] = None,
     case_output: Annotated[
-        Path | None, Option("--write", metavar="FILE", help="Write the case with the fitted numbers to this file.")
+        Path | None, Option("--write", metavar="FILE", help="Write the case with the fitted values to this file.")
     ] = None,
     plot: Annotated[Path | None, Option(help="Draw curves, residuals and correlations into this folder.")] = None,
     change: Changes = None,
@@ -64,7 +66,11 @@ def fit(
     from scissordyn.config.fits import fit as compute
 
     if not data or not free:
-        raise InputError("a fit", "--data and --free", "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'")
+        raise InputError(
+            "a fit without --data or --free",
+            "--data and --free",
+            "--data decay.csv --free 'arm.inertia' --free 'pivot.damping'",
+        )
     check_run(output, case, "-o fit.nc")
     check_file(case_output, case, "--write fitted.toml")
     check_folder(plot, "--plot figures")
@@ -113,7 +119,7 @@ def _ranges(free: list[str]) -> dict[str, str | None]:
     for text in free:
         path, _, values = text.partition("=")
         if not path.strip() or path.strip() in ranges:
-            raise InputError(f"--free {text!r}", "each parameter once", "--free 'arm.inertia'")
+            raise InputError(f"--free {text!r}: the parameter is given twice", "each parameter once", "--free 'arm.inertia'")
         ranges[path.strip()] = values.strip() or None
     return ranges
 
@@ -173,13 +179,13 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
 
 
 def _numbers(fitted: xr.Dataset) -> Any:
-    """Start, value, error, interval and unit of each fitted number, in SI, by its path."""
+    """Return start value, value, error, interval and unit of each fitted parameter, in SI units, by its path."""
     names = ["start_value", "value", "standard_error", "low", "high", "unit"]
     return fitted[names].to_dataframe()[names].to_dict("index")
 
 
 def _record(fitted: xr.Dataset, predicted: xr.Dataset | None) -> dict[str, object]:
-    """Return the fit as plain data for other programs, in SI units."""
+    """Return the fit as a dictionary for JSON, in SI units."""
     rms = {"rms": fitted} | ({} if predicted is None else {"prediction_rms": predicted})
     return {
         "status": fitted.attrs["status"],

@@ -1,4 +1,4 @@
-"""``scissordyn gradient``: how measures of a run change with the parameters of a case."""
+"""Command ``gradient``: derivatives of measures of a run by parameters of the case."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     import xarray as xr
 
-TYPED = "--of 'A.peak_force' --by 'A.clearance'"
+OPTIONS_EXAMPLE = "--of 'A.peak_force' --by 'A.clearance'"
 
 
 def gradient(
@@ -26,11 +26,17 @@ def gradient(
     ] = None,
     by: Annotated[
         list[str] | None,
-        Option("--by", metavar="PARAMETER", help="A parameter, as in 'A.clearance'; all that act if not given. Repeatable."),
+        Option(
+            "--by",
+            metavar="PARAMETER",
+            help="A parameter, such as 'A.clearance'; by default all that affect the run. Repeatable.",
+        ),
     ] = None,
-    until: Annotated[str | None, Option(metavar="TIME", help="End of the run; that of the case if not given.")] = None,
-    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Save the derivatives, .nc.")] = None,
-    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw bars of elasticities: .svg or .png.")] = None,
+    until: Annotated[str | None, Option(metavar="TIME", help="End of the run; by default that of the case.")] = None,
+    output: Annotated[
+        Path | None, Option("-o", "--output", metavar="FILE", help="Save the derivatives to this NetCDF file.")
+    ] = None,
+    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw a bar chart of elasticities: .svg or .png.")] = None,
     change: Changes = None,
     as_json: AsJson = False,
 ) -> int:
@@ -38,7 +44,7 @@ def gradient(
     from scissordyn.sensitivity.gradient import gradient as compute
 
     if not of:
-        raise InputError("a gradient without a measure", "--of", TYPED)
+        raise InputError("a gradient without a measure", "--of and a measure", OPTIONS_EXAMPLE)
     check_run(output, case, "-o gradient.nc")
     check_picture(plot, case, "gradient.png")
     read, last = read_case(case, change or []), typed(until, "--until")
@@ -66,7 +72,7 @@ def gradient(
 
 
 def _show(found: xr.Dataset) -> None:
-    """Print a table for each measure, the parameter with the largest elasticity first."""
+    """Print a table for each measure, with the parameters in the order of their elasticity."""
     for name in found["measure"].values.tolist():
         here = found.sel(measure=name)
         say(f"{name} = {short(float(here['value']), str(here['unit'].values))}")
@@ -95,7 +101,7 @@ def _show(found: xr.Dataset) -> None:
 
 
 def _record(found: xr.Dataset) -> dict[str, object]:
-    """Return the derivatives for other programs, in SI units."""
+    """Return the derivatives as a dictionary for JSON, in SI units."""
     names = [str(name) for name in found["parameter"].values]
     measures = {}
     for name in found["measure"].values.tolist():

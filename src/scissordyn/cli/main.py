@@ -1,4 +1,4 @@
-"""The entry point: commands are loaded when called, errors and signals become one line and a status, whatever the streams."""
+"""Run the command line: load the called command, report errors and signals in one line, and return an exit status."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ COMMANDS = {
         "scissordyn paper -o out --figure 9",
     ),
 }
-"""Of each command the file, what it does, and one that can be typed, below its help."""
+"""Commands by name: file of the command, description, and example in its help."""
 
 OTHER_WORDS = {
     "simulate": "run",
@@ -157,19 +157,19 @@ OTHER_WORDS = {
     "template": "new",
     "equilibrium": "statics",
 }
-"""Commands by a word that users try instead."""
+"""Command that is meant by words which users try instead of its name."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
-"""Keys of [run] that users try as options of a command."""
+"""Keys of the table [run] that users try as options of a command."""
 
-# depending on its version typer has its own copy of click or uses the installed one: this is ClickException in both
+# ClickException of typer's own copy of click or of the installed click, depending on the version of typer
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-_received: list[int] = []  # Signals that came
+_received: list[int] = []  # Numbers of the signals that the process has received
 
-PLAIN: dict[str, Any] = {
+TYPER_OPTIONS: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "rich_markup_mode": None,
     "context_settings": {"help_option_names": ["-h", "--help"]},
@@ -177,7 +177,7 @@ PLAIN: dict[str, Any] = {
 
 
 class Commands(TyperGroup):
-    """Command group that loads a command only when the command or its help is called."""
+    """Group of commands that imports the file of a command when the command or its help is called."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -192,7 +192,7 @@ class Commands(TyperGroup):
 
 
 def load_command(name: str) -> Any:
-    """Return a command that typer parses without handling Ctrl-C and pipes itself."""
+    """Import a command and return it as a click command; this module handles Ctrl-C and closed pipes instead of typer."""
     room, about, example = COMMANDS[name]
     command: Callable[..., int] = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(name, name))
 
@@ -200,12 +200,12 @@ def load_command(name: str) -> Any:
     def parsed(**options: Any) -> Callable[[], int]:
         return functools.partial(command, **options)
 
-    alone = typer.Typer(add_completion=False, **PLAIN)
+    alone = typer.Typer(add_completion=False, **TYPER_OPTIONS)
     alone.command(name, help=about, epilog=f"Example: {example}")(parsed)
     return typer.main.get_command(alone)
 
 
-app = typer.Typer(name="scissordyn", help=ABOUT, cls=Commands, **PLAIN)
+app = typer.Typer(name="scissordyn", help=ABOUT, cls=Commands, **TYPER_OPTIONS)
 
 
 def _print_version(wanted: bool) -> None:
@@ -224,8 +224,8 @@ def _options(
 
 def run() -> None:
     """Run the command line of this process and exit with its status."""
-    # without this a third of a short command's time is garbage collection, among freshly loaded libraries and at
-    # the end, when the system frees all memory anyway
+    # otherwise garbage collection takes a third of the time of a short command: while libraries load, and at the end, when
+    # the operating system frees all memory anyway
     gc.set_threshold(200_000)
     take_signals()
     prepare_streams()
@@ -243,15 +243,15 @@ def run() -> None:
         except OSError:  # the error was printed already, the disk is full, or the pipe is closed
             give_up(name)
     if any(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
-        os._exit(status)  # Python's own end stops such a thread, as the explorer's run, in compiled code, and may abort there
+        os._exit(status)  # the normal end of Python may abort if a thread runs compiled code, for example a run of the explorer
     sys.exit(status)
 
 
 def status_of(arguments: Sequence[str]) -> int:
-    """Run one command."""
+    """Run a command with its arguments and return the exit status."""
     try:
         parsed = app(list(arguments) or ["--help"], standalone_mode=False)
-        if parsed == INTERRUPTED:  # what typer makes of Ctrl-C
+        if parsed == INTERRUPTED:  # typer's status after Ctrl-C
             raise KeyboardInterrupt
         status = parsed() if callable(parsed) else int(parsed or DONE)
         sys.stdout.flush()
@@ -262,21 +262,21 @@ def status_of(arguments: Sequence[str]) -> int:
         return _complain(_usage(error, arguments), BAD_INPUT)
     except KeyboardInterrupt:
         return _complain(STOPPED, INTERRUPTED)
-    except BrokenPipeError:  # as in "scissordyn laws | head -1"
+    except BrokenPipeError:  # for example "scissordyn laws | head -1"
         give_up("stdout")
         return DONE
     except SystemExit as error:
-        if isinstance(error.__context__, BrokenPipeError):  # typer exits in this case, while it prints a help
+        if isinstance(error.__context__, BrokenPipeError):  # typer exits if the pipe is closed while it prints a help
             give_up("stdout")
             return DONE
         if _received:
             return _complain(STOPPED, INTERRUPTED)
         return _complain(f"the command was ended by SystemExit({error.code!r}), raised by a function that it called", BUG)
-    except OSError as error:  # a full standard output, a name that is too long, a folder that may not be read
+    except OSError as error:  # for example a full disk, a too long file name, an unreadable folder
         return _complain(_refused(error), BAD_INPUT)
     except MemoryError as error:
         return _complain(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
-    except Exception as error:  # the output is one line only
+    except Exception as error:  # an error of the program is reported in one line, too
         if _received:
             return _complain(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
@@ -284,19 +284,19 @@ def status_of(arguments: Sequence[str]) -> int:
 
 
 def _warning_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
-    """Return a warning for the user as one line; one of a library also names its place."""
+    """Return a warning as one line of text; a warning by a library also has its category, file and line number."""
     place = "" if category is UserWarning else f"{category.__name__} in {filename}, line {lineno}: "
     return f"scissordyn: Warning: {place}{printable(str(message))}\n"
 
 
 def _in_case(error: ScissordynError, arguments: Sequence[str]) -> str:
-    """Return the text of an error; one of a mechanism that cannot be assembled begins with the case file of the command."""
+    """Return the text of an error; an assembly error begins with the name of the case file."""
     case = next((word for word in arguments if word.endswith(".toml")), "")
     return f"{case}: {error}" if isinstance(error, AssemblyError) and case and case not in str(error) else str(error)
 
 
 def _usage(error: Exception, arguments: Sequence[str]) -> str:
-    """Return typer's message about the words of a command, and the command meant by a word of another program."""
+    """Return typer's message about wrong arguments, with the command or option that the user probably meant."""
     text = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
     first = next((word for word in arguments if not word.startswith("-")), "")
     near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
@@ -315,7 +315,7 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
 
 
 def _refused(error: OSError) -> str:
-    """Describe an error of the operating system; an error without a file name concerns standard output."""
+    """Return the text of an error of the operating system; an error without a file name concerns standard output."""
     reason = error.strerror or str(error)
     if error.filename is None:
         give_up("stdout")
@@ -332,23 +332,23 @@ def _complain(text: str, status: int) -> int:
 
 
 def take_signals() -> None:
-    """Take signals from now on; on the main thread of a process that is a command."""
+    """Handle SIGINT and SIGTERM from now on; to be called in the main thread of a command's process."""
     for number in SIGNALS:
         signal.signal(number, _interrupt)
 
 
 def _interrupt(number: int, _: FrameType | None) -> None:
-    """End a command in good order, after the present slice of steps; the operating system acts on a second signal by itself."""
+    """Signal handler: interrupt the command after the current slice of steps; a second signal ends the process immediately."""
     _received.append(number)
     for other in SIGNALS:
         signal.signal(other, signal.SIG_DFL)
-    if os.isatty(2):  # a progress bar hides the cursor of the terminal
+    if os.isatty(2):  # show the cursor, which a progress bar hides
         os.write(2, b"\x1b[?25h")
     raise KeyboardInterrupt
 
 
 def prepare_streams() -> None:
-    """Print to nowhere where an output is closed, and the codes of letters that its encoding lacks."""
+    """Discard output to closed streams, and print the codes of letters that the encoding of a stream does not have."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
@@ -358,10 +358,10 @@ def prepare_streams() -> None:
 
 
 def give_up(name: str) -> None:
-    """Send what "stdout" or "stderr" has still to print nowhere; the interpreter would try again when it ends, and fail."""
+    """Discard unwritten output of "stdout" or "stderr"; otherwise the interpreter would try to write it at its end and fail."""
     try:
         number = getattr(sys, name).fileno()
-    except (OSError, ValueError):  # a test's own stream
+    except (OSError, ValueError):  # a stream without file descriptor, as in tests
         return
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, number)

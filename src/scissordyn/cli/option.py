@@ -1,4 +1,4 @@
-"""Arguments and options of several commands, and their readers: saved runs, numbers with units, an engine."""
+"""Arguments and options that several commands share, and functions that read them."""
 
 from __future__ import annotations
 
@@ -27,40 +27,48 @@ CaseFile = Annotated[Path, Argument(help="A case file.")]
 SavedRun = Annotated[Path, Argument(help="A saved run.")]
 Changes = Annotated[
     list[str] | None,
-    Option("--set", metavar="KEY=VALUE", help="Change a value of the case, as in drive.speed='250 rpm'. Repeatable."),
+    Option("--set", metavar="KEY=VALUE", help="Change a value of the case, such as drive.speed='250 rpm'. Repeatable."),
 ]
 OwnCode = Annotated[
     list[Path] | None,
-    Option(metavar="FILE", help="A Python file of yours that the saved run used and may execute again. Repeatable."),
+    Option(metavar="FILE", help="Your Python file that the saved run used, and that may be executed again. Repeatable."),
 ]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, Option("--json", help="Print one line of JSON, in SI units, instead of text.")]
 PictureFormat = Annotated[str, Option("--format", metavar="FORMAT", help="png, svg or pdf.")]
-BlockSize = Annotated[int | None, Option(help="Cases of a block of a new store.", min=1)]
-Magnified = Annotated[float, Option(metavar="FACTOR", help="Magnify the deflections of bars that bend.", min=1e-3, max=1e6)]
+BlockSize = Annotated[int | None, Option(help="Number of cases in a block of a new store.", min=1)]
+Magnified = Annotated[
+    float, Option(metavar="FACTOR", help="Factor by which deflections of bars are magnified.", min=1e-3, max=1e6)
+]
 BarQuantity = Annotated[
     str | None,
-    Option("--bars", metavar="QUANTITY", help="On bars that bend: stress, utilisation, 'bending moment' or 'axial force'."),
+    Option(
+        "--bars",
+        metavar="QUANTITY",
+        help="Quantity shown on flexible bars: stress, utilisation, 'bending moment' or 'axial force'.",
+    ),
 ]
-ThreadCount = Annotated[
-    int | None, Option(help="Threads of this process; one per processor if not given.", min=1, max=THREADS_MAX)
+ThreadCount = Annotated[int | None, Option(help="Number of threads; by default one per processor.", min=1, max=THREADS_MAX)]
+WorkerCount = Annotated[
+    int | None, Option(help="Number of processes on this machine, instead of threads.", min=1, max=THREADS_MAX)
 ]
-WorkerCount = Annotated[int | None, Option(help="Processes on this machine instead.", min=1, max=THREADS_MAX)]
-Scheduler = Annotated[str | None, Option(metavar="ADDRESS", help="Workers of a dask scheduler instead.")]
-QueueFile = Annotated[Path | None, Option(metavar="FILE", help="Workers that a queueing system starts instead.")]
+Scheduler = Annotated[str | None, Option(metavar="ADDRESS", help="Use the workers of this dask scheduler, instead of threads.")]
+QueueFile = Annotated[
+    Path | None, Option(metavar="FILE", help="File that describes workers of a queueing system, used instead of threads.")
+]
 
 UNPROTECTED = (
     "scissordyn: Warning: without TLS, anyone who reaches the ports of the scheduler and its workers can execute code there; "
     "docs/howto/cluster.md shows how to turn it on"
 )
 
-KINDS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
-"""By unit, what an option takes, as in a sample, and its bounds."""
+DIMENSIONED_OPTIONS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
+"""Options with a time or a length, by SI unit: kind of value, example, and quantity with bounds."""
 
 
 @dataclass(frozen=True)
 class Where:
-    """Place where cases are computed."""
+    """Options that choose the engine of a study: threads, processes, a dask scheduler or a cluster; at most one is given."""
 
     threads: int | None = None
     workers: int | None = None
@@ -69,12 +77,12 @@ class Where:
 
     @contextmanager
     def engine(self, folder: Path | None = None) -> Iterator[Engine]:
-        """Return the engine of the options, at most one of which may be given; `folder` receives the files of cluster jobs."""
+        """Yield the engine that the options describe; `folder` receives the files of cluster jobs."""
         from scissordyn.run.engine import Processes
 
         chosen = [name for name in ("threads", "workers", "scheduler", "cluster") if getattr(self, name) is not None]
         if len(chosen) > 1:
-            raise InputError(f"--{' and --'.join(chosen)}", "one of them")
+            raise InputError(f"--{' and --'.join(chosen)} together", "one of these options")
         if self.workers is not None:
             with Processes(self.workers) as processes:
                 yield processes
@@ -94,7 +102,7 @@ def _tell(line: str) -> None:
 
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
-    """Return a saved run; raise `InputError` if it has fewer than `least` samples."""
+    """Load a saved run; raise `InputError` for another file or a run with fewer than `samples` samples."""
     from scissordyn.casefile.configuration import is_run
     from scissordyn.casefile.table import add_prefix
     from scissordyn.file.run_check import check_run
@@ -112,16 +120,16 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
         raise InputError(f"'{path}' is a {kind.replace('run', 'case')} file", wanted, sample)
     run = load(path)
     if not is_run(run):
-        raise InputError(f"'{path}' holds a '{run.attrs.get('title')}'", "a run of 'scissordyn run'")
+        raise InputError(f"'{path}' is a '{run.attrs.get('title')}', not a run", "a run saved by 'scissordyn run'")
     with add_prefix(f"'{path}'"):
         check_run(run)
     if run.sizes.get("time", 0) < samples:
-        raise InputError(f"'{path}' holds a run of {run.sizes.get('time', 0)} samples", f"a run of {samples} or more")
+        raise InputError(f"'{path}' is a run with {run.sizes.get('time', 0)} samples", f"a run with {samples} or more samples")
     return run
 
 
 def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
-    """Return the mechanism of a run."""
+    """Return the mechanism of a run; user-defined code in files other than `allow_code` raises `InputError`."""
     from scissordyn.casefile.configuration import read_configuration
     from scissordyn.file.run_check import check_names
 
@@ -135,10 +143,10 @@ def typed(text: str, option: str, unit: str = ...) -> float: ...
 @overload
 def typed(text: str | None, option: str, unit: str = ...) -> float | None: ...
 def typed(text: str | None, option: str, unit: str = "s") -> float | None:
-    """Read a time or a length with its unit, such as "10 ms"."""
+    """Convert the text of an option, such as "10 ms", to a time or a length in SI units."""
     if text is None:
         return None
-    kind, sample, quantity = KINDS[unit]
+    kind, sample, quantity = DIMENSIONED_OPTIONS[unit]
     try:
         return read_quantity(text, quantity)
     except InputError as error:
@@ -146,7 +154,7 @@ def typed(text: str | None, option: str, unit: str = "s") -> float | None:
 
 
 def value_of(text: str, quantity: Quantity, option: str) -> float:
-    """Read a value of a quantity with its unit, or a pure number."""
+    """Convert the text of an option to the value of a quantity in SI units."""
     value: str | float = text
     if quantity.unit == "1":
         try:

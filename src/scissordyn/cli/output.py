@@ -1,4 +1,4 @@
-"""Output of commands, exit statuses, checks before the computation that results can be written, and progress."""
+"""Output of commands: exit statuses, tables, progress bars, and checks that results can be written before they are computed."""
 
 from __future__ import annotations
 
@@ -13,45 +13,45 @@ from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError
 
-if TYPE_CHECKING:  # the help of a command loads no libraries
+if TYPE_CHECKING:  # so that the help of a command does not load libraries
     from rich.console import Console
 
 DONE, BUG, BAD_INPUT, UNFINISHED, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit statuses: 3 if a run failed, whose results up to the failure are kept; 128 + SIGINT as in shells."""
+"""Exit statuses. 3: a run failed, but its results until the failure are kept. 130: 128 + SIGINT, as in shells."""
 
-STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}
+EXIT_STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINISHED}  # by status of a run
 
-PICTURES = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
+PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 
-ROWS_MAX = 20  # [rows] of a list: joints, contacts, or entries that differ
-PLAIN_COLUMNS = 100  # [letters] width of the output without a terminal
+ROWS_MAX = 20  # largest number of rows in a table of joints, contacts or differences
+PLAIN_COLUMNS = 100  # [characters] width of the output without a terminal
 
-LOOKS: dict[str, dict[str, Any]] = {
-    "name": {"no_wrap": True},  # which is copied
+COLUMN_STYLES: dict[str, dict[str, Any]] = {
+    "name": {"no_wrap": True},  # so that it can be copied
     "text": {"overflow": "fold"},
     "number": {"justify": "right", "no_wrap": True},
     "numbers": {"justify": "right", "overflow": "fold"},
     "long name": {"overflow": "fold"},
 }
-NAME_LETTERS_MIN = 10  # [letters] smallest width of a column of names; longer names are broken
+NAME_LETTERS_MIN = 10  # [characters] smallest width of a column of names; longer names are wrapped
 
-DESCRIPTION = "{task.description}"  # A column of a progress bar
+PROGRESS_TEXT = "{task.description}"  # Column of a progress bar that shows the text of its task
 
 
 def check_file(path: Path | None, case: Path, sample: str) -> None:
-    """Raise `InputError` if the given file cannot be written, or if writing would replace another file."""
+    """Raise `InputError` if a file cannot be written, or is the case file or a file of another kind."""
     from scissordyn.file.output_file import check_target
 
     if path is None:
         return
     if path.exists() and case.exists() and path.samefile(case):
-        raise InputError(f"cannot write '{path}': it is the case file", "another name", sample)
+        raise InputError(f"cannot write '{path}': it is the case file", "another file name", sample)
     check_target(path, sample=sample)
     _try(path, path.parent, sample)
 
 
 def check_run(path: Path | None, case: Path, sample: str) -> None:
-    """Raise `InputError` unless a run or diagram, a NetCDF file, can be written to a file of this name."""
+    """Raise `InputError` unless a run or diagram can be written to a NetCDF file of this name."""
     from scissordyn.file.output_file import check_name
 
     check_file(path, case, sample)
@@ -78,22 +78,22 @@ def check_movie(path: Path | None, case: Path, sample: str) -> None:
 
 
 def check_store_name(name: str) -> None:
-    """Raise `InputError` for a new store with the name of a file of another kind."""
+    """Raise `InputError` if the name of a new store has the ending of another kind of file."""
     from scissordyn.file.output_file import OTHER_ENDINGS
 
     if Path(name).suffix.lower() in {".nc", *OTHER_ENDINGS} - {".db"}:
-        raise InputError(f"'{name}' for the store of a study", "a name that ends in .db", "-o study.db")
+        raise InputError(f"wrong name '{name}' for the store of a study", "a name that ends in .db", "-o study.db")
 
 
 def check_folder(folder: Path | None, sample: str) -> None:
-    """Raise `InputError` if the given folder cannot be written, or if its name is that of a picture."""
+    """Raise `InputError` if a folder cannot be written, or if its name has the ending of a picture."""
     if folder is None:
         return
-    if folder.suffix.lower() in PICTURES and not folder.is_dir():
-        raise InputError(f"'{folder}' for a folder of pictures", "a folder", sample)
+    if folder.suffix.lower() in PICTURE_ENDINGS and not folder.is_dir():
+        raise InputError(f"wrong name '{folder}' for a folder of pictures", "the name of a folder", sample)
     existing = next(ancestor for ancestor in (folder, *folder.absolute().parents) if ancestor.exists())
     if not existing.is_dir():
-        raise InputError(f"cannot write into '{folder}': '{existing}' is a file", "a folder", sample)
+        raise InputError(f"cannot write into '{folder}': '{existing}' is a file", "the name of a folder", sample)
     _try(folder, existing, sample)
 
 
@@ -106,7 +106,7 @@ def _try(target: Path, folder: Path, sample: str) -> None:
 
 
 def console() -> Console:
-    """Return a console on stdout; for a file or a pipe it is as wide as the tables."""
+    """Return a console for standard output; without a terminal it is wide enough for the tables."""
     from scissordyn.cli.text_console import TextConsole
 
     plain = TextConsole(highlight=False, soft_wrap=False)
@@ -114,7 +114,7 @@ def console() -> Console:
 
 
 def say(*lines: object, **look: Any) -> None:
-    """Print lines as they are, on a terminal broken between words."""
+    """Print lines of text; on a terminal they are wrapped between words."""
     to = console()
     for line in lines:
         to.print(str(line), **look)
@@ -128,10 +128,10 @@ def print_table(
     spare: Sequence[str] = (),
     to: Console | None = None,
 ) -> list[str]:
-    """Print a table with columns of `LOOKS`, by their heads, or with heads of which several may be the same.
+    """Print a table; `columns` gives the heading and the style, a key of `COLUMN_STYLES`, of each column.
 
-    Numbers of a column are never cut: where there is no room columns that are spare are left out first, in their order, then
-    long names are broken. Returns the first lines of the heads of those left out.
+    Numbers are never truncated. If the table is too wide, the columns `spare` are left out in their order, then long names are
+    wrapped. Return the first lines of the headings of the columns that are left out.
     """
     from rich import box
     from rich.table import Table
@@ -149,7 +149,7 @@ def print_table(
         kept.remove(heads.index(unwanted))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
     for k in kept:
-        table.add_column(heads[k], **LOOKS[looks[k]], min_width=least.get(k))
+        table.add_column(heads[k], **COLUMN_STYLES[looks[k]], min_width=least.get(k))
     for row in cells:
         table.add_row(*(row[k] for k in kept))
     to.print(table)
@@ -157,7 +157,7 @@ def print_table(
 
 
 def print_json(record: dict[str, Any]) -> None:
-    """Print plain data as one line of JSON; numbers that are not finite are null, letters beyond ASCII their codes."""
+    """Print a dictionary as one line of ASCII JSON; infinite and NaN numbers become null."""
     print(json.dumps(_finite(record), allow_nan=False))
 
 
@@ -171,7 +171,7 @@ def _finite(value: Any) -> Any:
 
 @contextmanager
 def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
-    """Return a function that updates named bars on stderr, as rich's `Progress.update`; None without a terminal."""
+    """Yield a function that updates named progress bars on stderr, like rich's `Progress.update`; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -192,9 +192,9 @@ def bars(*columns: str) -> Iterator[Callable[..., None] | None]:
 
 @contextmanager
 def progress_bar(until: float) -> Iterator[Callable[[float], None] | None]:
-    """Return a function of the simulated time that updates a bar on stderr; None without a terminal."""
+    """Yield a function of the simulated time that updates a progress bar on stderr; None without a terminal."""
     percent = "{task.percentage:3.0f} % of " + f"{until * 1e3:g} ms"
-    with bars(DESCRIPTION, "BarColumn", percent, "TimeRemainingColumn") as update:
+    with bars(PROGRESS_TEXT, "BarColumn", percent, "TimeRemainingColumn") as update:
         if update is None:
             yield None
         else:

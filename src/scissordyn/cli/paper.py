@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Option
 
 from scissordyn.cli.option import THREADS_MAX, Where
-from scissordyn.cli.output import DESCRIPTION, DONE, INTERRUPTED, bars, check_folder, print_table, say
+from scissordyn.cli.output import DONE, INTERRUPTED, PROGRESS_TEXT, bars, check_folder, print_table, say
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def paper(
     answers: Any
     show: Callable[[Any], None] | None
     try:
-        columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
+        columns = (PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
         with _where(threads, workers, figure).engine() as engine, bars(*columns) as update:
             progress = None if update is None else lambda name, done, total: update(name, completed=done, total=total)
             how: dict[str, Any] = {"engine": engine, "progress": progress}
@@ -80,7 +80,7 @@ def paper(
 
 
 def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
-    """Return the engine: threads if requested, otherwise processes, because Python code does not run in parallel threads."""
+    """Return the engine options: threads if requested, otherwise processes, because Python threads do not run in parallel."""
     from scissordyn.run.engine import processors
 
     several = min(processors(), WORKERS_MAX)

@@ -1,4 +1,4 @@
-"""``scissordyn statics``, ``modes``, ``motor`` and ``bifurcation``: what a case answers besides its motion."""
+"""Commands ``statics``, ``modes``, ``motor`` and ``bifurcation``: analyses of a case other than a run."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typer import Argument, Option
 from scissordyn.casefile.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.cli.option import CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount, typed, value_of
 from scissordyn.cli.output import (
-    DESCRIPTION,
     DONE,
     INTERRUPTED,
+    PROGRESS_TEXT,
     UNFINISHED,
     bars,
     check_file,
@@ -35,20 +35,22 @@ if TYPE_CHECKING:
     from scissordyn.analysis.motor import MotorCurve
     from scissordyn.casefile.case import Case
 
-LEAST = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
+LEAST_EXAMPLE = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
 
 
 def statics(
     case: CaseFile,
     output: Annotated[
-        Path | None, Option("-o", "--output", metavar="FILE", help="Save everything, .nc, or the table of forces, .csv.")
+        Path | None, Option("-o", "--output", metavar="FILE", help="Save all results (.nc) or the table of forces (.csv).")
     ] = None,
     points: Annotated[int, Option(help="Number of positions.", min=2, max=100_000)] = 201,
-    until: Annotated[str | None, Option(metavar="TIME", help="End of the stroke; that of the run if not given.")] = None,
-    friction: Annotated[str, Option(help="none; forward: of a slow motion as the drives move; backward: against it.")] = "none",
-    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw the forces: .svg or .png.")] = None,
+    until: Annotated[str | None, Option(metavar="TIME", help="End of the stroke; by default that of the run.")] = None,
+    friction: Annotated[
+        str, Option(help="Friction of a slow motion: none, forward (as the drives move) or backward.")
+    ] = "none",
+    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw the forces to this .svg or .png file.")] = None,
     over: Annotated[
-        str, Option(help="What they are drawn over: time, input, or a coordinate of a tracked point, as table.x.")
+        str, Option(help="Horizontal axis of the picture: time, input, or a coordinate of a tracked point such as table.x.")
     ] = "input",
     change: Changes = None,
 ) -> int:
@@ -56,7 +58,7 @@ def statics(
     from scissordyn.equilibrium.statics import statics as compute
 
     if output is not None and output.suffix.lower() not in (".nc", ".csv"):
-        raise InputError(f"-o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
+        raise InputError(f"wrong ending of -o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
     check_file(output, case, "statics.nc")
     check_picture(plot, case, "statics.png")
     _check_word("--friction", friction, ("none", "forward", "backward"), "forward")
@@ -81,11 +83,11 @@ def statics(
 
 def _check_word(option: str, word: str, allowed: tuple[str, ...], sample: str) -> None:
     if word not in allowed:
-        raise InputError(f"{option} {word}", ", ".join(allowed), f"{option} {sample}")
+        raise InputError(f"unknown word in {option} {word}", ", ".join(allowed), f"{option} {sample}")
 
 
 def _force_table(solved: xr.Dataset) -> list[str]:
-    """Return a line for each force: its smallest and largest value, and the contribution to the first drive."""
+    """Return a line for each force: smallest and largest value, and contribution to the force of the first drive."""
     import numpy as np
 
     from scissordyn.plot.scale import engineering
@@ -112,7 +114,7 @@ def _force_table(solved: xr.Dataset) -> list[str]:
 
 
 def _bars(solved: xr.Dataset) -> list[str]:
-    """Return a line for each bar that bends."""
+    """Return a line for each flexible bar."""
     lines = []
     for beam in solved["bar"].values.tolist() if "bar" in solved else ():
         sizes = [
@@ -124,7 +126,7 @@ def _bars(solved: xr.Dataset) -> list[str]:
 
 
 def _save_forces(solved: xr.Dataset, path: Path) -> Path:
-    """Write everything, or the table of forces."""
+    """Write all results to a NetCDF file, or the table of forces to a CSV file."""
     if path.suffix.lower() == ".nc":
         from scissordyn.record.store import save
 
@@ -142,24 +144,31 @@ def _save_forces(solved: xr.Dataset, path: Path) -> Path:
 
 def modes(
     case: CaseFile,
-    output: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Save the shapes: .nc.")] = None,
-    count: Annotated[int, Option(help="Number of modes, from the lowest.", min=1)] = 10,
+    output: Annotated[
+        Path | None, Option("-o", "--output", metavar="FILE", help="Save the mode shapes to this NetCDF file.")
+    ] = None,
+    count: Annotated[int, Option(help="Number of modes, beginning with the lowest.", min=1)] = 10,
     position: Annotated[
-        str, Option(help="static: bent by the loads, in equilibrium; concentric: as assembled, bars unbent.")
+        str, Option(help="static: in equilibrium with the loads; concentric: as assembled, with undeformed bars.")
     ] = "static",
     joints: Annotated[
-        str, Option(help="ideal; contact: clearance joints with the stiffness of their contact at the static force.")
+        str, Option(help="ideal; contact: clearance joints have the contact stiffness at the static force.")
     ] = "ideal",
     drive: Annotated[
-        str, Option(help="locked; released: driven bodies move, under the constant torque that holds the position.")
+        str, Option(help="locked; released: driven bodies move under the constant torque that holds the position.")
     ] = "locked",
     until: Annotated[
-        str | None, Option(metavar="TIME", help="Along the motion of the drive up to this instant, as in '50 ms'.")
+        str | None,
+        Option(metavar="TIME", help="Compute modes along the motion of the drive up to this instant, such as '50 ms'."),
     ] = None,
     points: Annotated[int, Option(help="Number of positions along the motion.", min=2, max=100_000)] = 21,
-    plot: Annotated[Path | None, Option(metavar="DIR", help="Draw shapes, and frequencies along the motion.")] = None,
-    film: Annotated[Path | None, Option("--animate", metavar="FILM", help="A mode as .html, .gif or .mp4.")] = None,
-    mode: Annotated[int, Option(help="Number of the mode that is animated.", min=1)] = 1,
+    plot: Annotated[
+        Path | None, Option(metavar="DIR", help="Draw mode shapes, and frequencies along the motion, into this folder.")
+    ] = None,
+    film: Annotated[
+        Path | None, Option("--animate", metavar="FILM", help="Animate a mode to this .html, .gif or .mp4 file.")
+    ] = None,
+    mode: Annotated[int, Option(help="Number of the animated mode.", min=1)] = 1,
     change: Changes = None,
 ) -> int:
     import numpy as np
@@ -211,7 +220,7 @@ def _modes(solved: xr.Dataset) -> list[str]:
 
 
 def _contacts(first: xr.Dataset) -> list[str]:
-    """Return a line for each contact: its load and stiffness at the first position."""
+    """Return a line for each contact with its force and stiffness at the first position of the motion."""
     if "contact" not in first.dims:
         return []
     columns = (first[name].values.tolist() for name in ("contact", "contact_force", "contact_stiffness"))
@@ -234,16 +243,18 @@ def _frequencies(solved: xr.Dataset) -> list[str]:
 
 def motor(
     case: CaseFile,
-    of: Annotated[str, Option(help="Actuator or motor of the case, or drive; not needed if there is one only.")] = "",
+    of: Annotated[str, Option(help="Name of an actuator or motor, or drive; not needed if there is only one.")] = "",
     point: Annotated[
-        list[str] | None, Option(metavar="SPEED,TORQUE", help="Of the motor's curve, as in '100 rpm, 60 N m'. Repeatable.")
+        list[str] | None,
+        Option(metavar="SPEED,TORQUE", help="Point of the motor's curve, such as '100 rpm, 60 N m'. Repeatable."),
     ] = None,
-    ratio: Annotated[float, Option(help="Turns of the motor for one of the joint.", min=1e-6)] = 1.0,
-    least: Annotated[str, Option(metavar="PARAMETER", help="Search for the least value of this number.")] = "",
-    first: Annotated[str, Option("--from", metavar="VALUE", help="Smallest value of it, with its unit.")] = "",
-    last: Annotated[str, Option("--to", metavar="VALUE", help="Largest value of it, with its unit.")] = "",
+    ratio: Annotated[float, Option(help="Gear ratio: turns of the motor per turn of the joint.", min=1e-6)] = 1.0,
+    least: Annotated[str, Option(metavar="PARAMETER", help="Search for the smallest sufficient value of this parameter.")] = "",
+    first: Annotated[str, Option("--from", metavar="VALUE", help="Lower end of the search, with its unit.")] = "",
+    last: Annotated[str, Option("--to", metavar="VALUE", help="Upper end of the search, with its unit.")] = "",
     require: Annotated[
-        list[str] | None, Option(metavar="REQUIREMENT", help="That it has to meet, as in 'tip.error < 5 mm'. Repeatable.")
+        list[str] | None,
+        Option(metavar="REQUIREMENT", help="Requirement of the search, such as 'tip.error < 5 mm'. Repeatable."),
     ] = None,
     plot: Annotated[Path | None, Option(help="Draw torque over speed into this file.")] = None,
     change: Changes = None,
@@ -256,7 +267,7 @@ def motor(
     check_picture(plot, case, "--plot motor.png")
     curve = read_motor(point, of, ratio) if point else None
     if bool(least) != bool(first and last and require) or (not least and (first or last or require)):
-        raise InputError("a search for the least value", "--least, --from, --to and --require together", LEAST)
+        raise InputError("a search without all of its options", "--least, --from, --to and --require together", LEAST_EXAMPLE)
     read = read_case(case, change or [])
     options = read.run.equally_spaced if plot is None else read.run
     needed = torque_over_speed(simulate(read.mechanism, **{**options.keywords, "trust": False}), of)
@@ -303,7 +314,9 @@ def _print_least(read: Case, path: str, first: str, last: str, require: list[str
 
     quantity = number(read.mechanism, path).quantity
     assert quantity is not None
-    low, high = (read_quantity(text if quantity.unit != "1" else float(text), quantity, LEAST) for text in (first, last))
+    low, high = (
+        read_quantity(text if quantity.unit != "1" else float(text), quantity, LEAST_EXAMPLE) for text in (first, last)
+    )
     least = least_value(read, path, low, high, require)
     unit = unit_typed(last) or unit_typed(first)
     scale = unit_factor(unit, quantity.unit) if unit else 1.0
@@ -315,20 +328,20 @@ def _print_least(read: Case, path: str, first: str, last: str, require: list[str
 
 def bifurcation(
     case: Annotated[Path, Argument(help="A case file with a periodic drive.")],
-    over: Annotated[str, Option(help="The varied parameter, as in A.clearance or drive.angular_frequency.")],
+    over: Annotated[str, Option(help="The varied parameter, such as A.clearance or drive.angular_frequency.")],
     first: Annotated[str, Option("--from", metavar="VALUE", help="First value, with its unit.")],
     last: Annotated[str, Option("--to", metavar="VALUE", help="Last value, with its unit.")],
     points: Annotated[int, Option("--points", "--values", metavar="N", help="Number of values of the parameter.", min=2)] = 300,
     cycles: Annotated[int, Option(help="Periods of the drive to run for each value.", min=1)] = 200,
-    keep: Annotated[int | None, Option(help="Number of last periods to keep; half if not given.", min=1)] = None,
-    follow: Annotated[bool, Option("--follow", help="Start each value where the one before ended.")] = False,
+    keep: Annotated[int | None, Option(help="Number of last periods to keep; by default half.", min=1)] = None,
+    follow: Annotated[bool, Option("--follow", help="Start each value from the end of the previous one.")] = False,
     tolerance: Annotated[float, Option(help="Relative tolerance.", min=1e-14, max=1e-2)] = 1e-6,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
     scheduler: Scheduler = None,
     cluster: QueueFile = None,
     output: Annotated[
-        Path | None, Option("-o", "--output", help="Save the diagram to this NetCDF file, and continue it.")
+        Path | None, Option("-o", "--output", help="Save the diagram to this NetCDF file; an unfinished diagram is continued.")
     ] = None,
     change: Changes = None,
     plot: Annotated[Path | None, Option(help="Draw the diagram into this file.")] = None,
@@ -349,13 +362,14 @@ def bifurcation(
     assert quantity is not None
     variables = recorded_names(read.mechanism)
     if variable and variable not in variables:
-        what, sample = f"--variable '{variable}'{did_you_mean(variable, variables)}", command("--variable", variables[0])
+        what = f"unknown variable in --variable '{variable}'{did_you_mean(variable, variables)}"
+        sample = command("--variable", variables[0])
         raise InputError(what, ", ".join(variables), sample)
     keep = max(1, cycles // 2) if keep is None else keep
     check_diagram(points, cycles, keep)
     ends = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
-    columns = (DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
+    columns = (PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
     with Where(threads, workers, scheduler, cluster).engine() as engine, bars(*columns) as update:
         diagram = compute(
             read.mechanism,

@@ -1,4 +1,4 @@
-"""``scissordyn run``: simulate a case, show and save the result."""
+"""Command ``run``: simulate a case, show and save the result."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typer import Argument, Option
 
 from scissordyn.cli.option import AsJson, Changes, OwnCode, Quiet
 from scissordyn.cli.output import (
+    EXIT_STATUSES,
     INTERRUPTED,
-    STATUSES,
     check_file,
     check_folder,
     check_movie,
@@ -23,7 +23,7 @@ from scissordyn.cli.output import (
 )
 from scissordyn.errors import InputError, printable
 
-if TYPE_CHECKING:  # the help of a command loads no libraries
+if TYPE_CHECKING:  # so that the help of a command does not load libraries
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.record.results import Results
     from scissordyn.run.advance.checkpoint import Checkpoint
@@ -33,14 +33,10 @@ def run(
     case: Annotated[Path, Argument(help="A case file, or a saved run to run again.")],
     output: Annotated[Path | None, Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
     change: Changes = None,
-    plot: Annotated[Path | None, Option(help="Draw the run and the ideal mechanism into this folder.")] = None,
-    film: Annotated[
-        Path | None, Option("--animate", help="Write a film of the run: a name that ends in .gif, .mp4 or .html.")
-    ] = None,
+    plot: Annotated[Path | None, Option(help="Draw pictures of the run and the ideal mechanism into this folder.")] = None,
+    film: Annotated[Path | None, Option("--animate", help="Animate the run to this .gif, .mp4 or .html file.")] = None,
     trust: Annotated[bool, Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
-    samples: Annotated[
-        str | None, Option(metavar="N", help="Recorded instants, or 'auto': the contacts' own ones too.")
-    ] = None,
+    samples: Annotated[str | None, Option(metavar="N", help="Number of samples; 'auto' adds samples in contacts.")] = None,
     events: Annotated[int, Option(help="Number of contacts to show.", min=0)] = 20,
     checkpoint: Annotated[
         str | None,
@@ -65,13 +61,13 @@ def run(
     if _is_saved(case):
         mechanism, result = _again(case, changes, allow_code or [], keeper, silent=silent)
     elif allow_code:
-        raise InputError("--allow-code for a case file", "a saved run; a case file names its own Python files")
+        raise InputError("--allow-code with a case file", "a saved run; Python files of a case file need no permission")
     else:
         mechanism, result = _from_case(case, changes, keeper, kept=output is not None or drawn)
     try:
         if output is not None:
             stopped = _save(result, output, keeper)
-    finally:  # whatever became of the file, the user sees what was computed
+    finally:  # show the result even if it could not be saved
         if not silent:
             show_run(result, events, mechanism)
     status = result.attrs["status"]
@@ -87,11 +83,11 @@ def run(
         print(*pictures, sep="\n")
     if status != "complete":
         print(f"scissordyn: {printable(result.attrs['cause'])}", file=sys.stderr)
-    return STATUSES[status]
+    return EXIT_STATUSES[status]
 
 
 def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
-    """Save the run and remove its checkpoint; whether Ctrl-C came meanwhile, which counts after the file is whole."""
+    """Save the run and remove its checkpoint; return True if Ctrl-C was pressed meanwhile, which takes effect afterwards."""
     from scissordyn.record.store import write_results
 
     try:
@@ -104,7 +100,7 @@ def _save(result: Results, output: Path, keeper: Checkpoint | None) -> bool:
 
 
 def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Path | None) -> list[Path]:
-    """Draw and film the samples that are saved."""
+    """Draw pictures and the animation of the run; return the paths of the files."""
     if plot is None and film is None:
         return []
     from scissordyn.plot.animation import animate
@@ -122,7 +118,7 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
 
 
 def _is_saved(path: Path) -> bool:
-    """Return True if a path is a saved run, whole or not, rather than a case file."""
+    """Return True if a file is a saved run, complete or damaged, and not a case file."""
     from scissordyn.file.output_file import HDF_MAGIC, regular_size
 
     if path.suffix == ".nc":
@@ -133,11 +129,11 @@ def _is_saved(path: Path) -> bool:
         with path.open("rb") as file:
             return file.read(4) == HDF_MAGIC[:4]
     except (OSError, ValueError):
-        return False  # the reader of case files says what is wrong
+        return False  # the reader of case files reports the error
 
 
 def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
-    """Return the checkpoint, a file next to that of the result."""
+    """Return the checkpoint of a run, a file next to the output file."""
     from scissordyn.casefile.quantity import read_quantity
     from scissordyn.casefile.table import add_prefix
     from scissordyn.run.advance.checkpoint import Checkpoint
@@ -154,7 +150,7 @@ def _checkpoint(every: str, output: Path | None, case: Path) -> Checkpoint:
 
 
 def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kept: bool) -> tuple[Mechanism, Results]:
-    """Run a case; a run that is saved or drawn is sampled at its contacts too, unless the user chose the samples."""
+    """Run a case; if the run is saved or drawn (`kept`) and the user did not choose samples, contacts get samples too."""
     from scissordyn.config.file import read_case
     from scissordyn.model.options import AUTO
     from scissordyn.run.simulate import compute_results
@@ -168,7 +164,7 @@ def _from_case(path: Path, changes: list[str], keeper: Checkpoint | None, *, kep
 
 
 def _samples_chosen(path: Path, changes: list[str]) -> bool:
-    """Return whether the case file or a change names the samples."""
+    """Return True if the case file or a change has the key `samples`."""
     from scissordyn.casefile.text import read_text
     from scissordyn.config.file import parse_toml
 
@@ -177,7 +173,7 @@ def _samples_chosen(path: Path, changes: list[str]) -> bool:
 
 
 def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
-    """Say how far an interrupted run came, and that it is computed from its start again."""
+    """Return the message that an interrupted run is computed again from its start, with the time that it had reached."""
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
@@ -196,7 +192,7 @@ def _again(
     from scissordyn.run.simulate import replay_results
 
     if changes:
-        raise InputError(f"'{changes[0]}' for a saved run", "a saved run as it was, or changes to a case file")
+        raise InputError(f"--set '{changes[0]}' with a saved run", "a saved run without changes, or a case file")
     if not path.exists():
         raise InputError(f"cannot read '{path}': no such file", "a case file or a saved run")
     saved = load(path)

@@ -1,4 +1,4 @@
-"""``scissordyn plot``, ``animate``, ``export`` and ``cite``: saved runs, and the mechanism of a case for other programs."""
+"""Commands ``plot``, ``animate``, ``export`` and ``cite`` for saved runs, and export of mechanisms to other programs."""
 
 from __future__ import annotations
 
@@ -21,27 +21,29 @@ from scissordyn.cli.option import (
 from scissordyn.cli.output import check_file, check_folder, check_movie, say
 from scissordyn.errors import InputError
 
-Begin = Annotated[str | None, Option("--from", metavar="TIME", help="From this instant on, as in '10 ms'.")]
-End = Annotated[str | None, Option("--to", metavar="TIME", help="Up to this instant.")]
+Begin = Annotated[str | None, Option("--from", metavar="TIME", help="Start of the time span, such as '10 ms'.")]
+End = Annotated[str | None, Option("--to", metavar="TIME", help="End of the time span.")]
 
 
 def plot(
     run: SavedRun,
-    output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Draw into this folder.")],
+    output: Annotated[Path, Option("-o", "--output", metavar="DIR", help="Folder of the pictures.")],
     only: Annotated[
         str | None,
-        Option(metavar="KINDS", help="Some pictures: response, force, torque, orbit, film, energy, structure, bending."),
+        Option(metavar="KINDS", help="Draw only these: response, force, torque, orbit, film, energy, structure, bending."),
     ] = None,
-    joint: Annotated[list[str] | None, Option(metavar="NAME", help="Draw this clearance joint. Repeatable.")] = None,
+    joint: Annotated[list[str] | None, Option(metavar="NAME", help="Draw only this clearance joint. Repeatable.")] = None,
     first: Begin = None,
     last: End = None,
     form: PictureFormat = "png",
     look: Annotated[
-        str, Option("--style", metavar="STYLE", help="screen, single-column, double-column (of a journal) or slides.")
+        str, Option("--style", metavar="STYLE", help="screen, slides, or single-column or double-column of a journal.")
     ] = "screen",
     magnify: Magnified = 1.0,
     bars: BarQuantity = None,
-    envelope: Annotated[bool, Option("--envelope", help="Bending: the largest values of the run at each place.")] = False,
+    envelope: Annotated[
+        bool, Option("--envelope", help="In bending pictures: largest values over the run at each place.")
+    ] = False,
     allow_code: OwnCode = None,
 ) -> int:
     from scissordyn.plot.file import check_format
@@ -72,7 +74,7 @@ def plot(
 
 def animate(
     run: SavedRun,
-    film: Annotated[Path, Argument(help="A name that ends in .html (a page with a player), .mp4 or .gif.")],
+    film: Annotated[Path, Argument(help="File to write: .html (page with a player), .mp4 or .gif.")],
     joint: Annotated[list[str] | None, Option(metavar="NAME", help="Magnify this clearance joint. Repeatable.")] = None,
     first: Begin = None,
     last: End = None,
@@ -98,20 +100,20 @@ def export(
     target: Annotated[
         Path,
         Argument(
-            help="Of a run: a name that ends in .csv, .parquet or .mat; with --forces in .csv, .json or .inp (CalculiX). "
-            "Of a case: in .dxf (bars with holes), .csv (cut list), .xml (MJCF) or .fmu (FMI 3.0)."
+            help="File to write. Run: .csv, .parquet or .mat; with --forces: .csv, .json or .inp (CalculiX). "
+            "Case: .dxf (bars with holes), .csv (cut list), .xml (MJCF) or .fmu (FMI 3.0)."
         ),
     ],
     contacts: Annotated[bool, Option("--contacts", help="One row for each contact instead of each instant.")] = False,
-    forces: Annotated[bool, Option("--forces", help="The forces of the pins on each bar.")] = False,
-    envelope: Annotated[bool, Option("--envelope", help="The extremes of these forces over time.")] = False,
+    forces: Annotated[bool, Option("--forces", help="Export the forces of the pins on each bar.")] = False,
+    envelope: Annotated[bool, Option("--envelope", help="With --forces: export their extreme values over time.")] = False,
     first: Begin = None,
     last: End = None,
-    section: Annotated[str, Option(help="Of beams in an .inp, as '20x30 mm'.", show_default=False)] = "",
-    material: Annotated[str, Option(help="Of these beams.")] = "steel",
-    pin: Annotated[str | None, Option(metavar="LENGTH", help="Radius of the pins of ideal joints, as '5 mm'.")] = None,
-    width: Annotated[str | None, Option(metavar="LENGTH", help="Width of the bars in a DXF.")] = None,
-    sources: Annotated[bool, Option("--sources", help="An FMU as C source alone, without a compiler.")] = False,
+    section: Annotated[str, Option(help="Section of the beams in an .inp file, such as '20x30 mm'.", show_default=False)] = "",
+    material: Annotated[str, Option(help="Material of the beams in an .inp file.")] = "steel",
+    pin: Annotated[str | None, Option(metavar="LENGTH", help="Radius of the pins of ideal joints, such as '5 mm'.")] = None,
+    width: Annotated[str | None, Option(metavar="LENGTH", help="Width of the bars in a .dxf file.")] = None,
+    sources: Annotated[bool, Option("--sources", help="Write an .fmu file with C source only; no compiler is needed.")] = False,
     change: Changes = None,
     allow_code: OwnCode = None,
 ) -> int:

@@ -1,4 +1,4 @@
-"""A run with its contacts, in words, as tables and as plain data."""
+"""Print a run: summary, table of contacts and warnings, or JSON data."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.record.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
 from scissordyn.record.results import Run
 from scissordyn.record.summary import summary_of
-from scissordyn.record.warn import MEANS, energy_turned_over, warning_lines, warnings_of
+from scissordyn.record.warn import EXPLANATION_PREFIX, energy_turned_over, warning_lines, warnings_of
 from scissordyn.units import counted, short
 from scissordyn.warning import NAMES_MAX
 
-HEADINGS = (
+CONTACT_COLUMNS = (
     ("start", "contact_start", "s", 1.0),
     ("approach", "approach_speed", "m/s", 1.0),
     ("angle of n", "contact_angle", "deg", 180.0 / math.pi),
@@ -31,14 +31,14 @@ HEADINGS = (
     ("duration", "contact_duration", "s", 1.0),
     ("rebound", "rebound_speed", "m/s", 1.0),
 )
-"""Title, variable, unit and factor of the columns of contacts."""
+"""Columns of the table of contacts: heading, variable, unit and factor from the SI unit."""
 
-LEAST_WANTED = ("to peak", "angle of n", "rebound", "approach", "duration")
-"""Columns that a narrow terminal goes without, in this order."""
+SPARE_COLUMNS = ("to peak", "angle of n", "rebound", "approach", "duration")
+"""Columns that are left out on a narrow terminal, in this order."""
 
 
 def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[str]]:
-    """Return a unit with its prefix, and the values as `numeral.numerals` writes them."""
+    """Return the unit of a column with a suitable prefix, and the values as texts in that unit."""
     finite = np.abs(values[np.isfinite(values)])
     largest = float(finite.max()) if finite.size else 0.0
     power = prefix(largest) if unit.isalpha() and unit != "deg" else 0
@@ -46,7 +46,7 @@ def column(values: np.ndarray, unit: str, digits: int = 5) -> tuple[str, list[st
 
 
 def show_run(run: Run, rows: int, mechanism: Mechanism | None = None, to: Console | None = None) -> None:
-    """Print what a designer asks of a run, one sentence a line, its first contacts, and its summary."""
+    """Print the summary of a run, a table of its first `rows` contacts, statistics and warnings."""
     to = to or console()
     for line in summary_of(run).lines:
         to.print(line)
@@ -59,11 +59,11 @@ def _show_contacts(run: Run, rows: int, to: Console) -> None:
     contacts, left_out = run.sizes["contact"], kinds_left_out(run)
     joints = run["contact_joint"].values[:rows].tolist()
     columns = {"contact": list(map(str, range(1, len(joints) + 1))), "joint": joints}
-    for title, name, unit, factor in HEADINGS:
+    for title, name, unit, factor in CONTACT_COLUMNS:
         if name not in left_out:
             unit, texts = column(run[name].values[:rows] * factor, unit)
             columns[f"{title}\n[{unit}]"] = texts
-    spare = [head for title in LEAST_WANTED for head in columns if head.startswith(f"{title}\n")]
+    spare = [head for title in SPARE_COLUMNS for head in columns if head.startswith(f"{title}\n")]
     left = print_table(_looks(columns), zip(*columns.values(), strict=True), spare=spare, to=to)
     if left:
         to.print(f"Left out at this width: {', '.join(left)}.")
@@ -76,7 +76,7 @@ def _looks(columns: Iterable[str]) -> dict[str, str]:
 
 
 def _locked_and_stopped(run: Run) -> list[str]:
-    """Return sentences on latches that locked and on end stops."""
+    """Return sentences about latches that locked and end stops that were hit."""
     if "event_kind" not in run:
         return []
     locked: list[str] = []
@@ -95,7 +95,7 @@ def _locked_and_stopped(run: Run) -> list[str]:
 
 
 def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
-    """Print a table of the contacts of many joints, those with the largest forces first."""
+    """Print a table of joints with their contacts, ordered by largest force."""
     ordered = sorted(joints, key=lambda joint: (math.isnan(joint.largest), -joint.largest))[:ROWS_MAX]
     force, largest = column(np.array([joint.largest for joint in ordered]), "N")
     time, when = column(np.array([joint.when for joint in ordered]), "s")
@@ -112,7 +112,7 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
 
 
 def _largest(joint: JointSummary) -> str:
-    """Return the largest force at a joint in words."""
+    """Return the text of the largest force at a joint."""
     if math.isnan(joint.largest):
         return "no largest force, as contact is hard"
     estimated = f", {estimate_in_words(joint.largest, joint.least)}" if joint.estimated else ""
@@ -121,7 +121,7 @@ def _largest(joint: JointSummary) -> str:
 
 
 def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
-    """Print a run in one paragraph, and its warnings: equal ones in one line, with what they mean."""
+    """Print a paragraph about the run, then its warnings: similar ones in one line, with explanations."""
     attributes = run.attrs
     statistics = json.loads(attributes["statistics"])
     end = float(attributes["end"])
@@ -147,11 +147,11 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
         parts.append(f"The energy balance closes to {closes}{relative}.")
     to.print(" ".join(parts))
     for warning in warning_lines(warnings_of(run), mechanism):
-        to.print(f"Warning: {warning}" if not warning.startswith(MEANS) else f"  {warning}")
+        to.print(f"Warning: {warning}" if not warning.startswith(EXPLANATION_PREFIX) else f"  {warning}")
 
 
 def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
-    """Return a run as plain data in SI units."""
+    """Return the results of a run as a dictionary for JSON, in SI units."""
     return {
         "status": run.attrs["status"],
         "cause": run.attrs["cause"],

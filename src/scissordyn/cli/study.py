@@ -1,4 +1,4 @@
-"""``scissordyn study`` and ``sweep``: compute a study, continue it, and show its results."""
+"""Commands ``study`` and ``sweep``: compute a study, continue it, and show its results."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from typer import Argument, Option
 
 from scissordyn.cli.option import BlockSize, CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount
 from scissordyn.cli.output import (
-    DESCRIPTION,
     DONE,
+    EXIT_STATUSES,
     INTERRUPTED,
+    PROGRESS_TEXT,
     ROWS_MAX,
-    STATUSES,
     UNFINISHED,
     bars,
     check_folder,
@@ -36,51 +36,51 @@ if TYPE_CHECKING:
     from scissordyn.studies.compute.execute import Progress
     from scissordyn.studies.result import StudyResult
 
-ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")
+ACTIONS = ("status", "resume", "retry", "extend", "refine", "report", "export", "replay")  # of ``scissordyn study ACTION``
 
-USED_BY = {
+ACTIONS_OF_OPTION = {
     **dict.fromkeys(("vary", "uncertain", "samples", "seed", "goal"), ("refine",)),
     "points": ("extend", "refine"),
     "plot": ("report",),
 }
-"""Words before which an option says something."""
+"""Actions that use an option, by option."""
 
-UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))
+RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # text and seconds, for cases per time
 
-FRONT_ROWS_MAX = 12  # [rows] of a front or of a table of causes
+FRONT_ROWS_MAX = 12  # largest number of rows in a table of a Pareto front or of causes of failure
 PROGRESS_SECONDS = 30.0  # [s] between two lines of progress without a terminal
 
-VARY = "--vary A.clearance='0.05..0.4 mm'"
+VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
 
 DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
 """A parameter and a distribution, whose table may be a file with an equals sign in its name."""
 
 Varied = Annotated[
     list[str] | None,
-    Option("--vary", metavar="PARAMETER=VALUES", help="A number and its range, levels or distribution. Repeatable."),
+    Option("--vary", metavar="PARAMETER=VALUES", help="A parameter and its range, levels or distribution. Repeatable."),
 ]
 Uncertain = Annotated[
     list[str] | None,
-    Option("--uncertain", metavar="PARAMETER=VALUES", help="A number that nobody chooses, and its distribution. Repeatable."),
+    Option("--uncertain", metavar="PARAMETER=VALUES", help="An uncertain parameter and its distribution. Repeatable."),
 ]
 
 
 def study(
-    what: Annotated[str, Argument(help=f"A study file, or one of: {', '.join(ACTIONS)}.")],
-    store: Annotated[str | None, Argument(help="The store, after one of these words.")] = None,
-    case: Annotated[int | None, Argument(help="The case to replay.")] = None,
+    what: Annotated[str, Argument(help=f"A study file, or an action: {', '.join(ACTIONS)}.")],
+    store: Annotated[str | None, Argument(help="The store of the study, after an action.")] = None,
+    case: Annotated[int | None, Argument(help="Number of the case to replay.")] = None,
     output: Annotated[
-        str | None, Option("-o", "--output", help="The store of a study file; the file of a report, export or replay.")
+        str | None, Option("-o", "--output", help="The store for a study file; the output file of report, export or replay.")
     ] = None,
-    plot: Annotated[Path | None, Option(help="Also draw the pictures of a report into this folder.")] = None,
-    points: Annotated[int | None, Option(help="Points from now on, for extend, or of refine.", min=1)] = None,
+    plot: Annotated[Path | None, Option(help="Draw the pictures of a report into this folder.")] = None,
+    points: Annotated[int | None, Option(help="New number of points, for extend and refine.", min=1)] = None,
     vary: Varied = None,
     uncertain: Uncertain = None,
-    samples: Annotated[int | None, Option(help="For refine: samples of the uncertain numbers.", min=1)] = None,
-    seed: Annotated[int | None, Option(help="For refine: of design and samples.", min=0)] = None,
-    goal: Annotated[list[str] | None, Option(help="For refine: as in 'minimise peak_force'. Repeatable.")] = None,
+    samples: Annotated[int | None, Option(help="For refine: number of samples of the uncertain parameters.", min=1)] = None,
+    seed: Annotated[int | None, Option(help="For refine: seed of design and samples.", min=0)] = None,
+    goal: Annotated[list[str] | None, Option(help="For refine: a goal, such as 'minimise peak_force'. Repeatable.")] = None,
     budget: Annotated[
-        str | None, Option(metavar="TIME", help="Of a study file with [screen]: time for all runs, as in '10 min'.")
+        str | None, Option(metavar="TIME", help="For a study file with [screen]: time for all runs, such as '10 min'.")
     ] = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
@@ -88,15 +88,18 @@ def study(
     cluster: QueueFile = None,
     block: BlockSize = None,
     allow_code: Annotated[
-        list[Path] | None, Option(metavar="FILE", help="A Python file of yours that the study uses. Repeatable.")
+        list[Path] | None,
+        Option(metavar="FILE", help="Your Python file that the study uses and that may be executed. Repeatable."),
     ] = None,
 ) -> int:
     where = Where(threads, workers, scheduler, cluster)
     chosen = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal, "points": points}
     for name, value in {**chosen, "plot": plot}.items():
-        if value is not None and what not in USED_BY[name]:
-            words = [f"study {word}" for word in USED_BY[name]]
-            raise InputError(f"--{name} without {USED_BY[name][0]}", ", ".join(words), f"scissordyn {words[0]} study.db")
+        if value is not None and what not in ACTIONS_OF_OPTION[name]:
+            words = [f"study {word}" for word in ACTIONS_OF_OPTION[name]]
+            raise InputError(
+                f"--{name} without {ACTIONS_OF_OPTION[name][0]}", ", ".join(words), f"scissordyn {words[0]} study.db"
+            )
     if what not in ACTIONS:
         return _from_file(what, store, output, where, block, budget)
     if budget is not None:
@@ -112,7 +115,7 @@ def study(
         from scissordyn.config.studies import refine_study
 
         if output is None:
-            raise InputError("'study refine' without a store of its own", "-o and a file", "-o next.db")
+            raise InputError("'study refine' without a new store", "-o and a file", "-o next.db")
         check_store_name(output)
         ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
         numbers = {"points": points, "samples": samples, "seed": seed}
@@ -142,9 +145,9 @@ def _continue(result: StudyResult, what: str, where: Where, points: int | None) 
         return compute(result.built(), store, where, retry=what == "retry")
     if result.study.optimisation is not None:
         sample = command("scissordyn", "study", "study.toml", "-o", store)
-        raise InputError("more points of an optimisation", "a larger number of generations in the study file", sample)
+        raise InputError("'study extend' for an optimisation", "a larger number of generations in the study file", sample)
     if points is None:
-        raise InputError("'study extend' without --points", "the number of points from now on", "--points 2048")
+        raise InputError("'study extend' without --points", "the new number of points", "--points 2048")
     return compute(result.built(), store, where, points=points)
 
 
@@ -155,9 +158,11 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
     path = Path(what)
     if not path.exists():
         near = did_you_mean(what, ACTIONS)
-        raise InputError(f"no study file '{what}'{near}", f"a study file in TOML, or {', '.join(ACTIONS)}", "study.toml")
+        raise InputError(
+            f"no study file or action '{what}'{near}", f"a study file in TOML, or {', '.join(ACTIONS)}", "study.toml"
+        )
     if store is not None:
-        raise InputError(f"'{store}' after a study file", "-o and the store", command("-o", store))
+        raise InputError(f"a second argument '{store}' after a study file", "-o and the store", command("-o", store))
     text = read_study(path)
     if output is None:
         sample = command("scissordyn", "study", path, "-o", f"{path.stem}.db")
@@ -169,20 +174,24 @@ def _from_file(what: str, store: str | None, output: str | None, where: Where, b
 
 def sweep(
     case: CaseFile,
-    output: Annotated[str, Option("-o", "--output", help="The store: a file.")],
+    output: Annotated[str, Option("-o", "--output", help="File of the study's store.")],
     vary: Varied = None,
     uncertain: Uncertain = None,
     measure: Annotated[
         list[str] | None, Option(metavar="NAME", help="A measure, or 'NAME [UNIT]=FILE.py:FUNCTION'. Repeatable.")
     ] = None,
-    require: Annotated[list[str] | None, Option(metavar="REQUIREMENT", help="As in 'peak_force < 500 N'. Repeatable.")] = None,
+    require: Annotated[
+        list[str] | None, Option(metavar="REQUIREMENT", help="A requirement, such as 'peak_force < 500 N'. Repeatable.")
+    ] = None,
     design: Annotated[
-        str, Option(help="grid, zip, one-at-a-time, random, latin-hypercube, sobol, saltelli or morris.")
+        str, Option(help="Design: grid, zip, one-at-a-time, random, latin-hypercube, sobol, saltelli or morris.")
     ] = "grid",
-    points: Annotated[int, Option("--points", "--values", metavar="N", help="Points of a sampled design.", min=0)] = 0,
-    seed: Annotated[int, Option(help="Of a sampled design.", min=0)] = 0,
-    samples: Annotated[int, Option(help="Samples of the uncertain numbers at each point.", min=1)] = 1,
-    members: Annotated[int, Option(help="Runs of each sample, from starts that differ by round-off.", min=1)] = 1,
+    points: Annotated[
+        int, Option("--points", "--values", metavar="N", help="Number of points of a sampled design.", min=0)
+    ] = 0,
+    seed: Annotated[int, Option(help="Seed of a sampled design.", min=0)] = 0,
+    samples: Annotated[int, Option(help="Number of samples of the uncertain parameters at each point.", min=1)] = 1,
+    members: Annotated[int, Option(help="Number of runs of each sample, with starts that differ by round-off.", min=1)] = 1,
     change: Changes = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
@@ -209,17 +218,17 @@ def sweep(
 
 
 def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
-    """Read values by parameter from ``PARAMETER=VALUES``."""
+    """Read texts of the form ``PARAMETER=VALUES``; return the values by parameter path."""
     varied: dict[str, str] = {}
     for text in texts or ():
-        called = DISTRIBUTED.fullmatch(text)
-        # names of joints may have equals signs, levels and ranges have none
+        called = DISTRIBUTION_TEXT.fullmatch(text)
+        # split at the last equals sign: names of joints may contain one, levels and ranges not
         path, equals, values = (called[1], "=", called[2]) if called else text.rpartition("=")
         path = path.strip()
         if not equals or not values.strip():
-            raise InputError(f"{option} {text!r}", "a parameter, an equals sign and values", VARY)
+            raise InputError(f"wrong form of {option} {text!r}", "a parameter, an equals sign and values", VARY_EXAMPLE)
         if path in varied:
-            raise InputError(f"{option} {text!r}: '{path}' varies twice", "each parameter once")
+            raise InputError(f"{option} {text!r}: '{path}' is varied twice", "each parameter once")
         varied[path] = values
     return varied
 
@@ -234,7 +243,7 @@ def compute(
     points: int | None = None,
     budget: float | None = None,
 ) -> int:
-    """Do what is missing of a study, and show its answers."""
+    """Compute the missing cases of a study and show its results."""
     from scissordyn.run.engine import EngineError
     from scissordyn.studies.compute.execute import ProgramError
     from scissordyn.studies.compute.store import Store, StoreError
@@ -244,7 +253,7 @@ def compute(
     further = f"to go on: {command('scissordyn', 'study', 'resume', file)}"
     try:
         if store.exists() and points is None and study.design.kind != "adaptive":
-            store.check(study)  # before workers are started for nothing
+            store.check(study)  # before workers are started
         with where.engine(Path(store.path).parent) as engine, _progress() as progress:
             result = computed(study, file, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
@@ -268,7 +277,7 @@ def compute(
 
 @contextmanager
 def _progress() -> Iterator[Callable[[Progress], None]]:
-    """Return a function that shows progress: a bar on a terminal, otherwise a line at intervals."""
+    """Yield a function that shows progress: a bar on a terminal, otherwise a line at intervals."""
     last = [time.monotonic()]
 
     def line(state: Progress) -> None:
@@ -276,7 +285,7 @@ def _progress() -> Iterator[Callable[[Progress], None]]:
             last[0] = time.monotonic()
             print(_words(state), file=sys.stderr)
 
-    with bars("BarColumn", DESCRIPTION) as update:
+    with bars("BarColumn", PROGRESS_TEXT) as update:
         if update is None:
             yield line
         else:
@@ -296,8 +305,8 @@ def _words(state: Progress) -> str:
 
 
 def _rate(rate: float) -> str:
-    """Return cases per time, in the unit of time that makes the number at least one."""
-    unit, seconds = next(((unit, size) for unit, size in UNITS if rate * size >= 1.0), UNITS[-1])
+    """Return cases per second, minute or hour as text; the unit makes the number at least one."""
+    unit, seconds = next(((unit, size) for unit, size in RATE_UNITS if rate * size >= 1.0), RATE_UNITS[-1])
     return f"{rate * seconds:.3g} {unit}"
 
 
@@ -350,11 +359,11 @@ def _replay(result: StudyResult, case: int | None, output: str | None) -> int:
     show_run(run, ROWS_MAX)
     if target is not None:
         print(f"Saved to {save(run, target)}")
-    return STATUSES[run.attrs["status"]]
+    return EXIT_STATUSES[run.attrs["status"]]
 
 
 def show_answers(result: StudyResult) -> None:
-    """Print what the study answers, section by section."""
+    """Print the results of a study, section by section."""
     from scissordyn.studies.answer.page import page
 
     for part in page(result, result.store.path, FRONT_ROWS_MAX):
@@ -362,7 +371,7 @@ def show_answers(result: StudyResult) -> None:
 
 
 def _show(part: Section) -> None:
-    """Print a section, with each command on a line of its own below its purpose."""
+    """Print a section; each command is on a separate line below its purpose."""
     if part.title:
         say(part.title, style="bold")
     say(*part.lines)

@@ -1,4 +1,4 @@
-"""A console on which every text is shown as it is."""
+"""Console that prints texts literally."""
 
 from __future__ import annotations
 
@@ -18,6 +18,6 @@ class TextConsole(Console):
         raise
 
     def render_str(self, text: str, **look: Any) -> Text:
-        """Return the text line by line, with its control characters made visible."""
+        """Return the text with visible codes instead of control characters, except line ends."""
         lines = "\n".join(map(printable, text.split("\n")))
         return super().render_str(lines, **{**look, "emoji": False, "markup": False})

@@ -1,4 +1,4 @@
-"""``scissordyn wear``: wear the joints of a case over many cycles, and tell their life."""
+"""Command ``wear``: compute the wear of joints over many cycles, and their life."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from scissordyn.cli.option import AsJson, Changes, Quiet
-from scissordyn.cli.output import DESCRIPTION, STATUSES, bars, check_folder, check_run, print_json, say
+from scissordyn.cli.output import EXIT_STATUSES, PROGRESS_TEXT, bars, check_folder, check_run, print_json, say
 from scissordyn.errors import command, printable
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PICTURE = "--plot pictures"
+PLOT_EXAMPLE = "--plot pictures"
 
 
 def wear(
-    case: Annotated[Path, Argument(help="A case file with a coefficient of wear in a [[clearance]].")],
-    cycles: Annotated[int | None, Option(help="Number of cycles, in place of that of [wear].", min=1)] = None,
+    case: Annotated[Path, Argument(help="A case file with a wear coefficient in a [[clearance]] table.")],
+    cycles: Annotated[int | None, Option(help="Number of cycles, instead of that in [wear].", min=1)] = None,
     output: Annotated[
         Path | None,
-        Option("-o", "--output", help="Keep the result here after each simulated cycle. The same command goes on from there."),
+        Option("-o", "--output", help="Save the result here after each simulated cycle. The same command continues from it."),
     ] = None,
     change: Changes = None,
-    plot: Annotated[Path | None, Option(help="Draw worn profiles and curves over the cycles into this folder.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw worn contours, and curves over the cycles, into this folder.")] = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
@@ -38,7 +38,7 @@ def wear(
     from scissordyn.record.store import save
 
     check_run(output, case, "-o life.nc")
-    check_folder(plot, PICTURE)
+    check_folder(plot, PLOT_EXAMPLE)
     read = read_case(case, change or [])
     settings = read.wear or Wear()
     if cycles is not None:
@@ -49,7 +49,7 @@ def wear(
         if output is not None:
             save(run, output)
 
-    with bars(DESCRIPTION, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn") as update:
+    with bars(PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn") as update:
         run = wear_out(
             read.mechanism,
             read.run,
@@ -70,11 +70,11 @@ def wear(
         if run.attrs["status"] == "interrupted" and output is not None:
             resumed = f"; {command('scissordyn', 'wear', case, '-o', output)} goes on from there"
         print(f"scissordyn: {printable(run.attrs['cause'])}{resumed}", file=sys.stderr)
-    return STATUSES[run.attrs["status"]]
+    return EXIT_STATUSES[run.attrs["status"]]
 
 
 def _earlier(output: Path | None) -> xr.Dataset | None:
-    """Return the result that the file of an earlier command holds."""
+    """Return the result in the output file of an earlier command; None if there is none."""
     from scissordyn.file.output_file import regular_size
     from scissordyn.record.store import load
 
@@ -82,7 +82,7 @@ def _earlier(output: Path | None) -> xr.Dataset | None:
 
 
 def _draw(run: xr.Dataset, folder: Path | None) -> list[Path]:
-    """Draw the profile of each joint and the curves over the cycles."""
+    """Draw the worn contour of each joint, and the curves over the cycles; return the paths of the pictures."""
     if folder is None or not run.sizes["state"]:
         return []
     from scissordyn.plot.file import write
@@ -108,7 +108,7 @@ def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
 
 
 def _record(run: xr.Dataset) -> dict[str, Any]:
-    """Return the answers as plain data in SI units."""
+    """Return the result as a dictionary for JSON, in SI units."""
     numbers, keys = ("life", "life_low", "life_high"), ("depth_largest", "depth_error", "worn_volume", "worn_clearance")
     needs, limiting = run["requirement"].values.tolist(), run["limited_by"].values.tolist()
     lives = [

@@ -1,4 +1,4 @@
-"""Prepare what the page shows of a run: cards, the contact table, and the curves and orbit as figures of curves.js."""
+"""Prepare the results of a run for the page: cards, the contact table, and curves and orbit as figures for curves.js."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scissordyn.record.summary import ActuatorAnswer, PointAnswer, Summary
 
 
-COLUMNS = (
+CONTACT_COLUMNS = (
     ("contact_start", "start", "s"),
     ("approach_speed", "approach", "m/s"),
     ("impulse", "impulse", "N s"),
@@ -35,21 +35,21 @@ COLUMNS = (
 )
 
 SMALL_UNITS = {"s": (10.0, "ms"), "m/s": (0.2, "mm/s")}
-"""Columns whose values are below this bound are shown in a thousandth of the unit, because contacts are short."""
+"""Bound and smaller unit: a column with only smaller values than the bound is shown in the smaller unit."""
 
 CURRENT_COLOUR, PINNED_COLOURS = "blue", ("vermilion", "green", "purple")
-"""Colours of the shown run and of pinned runs, the newest first, by their names in page.css."""
+"""Names in page.css of the colours of the shown run and of pinned runs, newest first."""
 
 LINE_COLOURS = ("blue", "orange", "green", "purple", "vermilion", "sky")
-"""Colours of the lines of one figure, in order. Each energy has the same colour in every picture."""
+"""Colours of the lines of a figure other than the energy figure, in order."""
 
-ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")
+ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")  # in the order of `ENERGY_LINES`
 
-# Largest number of points of a curve in the browser; of longer runs each interval keeps its smallest and largest value
+# Largest number of points of a curve in the browser; longer curves are reduced to the extremes of intervals
 CURVE_POINTS_MAX = 100_000
 LIMIT_SHOWN_RATIO = 5.0  # A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve
 
-ENERGY = {
+ENERGY_LINES = {
     "kinetic_energy": ("kinetic", "kinetic energy"),
     "potential_energy": ("potential", "potential energy"),
     "stored_energy": ("springs", "energy of springs"),
@@ -57,7 +57,7 @@ ENERGY = {
     "motor_work": ("motors", "work of motors"),
     "load_work": ("loads", "work of loads"),
 }
-"""Energy variables, with the labels of their lines and their column names in a file."""
+"""Label of the line and column name in a CSV file, by energy variable."""
 
 OPTIONAL_COLUMNS = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
 """Columns that are left out if they are zero throughout."""
@@ -68,7 +68,7 @@ Columns = dict[str, np.ndarray]
 
 def cards(summary: Summary) -> Iterator[Card]:
     """Yield the cards with the main results."""
-    most_cards = 3  # cards of points, and of torques; those furthest beyond their limit come first
+    most_cards = 3  # largest number of cards for points, and for torques; those with the largest excess come first
     force, bars = summary.force, summary.bars
     if force is not None:
         less = "" if force.loose is None else f"{short(force.loose.force, 'N')} at {_describe_joint(force.loose)}"
@@ -129,7 +129,7 @@ def contact_table(run: Run) -> dict[str, Any]:
     """Return the contacts of a run as columns, in suitable units."""
     columns = []
     left_out = kinds_left_out(run)
-    for name, title, unit in COLUMNS:
+    for name, title, unit in CONTACT_COLUMNS:
         if name in left_out:
             continue
         values = run[name].values
@@ -145,8 +145,8 @@ def contact_table(run: Run) -> dict[str, Any]:
 
 
 def differences(cases: Sequence[Case]) -> list[str]:
-    """Return for each case the values that are not equal in all cases, as text."""
-    most_values = 4  # differing values of one run in a legend; of more the count is given
+    """Return a legend text for each case: the values in which the cases differ."""
+    most_values = 4  # largest number of values in a legend text; the number of further ones is appended
     keys = dict.fromkeys(key for case in cases for key in case.fields)
     numbers = {key: [case.fields.get(key) for case in cases] for key in keys}
     differing = [key for key, fields in numbers.items() if len({field and (field.value or field.text) for field in fields}) > 1]
@@ -159,15 +159,15 @@ def differences(cases: Sequence[Case]) -> list[str]:
 
 
 class Figure(NamedTuple):
-    """Figure over time."""
+    """Figure with curves over time."""
 
     unit: str  # SI unit
     title: str
-    lines: Mapping[str, tuple[str, str]]  # Label of each line, and its column name in a file, by the name of the column
+    lines: Mapping[str, tuple[str, str]]  # By name of the curve: label of the line, and column name in a CSV file
 
 
 class Chosen:
-    """Parts of a run that are drawn: joint, output body, torques, and the tracked point with the largest deviation."""
+    """Curves of a run that are drawn: of a joint, the output body, torques, and the worst tracked point."""
 
     def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
         most_torques = 4  # those with the largest values are drawn
@@ -207,7 +207,7 @@ class Chosen:
             ),
             "force": Figure("N", f"contact force{at}", forces),
             "slip": Figure("m/s", f"slip speed{at}", {"slip": ("slip", f"slip speed{at}")}),
-            "energy": Figure("J", "energy", ENERGY),
+            "energy": Figure("J", "energy", ENERGY_LINES),
             "loss": Figure("J", "dissipated energy", {"dissipated_energy": ("dissipated", "dissipated energy")}),
             "film": Figure("m", f"film thickness{at}", {"film": ("film", "film")}),
             "stress": Figure("Pa", "largest stress of the bars", {"stress": ("stress", "stress")}),
@@ -239,7 +239,7 @@ class Chosen:
             for column, name, dim, label in parts
             if name in run and label in labels[dim]
         }
-        sampled |= {name: variables[name].values for name in (*ENERGY, "dissipated_energy") if name in run}
+        sampled |= {name: variables[name].values for name in (*ENERGY_LINES, "dissipated_energy") if name in run}
         if "slider_position" in run:
             sampled["output"] = variables["slider_position"].values
         if "beam_stress" in run:
@@ -253,7 +253,7 @@ class Chosen:
         return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
     def levels(self, figure: str, data: Columns) -> list[float]:
-        """Return the limits in a figure that the curves come near to."""
+        """Return the limits that are drawn in a figure: those that its curves reach to at least a fifth."""
         point = self.point
         if figure == "track" and point is not None and point.tolerance is not None:
             return [point.tolerance] if LIMIT_SHOWN_RATIO * point.deviation >= point.tolerance else []
@@ -268,7 +268,7 @@ class Chosen:
 
 
 def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice:
-    """Return the indices of the points to draw: all of a short run; of a long run the extremes of each interval."""
+    """Return the indices of the points to draw: all points of a short curve, or the extremes of each interval of a long one."""
     if count <= CURVE_POINTS_MAX or not curves:
         return slice(None)
     long = -(-2 * max(1, len(curves)) * count // CURVE_POINTS_MAX)
@@ -283,8 +283,8 @@ def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice
 def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
     """Return the figures of a run and of the pinned runs (the newest last).
 
-    Scales suit all runs, and long runs are thinned. Keys: "figures" over time, "orbit" (None without one), "factor" from
-    seconds to the time axis, and "until" and "horizon" on that axis.
+    Scales fit all runs, and long curves are reduced. Keys: "figures" over time, "orbit" (or None), "factor" from seconds to the
+    time axis, and "until" and "horizon" on that axis.
     """
     chosen, columns = Chosen(run, summary, joint, output), []
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
@@ -323,7 +323,7 @@ def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "so
 
 
 def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
-    """Return the journal's orbit as columns "x" and "y"; of a long run the outermost points of each interval."""
+    """Return the journal's orbit as columns "x" and "y"; a long orbit is reduced to the outermost points of each interval."""
     k = run.variables["joint"].values.tolist().index(joint)
     x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
     kept = drawn_points(x.size, [x, y, np.hypot(x, y)])

@@ -1,4 +1,4 @@
-"""Hold the case that the explorer changes: a case file, or the case of a saved run or of a point of a study or diagram."""
+"""Case of the explorer: read from a case file, a saved run, or a point of a study or diagram, and changed by form fields."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-DIAGRAM_PERIODS = 4  # A point of a diagram is run for this number of periods of its drive
+DIAGRAM_PERIODS = 4  # [periods of the drive] Duration of the run for a point of a diagram
 POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radius of a point, and of the recommended point [pixel]
 
 Figure = dict[str, Any]
 
-NO_VALUES: Mapping[str, str] = MappingProxyType({})
+NO_VALUES: Mapping[str, str] = MappingProxyType({})  # Default for the values of varied parameters
 
 
 class Case:
-    """Immutable case; every change returns a new one."""
+    """Immutable case of the explorer; each change returns a new case."""
 
     saved: xr.Dataset | None = None  # Run of the case, if it was read from a file
     points: Points | None = None  # Points of the study or diagram from which the case was opened
@@ -68,30 +68,33 @@ class Case:
         allowed: Sequence[Path] = (),
         chosen: Mapping[str, str] = NO_VALUES,
     ) -> Case:
-        """Return the case of a point of a study or diagram."""
+        """Return a case with a mechanism and options, for a point of a study or diagram.
+
+        `allowed` are the files with user-defined code that may be executed, `chosen` the values of the varied parameters.
+        """
         case = cls.carried(name, record_text(mechanism, options), allowed)
         case.chosen = chosen
         return case
 
     @classmethod
     def carried(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:
-        """Return the case that a run contains."""
+        """Return the case in the text `source` that a run stores."""
         tree = tomllib.loads(source)
         return cls(name, source, AllowedCode([file for file in allowed if file.suffix == ".py"], tree.get("code", {})), tree)
 
     @cached_property
     def fields(self) -> dict[str, Field]:
-        """All fields of the tables, by their keys."""
+        """Form fields of all tables of the case, by key."""
         return {field.key: field for field in fields_of(self.tree, self.code)}
 
     def field(self, key: str) -> Field:
-        """Return a field by its key."""
+        """Return the form field with a key; raise `InputError` if there is none."""
         if key not in self.fields:
             raise InputError(f"the case has no field '{key}'", "a field of the form")
         return self.fields[key]
 
     def changed(self, texts: Mapping[str, str]) -> Case:
-        """Return the case with other field texts."""
+        """Return the case with new texts in some fields."""
         tree = copy.deepcopy(self.tree)
         for key, text in texts.items():
             _write_value(tree, self.field(key), _value(text, self.field(key)))
@@ -102,7 +105,7 @@ class Case:
         return self._with({**self.tree, "run": {**self.tree.get("run", {}), "trust": wanted}})
 
     def _with(self, tree: dict[str, Any]) -> Case:
-        """Return the case with other tables."""
+        """Return a copy of the case with other parsed tables."""
         return Case(self.name, self.source, self.code, tree)
 
     def text(self) -> str:
@@ -115,7 +118,7 @@ class Case:
 
 
 def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """Return the case of a file; other files are read only if they are allowed."""
+    """Read the case of a case file, run, study or diagram; files that it names are read only if they are in `allowed`."""
     if path.suffix.lower() == ".db":
         return open_study_case(path, allowed)
     if path.suffix.lower() == ".nc":
@@ -141,12 +144,12 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
                 "a file without references, or the referenced files by name",
                 command("scissordyn", "explore", path, "--allow", named),
             )
-    read_case(path)  # reports errors with their lines
+    read_case(path)  # reports errors with line numbers
     return Case(path.name, source, Code(path.parent), tree)
 
 
 def _files(value: Any, key: str = "") -> Iterator[str]:
-    """Yield the names of files in a case file: Python functions and classes, and tables."""
+    """Yield the names of files that a case file refers to: Python code, and tables of time functions."""
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _files(inner, name)
@@ -160,7 +163,7 @@ def _files(value: Any, key: str = "") -> Iterator[str]:
 
 
 def _value(text: str, field: Field) -> Any:
-    """Return a text of the form as a value of the case file; a number if the quantity has no unit."""
+    """Convert the text of a form field to a value of the case file; without unit it becomes a number."""
     text = text.strip()
     if field.choices and text.isdecimal():
         return int(text)
@@ -175,7 +178,7 @@ def _value(text: str, field: Field) -> Any:
 
 
 def _write_value(tree: dict[str, Any], field: Field, value: Any) -> None:
-    """Write a value at the place of a field, and create missing tables."""
+    """Write the value of a field to the parsed tables; missing tables are created."""
     here: Any = tree
     *path, last = field.place
     for key in path:
@@ -187,7 +190,7 @@ def _write_value(tree: dict[str, Any], field: Field, value: Any) -> None:
 
 
 def _copy_changes(document: Any, before: Any, after: Any) -> None:
-    """Copy the differences between two trees into a document of the same shape."""
+    """Apply the differences between two parsed trees to a TOML document with comments."""
     keys = range(len(after)) if isinstance(after, list) else list(after)
     for key in keys:
         new = isinstance(before, Mapping) and key not in before
@@ -210,7 +213,7 @@ def python_of(case: Case) -> str:
 
 
 def _code(value: Any, imports: dict[str, str]) -> Any:
-    """Return an object whose representation is Python code for a value; a description becomes a call without default values."""
+    """Return an object whose `repr` is Python code for a value; a dataclass becomes a call without default values."""
     if is_described(value):
         arguments = [(field.name, _code(inner, imports)) for field, inner in given(value)]
         return type(_name(type(value), imports), (), {"__rich_repr__": lambda _: iter(arguments)})()
@@ -240,12 +243,12 @@ def _name(kind: type, imports: dict[str, str]) -> str:
 
 @dataclass(frozen=True)
 class Points:
-    """Points of a study or a diagram as the page shows them."""
+    """Points of a study or a diagram, from which the user opens cases on the page."""
 
-    axes: Sequence[str]  # Parameters that can be the abscissa
-    figures: Callable[[str], list[Figure]]  # Figures over one of these parameters
+    axes: Sequence[str]  # Parameters that can be the horizontal axis
+    figures: Callable[[str], list[Figure]]  # Figures of all points over one of these parameters
     opened: Callable[[int], Case]  # Case of a point
-    note: str
+    note: str  # Text below the figures
 
     def case(self, point: int) -> Case:
         """Return the case of the page's first point."""
@@ -255,7 +258,7 @@ class Points:
 
 
 def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
-    """Return the recommended point of a study as a case, together with all points."""
+    """Return the case at the recommended point of a study, or at its first point; it contains all points of the study."""
     from scissordyn.config.studies import open_study
     from scissordyn.studies.answer.verdict import recommended_point
 
@@ -287,7 +290,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
 
 
 def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] = ()) -> Case:
-    """Return the first point of a bifurcation diagram as a case, together with all points."""
+    """Return the case at the first point of a bifurcation diagram; it contains all points of the diagram."""
     configuration = read_configuration(diagram)
     mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
     parameter, values = str(diagram.attrs["parameter"]), diagram["value"].values
@@ -320,7 +323,7 @@ def _worst_case(result: StudyResult, point: int) -> int:
 
     study = result.study
     if not 0 <= point < result.points.sizes["point"]:
-        raise InputError(f"point {point}", f"0 to {result.points.sizes['point'] - 1}", "a click on a point")
+        raise InputError(f"no point {point} in the study", f"0 to {result.points.sizes['point'] - 1}", "a click on a point")
     rows = slice(point * study.per_point, (point + 1) * study.per_point)
     if not study.requirements:
         return rows.start

@@ -1,4 +1,4 @@
-"""Find the lengths and angles of a case that move a dragged joint to the pointer."""
+"""Change lengths and angles of a case so that a dragged joint moves to the pointer."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ from scissordyn.record.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
-TABLES = ("structure", "body", "ground", "guide", "rod")
-NOT_GEOMETRY = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
+GEOMETRY_TABLES = ("structure", "body", "ground", "guide", "rod")  # Tables whose lengths and angles a drag may change
+EXCLUDED_KEYS = ("gravity_direction", "corner_radius", "thickness", "journal_radius", "bearing_length", "phase")
+"""Keys of lengths and angles that a drag does not change."""
 
 
 def assembled(mechanism: Mechanism) -> tuple[xr.Dataset, Mechanism]:
-    """Return the mechanism with ideal joints at its start, as a run of two samples."""
-    instant = 1e-9  # length of the run that computes the assembled position [s]
+    """Return the assembled mechanism with ideal joints: a run of two samples at its start, and the ideal mechanism."""
+    instant = 1e-9  # duration of the run that computes the assembled position [s]
     ideal = mechanism.ideal()
     return simulate(ideal, until=instant, samples=2), ideal
 
 
 @dataclass(frozen=True)
 class _Parameter:
-    """Scalar parameter that a drag may change: a field, or one coordinate of a point."""
+    """Scalar parameter that a drag may change: the value of a field, or one coordinate of a point."""
 
     field: Field
     part: int
@@ -75,9 +76,9 @@ class Drag:
         return [
             _Parameter(field, part)
             for field in self.start.fields.values()
-            if str(field.place[0]) in TABLES
+            if str(field.place[0]) in GEOMETRY_TABLES
             and field.quantity.unit in ("m", "rad")
-            and field.name not in NOT_GEOMETRY
+            and field.name not in EXCLUDED_KEYS
             and not {"clearance", "contact", "motion"} & set(field.place)
             for part in range(len(field.value))
         ]
@@ -96,10 +97,10 @@ class Drag:
 
     def _choice(self) -> tuple[tuple[int, ...], np.ndarray]:
         """Return the indices of the parameters to change, and the pseudo-inverse of their derivatives."""
-        one_point = 1.5  # preference of both coordinates of one point over parameters of different parts
+        one_point = 1.5  # factor by which both coordinates of one point are preferred to parameters of different parts
         least = 1e-3  # parameters with a smaller effect than this fraction of the largest are ignored
         slopes = self._slopes()
-        # weights angles by the length of an arc
+        # multiply angles by a radius, to compare them with lengths
         scale = np.array([1.0 if number.field.quantity.unit == "m" else 1.0 / self.size for number in self.numbers])
         effect = slopes * scale
         strength = np.linalg.norm(effect, axis=0)
@@ -136,7 +137,7 @@ class Drag:
         return texts
 
     def to(self, dx: float, dy: float, *, steps: int = 2) -> None:
-        """Move the target by (dx, dy) from its original place, in a few Newton steps with the initial derivatives."""
+        """Move the target by (dx, dy) from its original position, by Newton steps with the initial derivatives."""
         close = 1e-4  # the target is reached at this distance, as a fraction of the mechanism's size
         wanted = self._wanted(dx, dy)
         for _ in range(steps):
@@ -153,7 +154,7 @@ class Drag:
             self.values, self.case, self.run, self.ideal, self.texts = values, case, run, ideal, texts
 
     def _wanted(self, dx: float, dy: float) -> np.ndarray:
-        shortest = 0.02  # least length of a dragged bar as a fraction of its original length
+        shortest = 0.02  # smallest length of a dragged bar as a fraction of its original length
         moved = turned(np.array([dx, dy]), -upright(self.ideal))
         if self.kind == "pin":
             return np.asarray(self.origin + moved)

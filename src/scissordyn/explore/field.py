@@ -1,4 +1,4 @@
-"""Present the values of a case as form fields, with unit, bounds and help from their declarations."""
+"""Form fields for the values of a case, with unit, bounds and help from the declarations of the keys."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from scissordyn.model.section import MATERIALS, SECTIONS
 from scissordyn.model.walk import Route
 from scissordyn.units import Quantity, short
 
-STARRED_FIELDS = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
-"""Fields in the tables of `STARRED_IN` that initially have a slider."""
+SLIDER_FIELDS = ("clearance", "speed", "kinetic", "angle", "end", "duration", "limit")
+"""Fields that initially have a slider, in the tables of `SLIDER_TABLES` and in [structure]."""
 
-# Tables with such fields; the structure's table also has them
-STARRED_IN = ("drive", "control", "clearance", "guide_clearance")
+# Tables with sliders, in addition to [structure]
+SLIDER_TABLES = ("drive", "control", "clearance", "guide_clearance")
 
-READERS: Mapping[str, Reader] = {
+TABLE_READERS: Mapping[str, Reader] = {  # Reader of one table, by name of the table
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
     "wear": WEAR_READER,
@@ -48,8 +48,8 @@ CHOICES: Mapping[tuple[Any, str], str] = {
     (plain_table(Lubrication), "oil"): ", ".join(OILS),
 }
 """Allowed texts of fields that take a text or a count; these fields have no slider."""
-PAIRS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
-"""Keys of two coordinates, with their units."""
+VECTOR_UNITS = {"position": "m", "centre": "m", "through": "m", "coupler_point": "m", "velocity": "m/s"}
+"""Unit of each key whose value has two coordinates."""
 
 
 NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
@@ -57,33 +57,33 @@ NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
 
 @dataclass(frozen=True)
 class Field:
-    """Value of a case, or both coordinates of a point."""
+    """Form field: a value of a case, or both coordinates of a point."""
 
     place: Route
-    group: str  # Table or part that contains it
+    group: str  # Table or part that contains the value
     name: str
     text: str  # Text as written, with its unit
     value: tuple[float, ...]  # Values in SI units
     quantity: Quantity
     starred: bool = False  # True if the field initially has a slider
-    law: str = ""  # Name of the law that contains the field, if the case gives only the law's name
+    law: str = ""  # Law that contains the field, if the case gives only the name of the law
     choices: str = ""  # Allowed texts, for a field that is not numeric
 
     @property
     def key(self) -> str:
-        """Place as one text."""
+        """Place in the case as one text, which identifies the field."""
         return ".".join(map(str, self.place))
 
     @property
     def label(self) -> str:
-        """Name of the field with its group, in words."""
+        """Text with group and name of the field."""
         return f"{self.group if self.group != 'structure' else ''} {self.name.replace('_', ' ')}".strip()
 
     @property
     def range(self) -> tuple[float, float, bool] | None:
         """Ends of the slider in SI units, and True for a logarithmic scale; None without a slider."""
-        turn = math.radians(30.0)  # range of an angle's slider to either side [rad]
-        spread = 4.0  # range of a slider: its value divided and multiplied by this factor, on a logarithmic scale
+        turn = math.radians(30.0)  # the slider of an angle extends by this to both sides [rad]
+        spread = 4.0  # other sliders extend from value / spread to value * spread, on a logarithmic scale
         if len(self.value) != 1:
             return None
         value = self.value[0]
@@ -92,7 +92,7 @@ class Field:
         if self.quantity.unit == "rad":
             return max(low, value - turn), min(high, value + turn), False
         if value == 0.0:
-            # zero has no scale, so only a bounded parameter has a range
+            # zero has no scale, so that only a bounded parameter gets a slider
             return (low, high, False) if math.isfinite(high - low) and high - low <= 10.0 else None
         if value < 0.0:
             return max(low, spread * value), min(high, value / spread), False
@@ -101,20 +101,20 @@ class Field:
 
     @property
     def unit(self) -> str:
-        """Unit in which the value is written; "" without one."""
+        """Unit in the text of the value; "" without unit."""
         return re.sub(rf"^{NUMBER}(?:,{NUMBER})*", "", self.text)
 
     @property
     def shown(self) -> str:
         """Text of the field, shortened if it has many digits."""
-        longest = 14  # characters that fit in the form
+        longest = 14  # number of characters that fit in the form
         if len(self.text) <= longest or len(self.value) != 1:
             return self.text
         value = self.value[0]
         return short(value, "m") if self.quantity.unit == "m" else f"{value:.5g} {self.quantity.unit}".removesuffix(" 1")
 
     def plain(self) -> dict[str, Any]:
-        """Return the field as data for the form."""
+        """Return the field as a dictionary for the page."""
         span = self.range
         slider = None if span is None else {"low": span[0], "high": span[1], "logarithmic": span[2], "value": self.value[0]}
         unit = self.unit if len(self.value) == 1 else ""
@@ -136,31 +136,31 @@ class Field:
 
 
 def fields_of(tree: Mapping[str, Any], code: Code) -> list[Field]:
-    """Return the fields of a case file."""
+    """Return the form fields of all tables of a case file."""
     structure = tree.get("structure", {})
     kind = STRUCTURES[structure["kind"]]
     fields = list(_table_fields(kind, structure, ("structure",), "structure", code, star=not _sets_start(tree)))
-    for section in (section for section in READERS if section in tree):
+    for section in (section for section in TABLE_READERS if section in tree):
         tables = tree[section]
         many = isinstance(tables, list)
         for index, item in enumerate(tables if many else [tables]):
             group = f"{section.replace('_', ' ')} {table_name(item)}".strip()
             place: Route = (section, index) if many else (section,)
-            table = _component(item["type"], code) if section == "component" else _table_in(READERS[section].shape())
-            fields += _table_fields(table, item, place, group, code, star=section in STARRED_IN)
+            table = _component(item["type"], code) if section == "component" else _table_in(TABLE_READERS[section].shape())
+            fields += _table_fields(table, item, place, group, code, star=section in SLIDER_TABLES)
     options = table_of(Options, until="50 ms", step="0.1 ms")
     return [*fields, *_table_fields(options, tree.get("run", {}), ("run",), "run", code)]
 
 
 def _table_in(shape: Shape) -> Any:
-    """Return the table that a reader accepts, alone or as one of several shapes; None if there is none."""
+    """Return the table class in a schema, alone or as one of several alternatives; None if there is none."""
     if isinstance(shape, Mapping):
         return next(filter(None, map(_table_in, (*shape.get("anyOf", ()), shape.get("items")))), None)
-    return shape if isinstance(shape, type) else None  # a reader may also accept a number or a text
+    return shape if isinstance(shape, type) else None  # a schema may also be that of a number or a text
 
 
 def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
-    """Return the table of a key's value; the motion of a coordinate is read according to the coordinate."""
+    """Return the table class of a key's value; that of a motion depends on the kind of its coordinate."""
     if key.name == "motion" and "coordinate" in given:
         return DriveTable if "angle" in given["coordinate"] else TIME_FUNCTION_TABLES["m"]
     return BendingTable if key.name == "bars" else _table_in(reader.shape())
@@ -172,7 +172,7 @@ def _component(kind: str, code: Code) -> type[Table]:
 
 
 def _sets_start(tree: Mapping[str, Any]) -> bool:
-    """Return whether a drive, a reference or an actuated length sets the start, instead of the structure's angle."""
+    """Return True if a drive, a reference or an actuated length determines the start, not the structure's angle."""
     many = [table if isinstance(table, list) else [table] for table in (tree.get("drive", []), tree.get("control", []))]
     references = (control.get("reference", {}) for control in many[1])
     actuated = any("motion" in rod for rod in tree.get("rod", []))
@@ -182,7 +182,11 @@ def _sets_start(tree: Mapping[str, Any]) -> bool:
 def _table_fields(
     table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool = False, law: str = ""
 ) -> Iterator[Field]:
-    """Yield the fields of one table, including those not written."""
+    """Yield the fields of a table, including keys with default values.
+
+    `place` and `group` locate the table in the case. With `star`, fields of `SLIDER_FIELDS` have sliders. `law` is the name of
+    the law that the table describes.
+    """
     for key, declaration in table.declared_keys().items():
         here = (*place, key)
         value = given.get(key, None if declaration.required else declaration.default)
@@ -196,8 +200,8 @@ def _table_fields(
                 yield from _number_field(
                     (*here, name), group, f"point {name}", point, Quantity("m", help=declaration.help), count=2
                 )
-        elif isinstance(value, str) and key in PAIRS:
-            yield from _number_field(here, group, key, value, Quantity(PAIRS[key], help=declaration.help), count=2)
+        elif isinstance(value, str) and key in VECTOR_UNITS:
+            yield from _number_field(here, group, key, value, Quantity(VECTOR_UNITS[key], help=declaration.help), count=2)
         elif key in BY_KIND or key == "controller":
             yield from _law_fields(key, value, given, here, group, code, star=star)
         elif isinstance(value, Mapping) and declaration.reader is not None:
@@ -210,7 +214,7 @@ def _table_fields(
 def _law_fields(
     key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
-    """Yield the fields of a contact law or a controller."""
+    """Yield the fields of a contact law or a controller, the value of a key in the table `given`; see `_table_fields`."""
     inner = value if isinstance(value, Mapping) else {}
     name = str(inner.get("name" if key == "controller" else "law") if inner else value)
     kind: Any = CONTROLLERS.get(name) if key == "controller" else BY_KIND[key].get(name)
@@ -230,13 +234,13 @@ def _text_field(place: Route, group: str, value: str, help: str, choices: str) -
 def _number_field(
     place: Route, group: str, name: str, value: Any, quantity: Quantity, *, star: bool = False, law: str = "", count: int = 1
 ) -> Iterator[Field]:
-    """Yield the field of one or two numbers, written or default; yield nothing for other values."""
+    """Yield the field of a value with `count` numbers; yield nothing if the value has another form."""
     if isinstance(value, str):
         try:
             numbers = read_numbers(value, quantity.unit) if count > 1 else (read_quantity(value, quantity),)
-        except InputError:  # the unit depends on other keys, which only the reader of the case evaluates
+        except InputError:  # the unit depends on other keys, which are not known here
             return
-        if quantity.unit == "K":  # a slider requires a factor, which degrees Celsius do not have
+        if quantity.unit == "K":  # a slider needs a unit without offset
             value = written(numbers[0], "K")
     elif isinstance(value, int | float) and not isinstance(value, bool):
         numbers = (float(value),)
@@ -244,4 +248,4 @@ def _number_field(
     else:
         return
     if len(numbers) == count:
-        yield Field(place, group, name, value, numbers, quantity, star and name in STARRED_FIELDS, law)
+        yield Field(place, group, name, value, numbers, quantity, star and name in SLIDER_FIELDS, law)

@@ -1,4 +1,4 @@
-"""Provide the explorer's listening socket, which bounds connections without the token and survives a lack of descriptors."""
+"""Listening socket of the explorer with a limit on connections that have not shown the access token."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import threading
 import time
 from typing import Any
 
-STRANGERS_MAX = 32  # Largest number of connections without the token; a browser opens 6 to one server
+STRANGERS_MAX = 32  # Largest number of connections that have not shown the token; a browser opens 6 connections to a server
 
-TRANSIENT = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
-"""Errors of `accept` that do not concern the listening socket: lack of resources, or a connection that is already closed."""
+TRANSIENT_ERRORS = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM, errno.ECONNABORTED, errno.EPERM, errno.EPROTO)
+"""Errors after which `accept` is repeated: lack of file descriptors or memory, or a connection that is already closed."""
 
 
 def max_strangers() -> int:
-    """Return how many connections without the token may be open at the same time."""
-    fraction = 0.25  # of the process's descriptors for connections without the token
-    per_stranger = 2  # descriptors of a connection: its socket, and its thread's wait
+    """Return the largest number of open connections that have not shown the token; it depends on the limit of descriptors."""
+    fraction = 0.25  # fraction of the process's file descriptors for these connections
+    per_stranger = 2  # number of descriptors per connection: for its socket and for its thread
     try:
         import resource
     except ImportError:  # Windows has no such limit
@@ -30,22 +30,25 @@ def max_strangers() -> int:
 
 
 class Listener(socket.socket):
-    """Listening socket whose `accept` drops the oldest stranger when there are too many or descriptors run out."""
+    """Listening socket that limits strangers: connections that have not shown the access token.
+
+    If there are too many strangers, or no file descriptor is left, `accept` closes the oldest stranger.
+    """
 
     def __init__(self, listening: socket.socket) -> None:
         super().__init__(listening.family, listening.type, listening.proto, listening.detach())
         self._lock = threading.Lock()
         self._most = max_strangers()
-        self._strangers: dict[int, socket.socket] = {}  # Connections without the token by identity, the oldest first
+        self._strangers: dict[int, socket.socket] = {}  # Strangers by identity, oldest first
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Return the next connection and its address."""
-        retry = 0.05  # pause before the next attempt when the system has no descriptor left [s]
+        retry = 0.05  # pause before the next attempt if no descriptor is left [s]
         while True:
             try:
                 connection, address = super().accept()
             except OSError as error:
-                if error.errno not in TRANSIENT:
+                if error.errno not in TRANSIENT_ERRORS:
                     raise
                 self._drop_down_to(0)
                 time.sleep(retry)
@@ -56,16 +59,18 @@ class Listener(socket.socket):
             return connection, address
 
     def admit(self, connection: socket.socket) -> None:
-        """Stop counting a connection as a stranger after it has shown the token."""
+        """Remove a connection from the strangers, because it has shown the token."""
         with self._lock:
             self._strangers.pop(id(connection), None)
 
     def _drop_down_to(self, count: int) -> None:
-        """Drop connections without the token: closed ones, and the oldest ones until at most `count` are left."""
+        """Close the oldest strangers until at most `count` are left; forget those that are already closed."""
         with self._lock:
             self._strangers = {key: other for key, other in self._strangers.items() if other.fileno() >= 0}
             oldest = list(self._strangers)[: max(len(self._strangers) - count, 0)]
             dropped = [self._strangers.pop(key) for key in oldest]
         for connection in dropped:
-            with contextlib.suppress(OSError):  # its thread sees the end of the stream and closes it
+            with contextlib.suppress(
+                OSError
+            ):  # the thread of the connection notices the end of the stream and closes the socket
                 connection.shutdown(socket.SHUT_RDWR)

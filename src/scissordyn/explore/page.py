@@ -33,24 +33,24 @@ if TYPE_CHECKING:
     from scissordyn.explore.drag import Drag
     from scissordyn.model.mechanism import Mechanism
 
-FAULT = "internal error: see the terminal of the explorer"
+INTERNAL_ERROR = "internal error: see the terminal of the explorer"
 
-AUTO = "auto"  # Magnification that makes deflections visible
-MAGNIFICATION_MAX = 1e6  # Largest magnification
-MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Mantissas of magnifications, multiplied by a power of ten
+AUTO = "auto"  # Option for a magnification that makes deflections visible
+MAGNIFICATION_MAX = 1e6  # Largest magnification of deflections
+MAGNIFICATION_STEPS = (1.0, 2.0, 5.0)  # Automatic magnifications are these times a power of ten
 
 
-SAVED = {
+FILE_TYPES = {
     "case": ("toml", "text/plain"),
     "run": ("nc", "application/x-netcdf"),
     "curves": ("csv", "text/csv"),
     "picture": ("svg", "image/svg+xml"),
     "film": ("html", "text/html"),
 }
-"""File ending and MIME type of each kind of saved file."""
+"""File ending and MIME type of each kind of file that the page can save."""
 
-FILES_AT_ONCE_MAX = 2  # Largest number of files made at the same time by all pages; each occupies one processor
-_slots = threading.BoundedSemaphore(FILES_AT_ONCE_MAX)  # acquired while a file is made
+FILES_AT_ONCE_MAX = 2  # Largest number of files that all pages create at the same time; each occupies one processor
+_slots = threading.BoundedSemaphore(FILES_AT_ONCE_MAX)  # acquired while a file is created
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +58,7 @@ Message = Mapping[str, Any]
 
 
 class Page:
-    """Open page with its session, used by one thread at a time; `send` accepts the messages of page.js."""
+    """Open page with its session, used by one thread at a time; `send` sends a message to page.js."""
 
     def __init__(self, session: Session, send: Callable[[Message], None]) -> None:
         self.session, self.send = session, send
@@ -87,7 +87,7 @@ class Page:
             "redo": lambda of: session.undo(again=True),
             "unpin": lambda of: session.pin(),
             "stop": lambda of: session.worker.stop(),
-            **dict.fromkeys(SAVED, self._save),
+            **dict.fromkeys(FILE_TYPES, self._save),
         }
 
     def begin(self) -> None:
@@ -113,7 +113,7 @@ class Page:
                 self.send({"type": "form", "fields": [field.plain() for field in case.fields.values()], **about})
             elif what == "pins":
                 self._publish(pins=True)
-            elif what == "fine" and self.session.good is self.shown:  # otherwise sent together with the run
+            elif what == "fine" and self.session.good is self.shown:  # otherwise the curves are sent together with the run
                 self._publish()
             elif what == "run":
                 self._show_run()
@@ -122,7 +122,7 @@ class Page:
             if what != "fine":
                 self._show_state()
 
-    # the shown run: one message holds all of it, and the next is sent after the browser has drawn it
+    # the shown run: one message contains the whole run, and the next one is sent after the browser has drawn it
 
     def _show_run(self) -> None:
         """Send the newest run, unless the browser is still drawing the previous one."""
@@ -183,7 +183,7 @@ class Page:
         }
 
     def _factor(self, shown: Outcome) -> float:
-        """Return the magnification of a run's deflections; 1.0 for preliminary runs."""
+        """Return the magnification of deflections in the scene of a run; 1.0 for preliminary runs."""
         if shown.run is None or shown.note or self._wish == 1.0:
             return 1.0
         return magnification_of(self._wish, shown.run, shown.case.mechanism)
@@ -193,7 +193,7 @@ class Page:
         factor = self._factor(shown)
         if self._larger is not None and self._larger[0] == (shown.number, factor):
             return self._larger[1]
-        if factor != 1.0 and not self._enlarging:  # otherwise requested again when the previous one is finished
+        if factor != 1.0 and not self._enlarging:  # otherwise it is requested again after the current computation
             self._enlarging = True
             self._in_thread("magnifies", lambda: self._enlarge(shown, run, factor))
         return pack_run(run, shown.case.mechanism, number=shown.number)
@@ -239,7 +239,7 @@ class Page:
     # messages from the browser
 
     def hear(self, content: str | bytes) -> None:
-        """Answer a message from the browser; an invalid one gets a one-line reply without traces or paths."""
+        """Answer a message from the browser; the reply to an invalid message is one line without traceback or paths."""
         try:
             message = json.loads(content) if isinstance(content, str) else None
         except (ValueError, RecursionError):
@@ -253,20 +253,20 @@ class Page:
 
     @contextmanager
     def _in_one_line(self) -> Iterator[None]:
-        """Report errors as one line on the page; log internal errors in the terminal as well."""
+        """Within the block, show errors as one line on the page; internal errors are also logged in the terminal."""
         try:
             yield
         except ScissordynError as error:
             self._send_error(str(error))
         except Exception:
-            log.exception(FAULT)
-            self._send_error(FAULT)
+            log.exception(INTERNAL_ERROR)
+            self._send_error(INTERNAL_ERROR)
 
     def _send_error(self, words: str) -> None:
         self.send({"type": "said", "text": words})
 
     def _in_thread(self, what: str, make: Callable[[], None]) -> None:
-        """Run a task that takes seconds in a thread."""
+        """Run a task in a separate thread, because it takes seconds."""
 
         def work() -> None:
             with self._in_one_line():
@@ -288,7 +288,7 @@ class Page:
             self.session.pin(replace(self.shown, run=self.shown.curves))
 
     def _save(self, message: Message) -> None:
-        """Make a file, one at a time for this page and at most `FILES_AT_ONCE_MAX` for all pages."""
+        """Create a file: one at a time for this page, and at most `FILES_AT_ONCE_MAX` for all pages."""
         what, time = read_text(message, "type"), read_number(message, "time")
         if self._making:
             raise InputError(f"cannot make '{what}' while another file is being made", "one file at a time", "wait for it")
@@ -336,7 +336,7 @@ class Page:
                 self.send({"type": "draft", "draft": ""})
 
     def _draft(self) -> None:
-        """Send the dragged mechanism; each message has a new number, because the browser waits for it."""
+        """Send the dragged mechanism with a new number, which the browser waits for."""
         assert self.drag is not None
         self._answers += 1
         note = f"Drag: {self.drag.note}" if self.drag.note else "Drag"
@@ -346,13 +346,13 @@ class Page:
 def make_file(
     session: Session, shown: Outcome | None, what: str, time: float, joint: str, magnify: float
 ) -> tuple[str, str, bytes]:
-    """Return the name, type and content of a file of what a page shows; the server keeps no copy."""
-    from scissordyn.plot.animation import animate  # imports matplotlib, which the page does not need otherwise
+    """Return name, MIME type and content of a file with the case, run, curves, picture or film that a page shows."""
+    from scissordyn.plot.animation import animate  # imported here because it imports matplotlib
     from scissordyn.plot.file import svg
     from scissordyn.plot.still import structure
     from scissordyn.record.store import save
 
-    end, mime = SAVED[what]
+    end, mime = FILE_TYPES[what]
     name = f"{Path(session.opened.name).stem}.{end}"
     if what == "case":
         return name, mime, session.case.text().encode()
@@ -405,7 +405,7 @@ def read_magnification(given: Any) -> float | str:
 
 
 def magnification_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
-    """Return the magnification of deflections; 1.0 without bending bars."""
+    """Return the magnification of deflections; 1.0 without flexible bars."""
     share = 0.05  # largest magnified deflection as a fraction of the mechanism's size
     if not bends(mechanism):
         return 1.0

@@ -1,4 +1,4 @@
-"""Serve the files of the explorer's page and one socket for each page, on this machine unless configured otherwise.
+"""Serve the files of the explorer's page and one WebSocket for each page, by default for this machine only.
 
 Access requires the page's address, which has a random part, and a known name of this machine as host. The host check is against
 DNS rebinding: another site can map its name to this machine, so that a browser sends requests here with that site's name.
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 quiet = logging.getLogger("scissordyn.explore.connections")
-quiet.setLevel(logging.CRITICAL + 1)  # clients that do not speak the protocol are not errors of this program
+quiet.setLevel(logging.CRITICAL + 1)  # clients that violate the protocol are not errors of this program
 
-LOCAL = ("127.0.0.1", "localhost", "::1")
+LOCAL_ADDRESSES = ("127.0.0.1", "localhost", "::1")
 
 ADDRESS_HINT = "open the address printed by 'scissordyn explore'"
 
-MESSAGE_BYTES_MAX = 2**16  # Largest message from a page [byte]
+MESSAGE_BYTES_MAX = 2**16  # Size of the largest message from a page [bytes]
 PAGES_MAX = 20  # Largest number of open pages; each has a thread, its runs and its undo history
 
 SECURITY_HEADERS = {
@@ -61,26 +61,26 @@ SECURITY_HEADERS = {
 }
 """Response headers: no other site may show the page in a frame, read its data, or learn its address."""
 
-REDIRECT = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
+REDIRECT_PAGE = """<!DOCTYPE html><meta charset="utf-8"><meta name="referrer" content="no-referrer">
 <meta http-equiv="refresh" content="0; url={url}"><title>scissordyn</title><a href="{url}">the page</a>
 """
 
 ASSETS = Path(__file__).parent / "assets"
 
-KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+MIME_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
-FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in KINDS} | {"canvas.js"})
-"""Files of the page below its address; canvas.js is shared with films."""
+PAGE_FILES = frozenset({path.name for path in ASSETS.glob("*.*") if path.suffix in MIME_TYPES} | {"canvas.js"})
+"""Names of the files of the page; canvas.js is also used by films."""
 
 
 def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return the address that a socket listens on; "unspecified" means all networks of this machine."""
+    """Return the address on which a socket listens; an unspecified address means all networks of this machine."""
     return ipaddress.ip_address(str(listening.getsockname()[0]).partition("%")[0])
 
 
 @dataclass(frozen=True)
 class Access:
-    """Access token and accepted host names; `any_number` also accepts any numeric address."""
+    """Access token and accepted host names; with `any_number`, any numeric address is accepted too."""
 
     token: str
     names: Collection[str]
@@ -88,19 +88,19 @@ class Access:
 
     @classmethod
     def to(cls, listening: socket.socket, address: str) -> Access:
-        """Return the access to a socket that listens on an address, with a new token."""
+        """Return the access data for a socket that listens on an address, with a new token."""
         bound, host = bound_address(listening), socket.gethostname().lower()
         if bound.is_loopback:
-            names = {*LOCAL, str(bound), address.lower()}
+            names = {*LOCAL_ADDRESSES, str(bound), address.lower()}
         elif bound.is_unspecified:
-            names = {*LOCAL, host}
+            names = {*LOCAL_ADDRESSES, host}
         else:
             names = {str(bound), address.lower(), host}
         return cls(secrets.token_urlsafe(24), frozenset(names), bound.is_unspecified)
 
     @property
     def folder(self) -> str:
-        """Path of the page."""
+        """Path of the page's folder in its URL, which contains the token."""
         return f"/{self.token}/"
 
     def refusal(self, path: str, hosts: Sequence[str], origins: Sequence[str]) -> tuple[int, str] | None:
@@ -122,7 +122,7 @@ class Access:
 
 
 def listen(address: str, wanted: int) -> Listener:
-    """Listen on a port of this machine; port 0 selects any free one."""
+    """Listen on a port of this machine; port 0 means any free port."""
     if not address.strip():
         raise InputError("--address is empty", "an address or a name of this machine", "--address 127.0.0.1")
     try:
@@ -160,17 +160,17 @@ def serve(
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
         pages.ended.wait()
     if pages.fault:
-        raise ScissordynError(f"the explorer cannot serve its page any longer: {pages.fault}")
+        raise ScissordynError(f"the explorer stopped serving its page: {pages.fault}")
     pages.first.result()
 
 
 def _show(url: str, private: Path) -> None:
-    """Open the page through a file that only this user can read, because all users can see a browser's command line."""
+    """Open the page through a file that only this user can read; all users can read the command line of a browser."""
     import webbrowser
 
     redirect = private / "explore.html"
     try:
-        redirect.write_text(REDIRECT.format(url=url), encoding="utf-8")
+        redirect.write_text(REDIRECT_PAGE.format(url=url), encoding="utf-8")
     except FileNotFoundError:  # the explorer has already ended
         return
     webbrowser.open(redirect.as_uri())
@@ -191,24 +191,24 @@ def pack_message(message: Mapping[str, Any]) -> bytes:
             raise TypeError(f"{type(value).__name__} in a message of the page")
         if id(value) not in places:
             places[id(value)] = len(arrays)
-            arrays.append(value)  # keeps the array alive, because `id` may be reused otherwise
+            arrays.append(value)  # keep the array alive, otherwise another array may get the same `id`
         return {"$": places[id(value)]}
 
     content = json.dumps(message, default=place, allow_nan=False, separators=(",", ":"))
     parts = [value if isinstance(value, bytes) else np.ascontiguousarray(value, "<f8").tobytes() for value in arrays]
     kinds = [["bytes" if isinstance(value, bytes) else "floats", len(part)] for value, part in zip(arrays, parts, strict=True)]
     head = f'{{"arrays":{json.dumps(kinds)},"message":{content}}}'.encode()
-    head += b" " * (-(4 + len(head)) % 8)  # floats begin at a multiple of their size
+    head += b" " * (-(4 + len(head)) % 8)  # padding: floats begin at a multiple of 8 bytes
     return b"".join([len(head).to_bytes(4, "little"), head, *(part + bytes(-len(part) % 8) for part in parts)])
 
 
 class Pages:
-    """All pages of a case and their shared resources; `opened` reads the case."""
+    """Server of all pages of a case, with their shared resources; `opened` reads the case."""
 
     def __init__(self, name: str, access: Access, opened: Callable[[], Case], listener: Listener) -> None:
         self.name, self.access, self._opened, self._listener = name, access, opened, listener
         self.ended = threading.Event()
-        self.fault = ""  # Reason why no page can be served any longer
+        self.fault = ""  # Reason why the server stopped
         self._early, self.first = (
             Future[str](),
             Future["Session"](),
@@ -230,7 +230,7 @@ class Pages:
         server = listen_for_pages(
             self._connected,
             sock=self._listener,
-            open_timeout=5.0,  # a browser shows its token at once
+            open_timeout=5.0,  # a browser shows its token immediately
             process_request=self._answer,
             compression=None,
             max_size=MESSAGE_BYTES_MAX,
@@ -242,7 +242,7 @@ class Pages:
 
     def read(self) -> None:
         """Read the case, draw it as declared, and start its run before a page connects."""
-        last_words = 0.5  # time for open pages to show the error before the server ends [s]
+        last_words = 0.5  # time for open pages to show an error before the server ends [s]
         try:
             case = self._opened()
             from scissordyn.plot.canvas import declared_scene
@@ -262,7 +262,7 @@ class Pages:
             self.ended.set()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Return the response to a request; None accepts a socket."""
+        """Return the response to a request; None accepts a WebSocket."""
         headers = request.headers
         refusal = self.access.refusal(request.path, headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is not None:
@@ -273,7 +273,7 @@ class Pages:
         name = request.path.partition("?")[0].removeprefix(self.access.folder) or "page.html"
         if name == "ws":
             return None
-        if name not in FILES:
+        if name not in PAGE_FILES:
             return _response(404, b"not found\n")
         if name == "canvas.js":
             from scissordyn.plot.canvas import CANVAS_SCRIPT
@@ -289,7 +289,7 @@ class Pages:
         """Exchange messages with one page in its thread until it is closed."""
 
         def send(message: Any) -> None:
-            with contextlib.suppress(ConnectionClosed):  # the receiving loop ends by itself
+            with contextlib.suppress(ConnectionClosed):  # the receiving loop notices the closed connection
                 connection.send(pack_message(message))
 
         with self._lock:
@@ -323,7 +323,7 @@ class Pages:
                 self._count -= 1
 
     def _session(self) -> Session:
-        """Return the session whose run has already started for the first page, and a new session for other pages."""
+        """Return the session for a page: the prepared one for the first page, a new one for other pages."""
         from scissordyn.explore.session import Session
 
         first = self.first.result()
@@ -335,6 +335,6 @@ class Pages:
 
 
 def _response(status: int, content: bytes, ending: str = "") -> Response:
-    kind = f"{KINDS.get(ending, 'text/plain')}; charset=utf-8"
+    kind = f"{MIME_TYPES.get(ending, 'text/plain')}; charset=utf-8"
     headers = Headers({"Content-Type": kind, "Content-Length": str(len(content)), "Connection": "close", **SECURITY_HEADERS})
     return Response(status, HTTPStatus(status).phrase, headers, content)

@@ -1,4 +1,4 @@
-"""Hold the state of one page: its case, input errors, undo history, and its runs, one at a time in the background."""
+"""State of one page: its case, input errors and undo history, and its runs in a background thread."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 
-SLOW_RUN = 2.0  # If a run takes longer than this, later runs are preceded by the ideal motion and a coarse run [s]
+SLOW_RUN_SECONDS = 2.0  # [s] After a run that takes longer, later runs are preceded by the ideal motion and a coarse run
 COARSE_TOL = 1e-5  # Relative and absolute tolerance of a coarse run
 
-ESTIMATE_AFTER = 1.0  # Time after which the duration of an accurate run is estimated [s]
-LONG_RUN = 5.0  # An accurate run with a longer estimated duration is preceded by a coarse one [s]
+ESTIMATE_SECONDS = 1.0  # [s] Computing time after which the total time of an accurate run is estimated
+LONG_RUN_SECONDS = 5.0  # [s] An accurate run with a longer estimated time is preceded by a coarse run
 
 
 @dataclass(eq=False)
 class Outcome:
-    """Result of one run of an order."""
+    """Result of one run; an order may have several runs, such as a coarse and an accurate one."""
 
     number: int
     case: Case
     run: xr.Dataset | None  # None if the run failed to start, or if a newer order replaced it
     error: str = ""  # Reason why the run failed to start
-    note: str = ""  # Kind of run, for one that precedes the ordered run
-    # The same motion with the instants of contacts among its samples, for curves and orbits. It is computed later, and the
-    # outcome is then reported again.
+    note: str = ""  # Kind of a preliminary run; "" for the accurate run
+    # The same motion with additional samples at contacts, for curves and orbits. It is computed later, and the outcome is then
+    # reported again.
     fine: xr.Dataset | None = None
-    results: Results | None = None  # Results from which `run` was made
+    results: Results | None = None  # Results that `run` was converted from
 
     @cached_property
     def summary(self) -> Summary:
@@ -56,16 +56,16 @@ class Outcome:
 
     @property
     def curves(self) -> xr.Dataset | None:
-        """Run from which curves are drawn: the fine one with the instants of contacts, once it is available."""
+        """Run from which curves are drawn: `fine` if it is available, else `run`."""
         return self.run if self.fine is None else self.fine
 
 
 class Worker:
-    """Thread that simulates the newest order.
+    """Background thread that simulates the newest order: a case to run.
 
-    `done` gets the outcome of each order that no newer order has replaced. Preliminary outcomes come first, with smaller
-    numbers. `progress` gets the number of the order and the simulated fraction of its time. Numbers up to `earlier` are already
-    used.
+    `done` is called with the outcomes of an order unless a newer order has replaced it. Preliminary outcomes come first, with
+    smaller numbers. `progress` is called with the number of the order and the simulated fraction of its time. Numbers up to
+    `earlier` are already used.
     """
 
     def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
@@ -78,10 +78,10 @@ class Worker:
         self._thread: threading.Thread | None = None
 
     def order(self, case: Case, *, staged: bool = False) -> int:
-        """Run a case instead of any waiting or current order; return the number of the order.
+        """Order the run of a case, which replaces a waiting or current order; return the number of the order.
 
-        A staged order begins with the motion with ideal joints, and with a coarse run if the accurate one takes long. These
-        outcomes have the two preceding numbers.
+        A staged order begins with the ideal motion, and with a coarse run if the accurate one takes long. These outcomes have
+        the two previous numbers.
         """
         with self._changed:
             self.number += 3 if staged else 1
@@ -97,7 +97,7 @@ class Worker:
         self._stopped = self.number
 
     def drawn(self, number: int) -> None:
-        """Note that the browser shows a run, so that its fine curves can be computed."""
+        """Record that the browser has drawn a run, so that its fine curves can be computed."""
         with self._changed:
             self._drawn = number
             self._changed.notify()
@@ -123,15 +123,15 @@ class Worker:
                 self._done(outcome)
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
-        """Return a run with the instants of its contacts, for curves; None without contacts or if a newer order exists."""
-        picture = 0.5  # longest time that the fine curves wait for the first picture of their run [s]
+        """Return the run with samples at its contacts, for curves; None without contacts, or if a newer order exists."""
+        picture = 0.5  # longest time that the computation waits for the browser's first picture of the run [s]
         from scissordyn.casefile.configuration import write_configuration
         from scissordyn.model.options import AUTO
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
             return None
-        with self._changed:  # leaves the processors to a browser that is drawing
+        with self._changed:  # wait, so that a drawing browser gets the processors
             self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, picture)
         if self._closed or outcome.number != self.number:
             return None
@@ -147,7 +147,7 @@ class Worker:
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """Yield the outcomes of a staged order, the accurate one last."""
-        preview = 2.0  # longest time for the motion with ideal joints; the part computed by then is shown [s]
+        preview = 2.0  # time limit for the motion with ideal joints; the part that is computed until then is shown [s]
         ideal = coarse_case(case)
         ideal.mechanism = case.mechanism.ideal()
         if ideal.mechanism != case.mechanism:
@@ -159,8 +159,8 @@ class Worker:
 
         def is_long(done: float) -> bool:
             spent = spent_since()
-            if not judged and spent > ESTIMATE_AFTER:
-                judged.append(spent > LONG_RUN * done)
+            if not judged and spent > ESTIMATE_SECONDS:
+                judged.append(spent > LONG_RUN_SECONDS * done)
             return judged == [True]
 
         accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE_TOL else None)
@@ -173,11 +173,11 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.simulate import compute_results  # imported in this thread, so that the page appears first
+        from scissordyn.run.simulate import compute_results  # imported in this thread, so that the page appears earlier
 
         def look(time: float) -> None:
             if self._closed or number != self.number or number <= self._stopped:
-                raise KeyboardInterrupt  # interrupts a run between two steps
+                raise KeyboardInterrupt  # interrupts the run between two steps
             if ends is not None and ends(time / case.options.until):
                 raise KeyboardInterrupt
             self._progress(number, time / case.options.until)
@@ -194,7 +194,7 @@ class Worker:
 
 
 def _stopwatch() -> Callable[[], float]:
-    """Return a function that returns the seconds since its first call, which happens after the assembly."""
+    """Return a function that returns the seconds since its first call; a run calls it first after the assembly."""
     began: list[float] = []
 
     def spent() -> float:
@@ -206,7 +206,7 @@ def _stopwatch() -> Callable[[], float]:
 
 
 def coarse_case(case: Case) -> Case:
-    """Return the case with a coarse tolerance and few samples, without the predictability horizon."""
+    """Return the case with a coarse tolerance and few samples, and without predictability horizon."""
     most_samples = 201  # largest number of samples of a coarse run
     options, shorter = case.options, copy.copy(case)
     samples = most_samples if isinstance(options.samples, str) else min(options.samples, most_samples)
@@ -216,10 +216,10 @@ def coarse_case(case: Case) -> Case:
 
 
 class Session:
-    """State of one page, independent of browsers.
+    """State of one page, without the communication with the browser.
 
-    `updated` is called, also from a thread, with what has changed: "fields", "run", "fine" (its curves), "status", "pins".
-    `computed` is the run of the opened case, if another session has computed it.
+    `updated` is called, also from another thread, with the part that has changed: "fields", "run", "fine" (curves of the run),
+    "status" or "pins". `computed` is the run of the opened case, if another session has computed it.
     """
 
     def __init__(self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None) -> None:
@@ -234,7 +234,7 @@ class Session:
         self.message = ""
         self.fraction: float | None = None
         self._began = self._stage = self._reported = 0.0
-        self._slow = True  # assumed before the first run
+        self._slow = True  # assumption before the first run
         self._base: Case | None = None
         if computed is None and case.saved is not None:
             computed = Outcome(1, case, case.saved)
@@ -266,7 +266,7 @@ class Session:
         }
 
     def _lasting(self) -> float:
-        """Return the time since the start of the current run [s]; 0 without one."""
+        """Return the time since the start of the current run [s]; 0 if no run is in progress."""
         return time.monotonic() - self._began if self.computing else 0.0
 
     def change(self, texts: dict[str, str], *, final: bool = True) -> bool:
@@ -278,7 +278,7 @@ class Session:
         before = self.case
         written = {key: field.text for key, field in before.fields.items()}
         try:
-            # a released slider repeats its last text
+            # a slider sends its last text again when it is released
             new = before if all(written.get(key) == text for key, text in texts.items()) else before.changed(texts)
         except ScissordynError as error:
             if not (wrong := written.keys() & texts):
@@ -295,11 +295,11 @@ class Session:
             self._base = None
         if _is_changed(before, new):
             self._compute()
-        self.updated("fields")  # sent while the run is in progress
+        self.updated("fields")  # before the run has finished
         return True
 
     def open(self, case: Case) -> None:
-        """Switch to another case, as a change that can be undone."""
+        """Switch to another case; the user can undo this change."""
         self._remember(self.case)
         self._go(case)
 
@@ -322,15 +322,15 @@ class Session:
         self._redo.clear()
 
     def _compute(self) -> None:
-        """Run the present case instead of a current run, in stages if runs take long."""
-        self._slow |= self._lasting() > SLOW_RUN
+        """Order the run of the present case, in stages if runs take long."""
+        self._slow |= self._lasting() > SLOW_RUN_SECONDS
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._reported = time.monotonic()
         self.worker.order(self.case, staged=self._slow)
         self.updated("status")
 
     def pin(self, *more: Outcome) -> None:
-        """Pin a run for comparison and drop the oldest if there are too many; without a run, unpin all."""
+        """Pin a run for comparison; if there are too many, unpin the oldest; without a run, unpin all."""
         most_pins = 3  # largest number of pinned runs
         self.pins = [*self.pins, *more][-most_pins:] if more else []
         self.updated("pins")
@@ -347,12 +347,12 @@ class Session:
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
-        if outcome is self.good:  # reported again with its fine curves
+        if outcome is self.good:  # the outcome is reported again with fine curves
             self.updated("fine")
             return
         if not outcome.note:
-            self._slow, self.fraction = self._lasting() > SLOW_RUN, None
-            # an interrupted run is not the run of the case
+            self._slow, self.fraction = self._lasting() > SLOW_RUN_SECONDS, None
+            # an interrupted run is not a complete run of the case
             if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
                 self.first = outcome
             self.message = (
@@ -371,7 +371,7 @@ def _is_changed(one: Case, other: Case) -> bool:
 
 
 def _field_error(error: ScissordynError) -> str:
-    """Return an error without its place in the file, for display at its field."""
+    """Return the text of an error without its place in the file, for display at the form field."""
     if not isinstance(error, InputError):
         return str(error)
     what = getattr(error, "text", "") or error.what

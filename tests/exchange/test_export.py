@@ -18,7 +18,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.exchange.export import cut_list, drawing
-from scissordyn.exchange.forces import LOCATED, beam_file, envelope, force_json, force_table, missed_peaks, to_csv
+from scissordyn.exchange.forces import LOCATED_COLUMN, beam_file, envelope, force_json, force_table, missed_peaks, to_csv
 from scissordyn.exchange.mjcf_text import mjcf
 
 from .peer import by_mujoco, mujoco
@@ -62,7 +62,7 @@ def test_holes_have_the_sizes_of_the_joints():
 def test_equal_bars_are_one_row_of_the_cut_list():
     """Closed form: the bars of a scissor array with pins of 8 mm; a joint without a size is an error."""
     mechanism = arm()
-    with pytest.raises(InputError, match="has no size"):
+    with pytest.raises(InputError, match="has no pin radius"):
         cut_list(mechanism)
     rows = list(csv.DictReader(io.StringIO(cut_list(mechanism, pin_radius=4e-3).decode())))
     assert sum(int(row["count"]) for row in {row["bar"]: row for row in rows}.values()) == 4
@@ -269,9 +269,9 @@ def test_a_peak_between_samples_is_in_the_envelope_and_said():
     run = sd.simulate(mechanism, until=0.05, samples=21)
     rows = envelope(sd.pin_forces(run, mechanism)).set_index(["body", "joint"])
     peak = float(run["peak_force"].max())
-    assert rows.loc[("slider", "slider pin"), LOCATED] == rows.loc[("rod", "slider pin"), LOCATED] == peak
+    assert rows.loc[("slider", "slider pin"), LOCATED_COLUMN] == rows.loc[("rod", "slider pin"), LOCATED_COLUMN] == peak
     ideal = float(run["joint_peak_force"].sel(joint="crank pin"))
-    assert rows.loc[("rod", "crank pin"), LOCATED] == ideal > 2.0 * rows.loc[("rod", "crank pin"), "largest force [N]"]
+    assert rows.loc[("rod", "crank pin"), LOCATED_COLUMN] == ideal > 2.0 * rows.loc[("rod", "crank pin"), "largest force [N]"]
     assert rows.loc[("slider", "slider pin"), "largest force [N]"] < 0.5 * peak
     assert len(missed_peaks(run)) == 4
     assert f"largest is {peak:.4g} N" in " ".join(missed_peaks(run))

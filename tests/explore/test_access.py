@@ -27,7 +27,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from scissordyn.explore.listener import STRANGERS_MAX
-from scissordyn.explore.serve import FILES, MESSAGE_BYTES_MAX, PAGES_MAX, Access, listen
+from scissordyn.explore.serve import MESSAGE_BYTES_MAX, PAGE_FILES, PAGES_MAX, Access, listen
 
 from .browser import CASE, served
 
@@ -131,7 +131,7 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
         assert given["x-frame-options"] == "DENY"
         assert given["referrer-policy"] == "no-referrer"
         assert b"page.js" in body
-    for name in FILES:
+    for name in PAGE_FILES:
         status, given, body = get(url, name, Origin=url.rstrip("/").rpartition("/")[0])
         assert status == 200
         assert "access-control-allow-origin" not in given

@@ -117,7 +117,7 @@ def export(
     change: Changes = None,
     allow_code: OwnCode = None,
 ) -> int:
-    from scissordyn.exchange.export import FORCES, MECHANISMS, check_ending
+    from scissordyn.exchange.export import FORCE_ENDINGS, MECHANISM_ENDINGS, check_ending
     from scissordyn.exchange.export import export as write
     from scissordyn.exchange.forces import missed_peaks
     from scissordyn.file.export import check_export
@@ -129,7 +129,7 @@ def export(
         from scissordyn.exchange.assembly import left_out
         from scissordyn.exchange.mjcf_text import mjcf
 
-        check_ending(target, MECHANISMS, "a mechanism", "bars.dxf")
+        check_ending(target, MECHANISM_ENDINGS, "a mechanism", "bars.dxf")
         check_file(target, source, "bars.dxf")
         case = read_case(source, change or ())
         radius, broad = typed(pin, "--pin", "m"), typed(width, "--width", "m")
@@ -139,7 +139,7 @@ def export(
     else:
         loads = forces or envelope
         if loads:
-            check_ending(target, FORCES, "forces", "forces.csv")
+            check_ending(target, FORCE_ENDINGS, "forces", "forces.csv")
         else:
             check_export(target)
         check_file(target, source, "table.csv")

@@ -1,4 +1,4 @@
-"""Write the assembled mechanism into the DXF of its parts, as a block that is not inserted; `import` reads this block.
+"""Store the assembled mechanism in the DXF of its parts, as an invisible block that `import` reads.
 
 Bars are polylines through their pins. Points on layer ``pins`` join two bodies, points on layer ``ground`` are fixed, and lines
 on layer ``guide`` are guides. Names, masses and joined bodies are extended data (XDATA) of these entities, in JSON.
@@ -22,13 +22,13 @@ from scissordyn.model.mechanism import Mechanism
 
 BLOCK = "scissordyn_assembly"
 APPLICATION = "SCISSORDYN"  # Application name of the extended data
-CHUNK_LENGTH = 240  # Characters of one string of extended data; DXF allows 255
+CHUNK_LENGTH = 240  # [characters] Length of the strings of extended data; DXF allows 255
 
-EXPECTED = "a DXF that scissordyn export wrote, with its data"
+EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"
 
 
 def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
-    """Return the bodies with their positions and angles at the start; None if they cannot be assembled."""
+    """Return the bodies by name, with positions and angles at the start; None if the mechanism cannot be assembled."""
     from scissordyn.exchange.mjcf_text import place_bodies
 
     try:
@@ -42,7 +42,7 @@ def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
 
 
 def left_out(mechanism: Mechanism) -> list[str]:
-    """Return a line for each part of a mechanism that its DXF does not contain."""
+    """Return a line of text for each part of a mechanism that its DXF does not contain."""
     if assemble(mechanism) is None:
         return ["the assembly: left out of the DXF, as the bodies cannot be assembled"]
     parts: dict[str, tuple[Any, ...]] = {
@@ -62,7 +62,7 @@ def left_out(mechanism: Mechanism) -> list[str]:
 
 
 def add_assembly(document: Any, mechanism: Mechanism) -> None:
-    """Add the block to a DXF in millimetres, if the mechanism can be assembled."""
+    """Add the block with the assembled mechanism to a DXF in millimetres; add nothing if it cannot be assembled."""
     places = assemble(mechanism)
     if places is None:
         return
@@ -148,14 +148,14 @@ def _common_start(names: list[str]) -> str:
 
 
 def assembly_of(document: Any) -> Any:
-    """Return the block with the assembly; None if the drawing has none, or if it is inserted."""
+    """Return the block that `add_assembly` wrote; None if the drawing does not have it, or inserts it."""
     if BLOCK not in document.blocks or any(insert.dxf.name == BLOCK for insert in document.modelspace().query("INSERT")):
         return None
     return document.blocks.get(BLOCK)
 
 
 def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
-    """Return the mechanism from the entities that `add_assembly` wrote."""
+    """Build the mechanism from the entities in the block that `add_assembly` wrote; `factor` is the drawing's unit [m]."""
     pins: dict[str, Point] = {}
     fixed: list[str] = []
     bars: list[DrawnBar] = []
@@ -182,7 +182,7 @@ def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
     except InputError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise InputError(f"block '{BLOCK}' of the DXF: its data are damaged ({error})", EXPECTED) from None
+        raise InputError(f"block '{BLOCK}' of the DXF: its data are damaged ({error})", EXPECTED_DXF) from None
     notes += [
         f"block '{BLOCK}' of the DXF is read; the separately drawn parts are not",
         "drive, gravity, clearances and components are not in the DXF",

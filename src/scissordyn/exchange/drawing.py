@@ -1,4 +1,4 @@
-"""Represent a drawn linkage by pins, bars and sliding blocks, and build its mechanism."""
+"""Drawn linkage of pins, bars and sliding blocks, and conversion to a mechanism."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Imported(NamedTuple):
     ----------
     mechanism : Mechanism
     notes : tuple of str
-        Parts that were left out, and values that were assumed; one line each.
+        One line for each part that was left out, and for each value that was assumed.
     """
 
     mechanism: Mechanism
@@ -49,18 +49,18 @@ class DrawnBar:
     """A rigid bar or plate between pins."""
 
     name: str
-    pins: tuple[str, ...]  # One or more; the line from the first to the second is the bar's direction
+    pins: tuple[str, ...]  # Names of one or more pins; the first two define the direction of the bar
     mass: float  # [kg]
-    inertia: float  # About the mass centre [kg m^2]
+    inertia: float  # Moment of inertia about the mass centre [kg m^2]
     centre: Point  # Mass centre, in the plane of the drawing [m]
 
 
 @dataclass(frozen=True)
 class Block:
-    """Block that slides along a line without rotating, or bar that slides there with one of its pins."""
+    """Block that slides along a line without rotating, or bar with a pin that slides along a line."""
 
     name: str
-    pin: str  # Pin that slides
+    pin: str  # Name of the sliding pin
     direction: float  # Direction of the line through the pin, in the plane of the drawing [rad]
     mass: float = 0.0  # Mass of the block [kg]
     carrier: str = GROUND  # Bar that carries the line, or the ground
@@ -71,17 +71,17 @@ class Block:
 
 @dataclass(frozen=True)
 class Load:
-    """A constant force on a bar, in the plane of the drawing."""
+    """Constant force on a bar, in the plane of the drawing."""
 
     name: str
     bar: str
-    place: Point
-    force: Point
-    follows: bool
+    place: Point  # Point of action [m]
+    force: Point  # [N]
+    follows: bool  # True if the force turns with the bar
 
 
 class Pair(NamedTuple):
-    """Joint of two bodies on a pin, for sources that state which body has the journal."""
+    """Joint of two bodies on a pin, for drawings that state which body has the journal."""
 
     name: str
     pin: str
@@ -91,7 +91,7 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True)
 class Drawing:
-    """Pins, bars and blocks in a plane."""
+    """Linkage as drawn: pins, bars, blocks, drives and loads in a plane."""
 
     pins: Mapping[str, Point]  # Positions [m]
     fixed: tuple[str, ...]  # Pins on the ground
@@ -99,12 +99,12 @@ class Drawing:
     blocks: tuple[Block, ...] = ()
     drives: Mapping[str, TimeFunction] = field(default_factory=dict)  # Prescribed angles of bars
     loads: tuple[Load, ...] = ()
-    gravity: float = 0.0  # Along -y [m/s^2]
-    pairs: tuple[Pair, ...] = ()  # Joints of pins for which the source states journal and bearing
+    gravity: float = 0.0  # Gravity along -y [m/s^2]
+    pairs: tuple[Pair, ...] = ()  # Joints with known journal and bearing
 
 
 def plain_name(name: str, taken: Iterable[str]) -> str:
-    """Return a name without dots and slashes that is not taken, so that a case file can refer to it."""
+    """Return a unique name that a case file can refer to: without dots, slashes and asterisks, and not in `taken`."""
     name_so_far = "".join("_" if letter in "./*" else letter for letter in name.strip()) or "part"
     if name_so_far == GROUND:
         name_so_far = f"{name_so_far} part"
@@ -122,7 +122,10 @@ def uniform(
     density: float,
     sides: Collection[tuple[str, str]] = (),
 ) -> DrawnBar:
-    """Return a body made of thin uniform rods along its sides, or along the shortest lines that join its pins."""
+    """Return a bar with the mass of uniform rods along its sides, by default along the shortest lines between its pins.
+
+    `places` are the positions of the pins [m], `density` the mass per length [kg/m].
+    """
     for pin in pins:
         check_place(f"pin '{pin}' in m", places[pin])
     legs = [(places[a], places[b]) for a, b in sides or shortest_tree(pins, places)]
@@ -136,9 +139,9 @@ def uniform(
 
 
 def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tuple[str, str]]:
-    """Return the lines of least total length that join the pins (Prim's algorithm), independent of the order of the pins.
+    """Return the pairs of pins of the shortest lines that connect all pins (Prim's algorithm).
 
-    For pins on one line these are the segments of that line.
+    The result does not depend on the order of the pins. For pins on one line these are the segments of that line.
     """
     names = sorted(set(pins), key=lambda pin: (places[pin], pin))
     xy = np.array([places[pin] for pin in names], float)
@@ -157,7 +160,7 @@ def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tupl
 
 
 def assembled(drawing: Drawing) -> Mechanism:
-    """Return the mechanism of a drawing."""
+    """Convert a drawing to a mechanism."""
     bodies = {bar.name: _body(bar, drawing.pins) for bar in drawing.bars}
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
@@ -201,7 +204,7 @@ def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
 
 
 def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
-    """Return the bodies and their points on each pin: bars first, then blocks, then the ground."""
+    """Return by pin the bodies on it, each with its point: bars first, then blocks, then the ground."""
     on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
     for bar in drawing.bars:
         for pin in dict.fromkeys(bar.pins):
@@ -243,10 +246,10 @@ def _guide(block: Block, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
 
 
 def _force(load: Load, body: Body) -> Any:
-    """Return the force of a load on the named point of its body."""
+    """Return the force component for a load, which acts on a named point of its body."""
     at = _turned(load.place, body.placed_position, -body.placed_angle)
     near = min(body.points, key=lambda point: math.dist(body.points[point], at))
     if math.dist(body.points[near], at) > 1e-9 * max(1.0, body.extent):
-        raise InputError(f"force '{load.name}' acts on no point of '{load.bar}'", "a force on one of its points")
+        raise InputError(f"force '{load.name}' does not act on a point of '{load.bar}'", "a force on a point of the bar")
     force = _turned(load.force, (0.0, 0.0), -body.placed_angle) if load.follows else load.force
     return Force(load.name, (load.bar, near), force, follows=load.follows)

@@ -47,7 +47,7 @@ UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  #
 
 EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
 
-SAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
+EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
 
 
 @checked
@@ -78,7 +78,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     notes: list[str] = []
     codes = [code.strip() for code in text.split("\n")[::2]]  # Codes and values are on alternate lines
     if codes.count("0") > ENTITIES_MAX:
-        raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "the lines of the linkage alone", SAMPLE)
+        raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "a drawing with only the linkage", EXAMPLE)
     document = _document(text, notes)
     named = _unit(document, text, unit)
     space, factor = document.modelspace(), UNITS[named]
@@ -98,7 +98,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
 
 
 class _Messages(logging.Handler):
-    """Logging handler that turns each warning of ezdxf into one note."""
+    """Logging handler that adds a note for each warning of ezdxf."""
 
     def __init__(self, notes: list[str]) -> None:
         super().__init__(logging.WARNING)
@@ -117,12 +117,12 @@ def _document(text: str, notes: list[str]) -> Any:
     try:
         document = ezdxf.read(io.StringIO(text))
     except (ezdxf.DXFError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
-        raise InputError(f"cannot read the DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", SAMPLE) from None
+        raise InputError(f"cannot read the DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", EXAMPLE) from None
     finally:
         logger.removeHandler(messages)
         logger.propagate = propagates
     if not EOF_PATTERN.search(text):
-        raise InputError("the DXF does not end with EOF: it is cut off", "the whole file", SAMPLE)
+        raise InputError("the DXF does not end with EOF: it is truncated", "the complete file", EXAMPLE)
     return document
 
 
@@ -132,18 +132,20 @@ def _unit(document: Any, text: str, unit: str) -> str:
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
     named = UNIT_CODES.get(code, "")
     if unit and unit not in UNITS:
-        raise InputError(f"unknown unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), SAMPLE)
+        raise InputError(
+            f"unknown unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), EXAMPLE
+        )
     if code and not named:
-        raise InputError(f"unknown unit $INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), SAMPLE)
+        raise InputError(f"unknown unit $INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), EXAMPLE)
     if unit and named and unit != named:
         raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
-        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), SAMPLE)
+        raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), EXAMPLE)
     return unit or named
 
 
 def _other_layouts(document: Any) -> Iterator[str]:
-    """Yield a line for each layout of paper that has entities."""
+    """Yield a note for each paper layout with entities, which are not read."""
     for layout in document.layouts:
         count = 0 if layout.is_modelspace else sum(entity.dxftype() != "VIEWPORT" for entity in layout)
         if count:
@@ -151,7 +153,7 @@ def _other_layouts(document: Any) -> Iterator[str]:
 
 
 class _Pins:
-    """Named places that differ by more than a tolerance."""
+    """Pins of a drawing with generated names; positions within a tolerance are one pin."""
 
     def __init__(self, near: float) -> None:
         self.near = near
@@ -165,7 +167,7 @@ class _Pins:
             self._cells.setdefault(self._cell(place), []).append(name)
 
     def find(self, place: Point) -> str:
-        """Return the name of the pin at a place; "" if there is none."""
+        """Return the name of the pin at a position; "" if there is none."""
         i, j = self._cell(place)
         for cell in ((i + k, j + m) for k in (-1, 0, 1) for m in (-1, 0, 1)):
             for name in self._cells.get(cell, ()):
@@ -178,7 +180,7 @@ class _Pins:
 
 
 class _Bar(NamedTuple):
-    """Bar as drawn."""
+    """Bar of a drawing: its shape, and its pins and sides."""
 
     name: str
     shape: Shape
@@ -191,7 +193,7 @@ class _Bar(NamedTuple):
 
 
 class _Linkage:
-    """Pins, bars and guides among the shapes of a drawing."""
+    """Linkage in a drawing: recognise pins, bars and guides among its shapes."""
 
     def __init__(self, found: Entities, unit: str, tolerance: float | None, density: float) -> None:
         self.unit, self.factor, self.density = unit, UNITS[unit], density
@@ -202,14 +204,16 @@ class _Linkage:
         if not drawn:
             raise _no_bars(found)
         if sum(len(shape.places) for shape in found.shapes) > POINTS_MAX:
-            raise InputError(f"a DXF with more than {POINTS_MAX} corners and points", "the lines of the linkage alone", SAMPLE)
+            raise InputError(
+                f"a DXF with more than {POINTS_MAX} corners and points", "a drawing with only the linkage", EXAMPLE
+            )
         x, y = np.array([corner for shape in drawn for corner in shape.places]).T
         self.size = math.hypot(np.ptp(x), np.ptp(y))
         if tolerance is not None and not tolerance > 0.0:
             raise InputError(f"tolerance = {tolerance:g} m", "a length above 0", "--tolerance '5 um'")
         self.near = DATA_TOL * self.size if tolerance is None else tolerance
         if not self.near > 0.0:
-            raise InputError("the lines of the DXF have no length", "lines between two places", SAMPLE)
+            raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
         self._name_heights(found.shapes)
         self.pins = _Pins(self.near)
         self.bars = self._bars(drawn)
@@ -272,7 +276,7 @@ class _Linkage:
         if short:
             self.notes.append(f"{listed(short)} left out: no length")
         if not bars:
-            raise InputError("the lines of the DXF have no length", "lines between two places", SAMPLE)
+            raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
         return bars
 
     def _joined(self) -> tuple[DrawnBar, ...]:
@@ -422,14 +426,14 @@ def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> t
 
 
 def _distances(xy: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances of places from a side, and the fraction of the side at the nearest point."""
+    """Return the distances of points from a side, and the position of the nearest points as a fraction of the side."""
     along = end - start
     part = np.clip((xy - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
     return np.hypot(*(xy - start - part[:, None] * along).T), part
 
 
 def _inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Return which places are inside a closed outline (even-odd rule)."""
+    """Return True for each point inside a closed outline (even-odd rule)."""
     inside = np.zeros(len(xy), bool)
     for (x0, y0), (x1, y1) in pairwise(outline):
         if y0 != y1:

@@ -1,4 +1,4 @@
-"""Write runs and mechanisms for other programs, in the format of the file's ending, and draw bars with holes in DXF."""
+"""Export runs and mechanisms to other programs, in the format of the file's ending; DXF drawings and cut lists of bars."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.units import checked
 
-FORCES = (".csv", ".json", ".inp")  # Endings of pin-force files
-MECHANISMS = (".dxf", ".csv", ".xml", ".fmu")  # Endings of mechanism files
+FORCE_ENDINGS = (".csv", ".json", ".inp")  # File name endings of pin forces
+MECHANISM_ENDINGS = (".dxf", ".csv", ".xml", ".fmu")  # File name endings of mechanisms
 
 
 def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: str, sample: str) -> str:
@@ -31,7 +31,9 @@ def check_ending(path: str | os.PathLike[str], allowed: tuple[str, ...], what: s
     ending = Path(path).suffix.lower()
     if ending not in allowed:
         raise InputError(
-            f"{what} as '{path}'{did_you_mean(ending, allowed)}", "a name that ends in " + ", ".join(allowed), sample
+            f"cannot write {what} to '{path}'{did_you_mean(ending, allowed)}",
+            "a name that ends in " + ", ".join(allowed),
+            sample,
         )
     return ending
 
@@ -68,11 +70,11 @@ def export(
     envelope : bool
         Write the extremes of the forces instead of their values over time; with `forces` and .csv only.
     mechanism : Mechanism, optional
-        Mechanism of the run; by default read from the run, if that needs no user code.
+        Mechanism of the run; by default it is read from the run, if it does not use user-defined code.
     run : Options, optional
-        Options of an FMU; by default those of the case, or a run of 50 ms with default options.
+        Options of the simulation in an FMU; by default those of the case, or default options with 50 ms.
     section, material : str
-        Section and material of the beams in an .inp, for example "20x30 mm" and "steel".
+        Section and material of the beams in an .inp file, for example "20x30 mm" and "steel".
     pin_radius, width : float, optional
         Radius of the pins of ideal joints, and width of the bars' outlines, in a DXF and a cut list [m].
     sources_only : bool
@@ -85,13 +87,13 @@ def export(
     Raises
     ------
     InputError
-        If the ending is unknown, the file cannot be written, the path holds a different kind of file, or data are missing.
+        If the ending is unknown, the file cannot be written, the path is another kind of file, or data are missing.
     """
     target = Path(path)
     if isinstance(what, xr.Dataset):
         if not (forces or envelope):
             return export_table(what, target, contacts=contacts)
-        ending = check_ending(target, FORCES, "forces", "forces.csv")
+        ending = check_ending(target, FORCE_ENDINGS, "forces", "forces.csv")
         check_target(target, sample=f"forces{ending}")
         content = _forces(what, mechanism, ending, envelope=envelope, section=section, material=material)
     else:
@@ -100,7 +102,7 @@ def export(
             raise InputError(
                 f"cannot export a {type(what).__name__}", "a run, a mechanism or a case", "export(run, 'table.csv')"
             )
-        ending = check_ending(target, MECHANISMS, "a mechanism", "bars.dxf")
+        ending = check_ending(target, MECHANISM_ENDINGS, "a mechanism", "bars.dxf")
         check_target(target, sample=f"mechanism{ending}")
         options = run or getattr(what, "run", None) or Options(until=0.05)
         content = _mechanism(
@@ -148,12 +150,12 @@ def _mechanism(
 
 
 class Hole(NamedTuple):
-    """Hole of a bar, or journal in a hole of another bar."""
+    """Hole of a bar, or pin that is fixed to the bar, at a joint."""
 
     joint: str
     place: Point
     radius: float
-    journal: bool
+    journal: bool  # True for a pin
 
 
 def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list[Hole]:
@@ -172,7 +174,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
                 radius = gap.journal_radius if journal else gap.journal_radius + gap.clearance
             elif pin_radius is None:
                 raise InputError(
-                    f"the ideal joint '{joint.name}' has no size", "a radius for the pins of ideal joints", "--pin '5 mm'"
+                    f"the ideal joint '{joint.name}' has no pin radius", "a radius for the pins of ideal joints", "--pin '5 mm'"
                 )
             else:
                 radius = pin_radius
@@ -181,7 +183,7 @@ def holes_of(mechanism: Mechanism, body: Body, pin_radius: float | None) -> list
 
 
 def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: float | None = None) -> str:
-    """Return a drawing in DXF, in millimetres: each bar separately, with its name and its holes at full size."""
+    """Return a DXF drawing in millimetres with each bar separately, its name, outline and holes, in true size."""
     ezdxf = library("ezdxf", "exchange", "DXF")
     document = ezdxf.new("R2010")
     document.header["$INSUNITS"] = 4
@@ -217,7 +219,7 @@ def _bars(mechanism: Mechanism, pin_radius: float | None) -> list[tuple[Body, li
 
 
 def _edge(body: Body, holes: list[Hole], width: float | None) -> float:
-    margin = 2.0  # default distance of the outline from a hole's centre, in hole radii
+    margin = 2.0  # default distance of the outline from the centre of a hole, in hole radii
     largest = max(hole.radius for hole in holes)
     if width is None:
         return margin * largest
@@ -266,7 +268,7 @@ def _normal(a: Point, b: Point) -> Point:
 
 
 def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
-    """Return a table with one row for each hole or pin of a bar; bars with equal holes are grouped."""
+    """Return a CSV table for the manufacture of bars: a row for each hole or pin of a bar; equal bars are counted once."""
     groups: dict[tuple[object, ...], list[tuple[Body, list[Hole]]]] = {}
     for body, holes in _bars(mechanism, pin_radius):
         key = tuple(sorted((round(h.place[0], 9), round(h.place[1], 9), round(h.radius, 9), h.journal) for h in holes))

@@ -1,4 +1,4 @@
-"""Compute the forces on the pins of each bar for strength calculations, and write a bar's worst load as a beam model.
+"""Compute the pin forces on each bar for strength calculations, and write beam models of bars under their largest load.
 
 The beam model is for CalculiX, the solver of FreeCAD's FEM workbench.
 """
@@ -28,19 +28,19 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import pandas as pd
 
-END_NAMES = ("body", "joint", "point")  # Names of the coordinates of an end
+END_NAMES = ("body", "joint", "point")  # Columns that identify an end
 
 
-RECTANGLE = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
+UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length unit [m]
 
 
 class End(NamedTuple):
-    """A body at one of its joints, guides or welds."""
+    """End: a body at one of its joints, guides or welds, where a force acts on it."""
 
     body: str
     joint: str
-    point: str  # "" on the carrier of a guide, where the force acts at the follower
+    point: str  # Point of the body; "" for the carrier of a guide, on which the force acts at the follower
     sign: float  # Sign of the joint's reported force on this body
     guide: Guide | None = None
     of_weld: bool = False
@@ -105,8 +105,8 @@ def located_peak(run: xr.Dataset, joint: str) -> float:
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
-    """Return a sentence for each joint, guide and weld whose samples miss its largest force by more than a hundredth."""
-    missed = 0.01  # samples lower than the located peak by more than this fraction are reported
+    """Return a sentence for each joint, guide and weld whose sampled forces are more than 1 % below the largest force."""
+    missed = 0.01  # fraction of the largest force
     lines = []
     for joint in sorted(name for dim in ("joint", "weld") if dim in run.dims for name in run[dim].values.tolist()):
         peak = located_peak(run, joint)
@@ -120,7 +120,7 @@ def missed_peaks(run: xr.Dataset) -> list[str]:
 
 
 def _ends(mechanism: Mechanism) -> list[End]:
-    """Return all pairs of a body and its joint, guide or weld: joints first, then guides and welds."""
+    """Return all ends: bodies at joints first, then at guides and at welds."""
     ends = [End(*place, sign) for joint in mechanism.joints for place, sign in _sides(joint.name, joint.journal, joint.bearing)]
     for guide in mechanism.guides:
         ends += [End(*place, sign, guide) for place, sign in _sides(guide.name, guide.follower, (guide.body, ""))]
@@ -158,7 +158,7 @@ def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def _other_loads(
     run: xr.Dataset, mechanism: Mechanism, ends: list[End], force: np.ndarray, moment: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the loads that are missing in the balance of momentum of each body."""
+    """Return force and torque of other loads on each body: the residual of its balance of momentum."""
     count = run.sizes["time"]
     other, torque = np.zeros((count, len(mechanism.bodies), 2)), np.zeros((count, len(mechanism.bodies)))
     down = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
@@ -175,7 +175,7 @@ def _other_loads(
                 continue
             if end.point:
                 arm = _arm_of(run, body, end.point)
-            else:  # on the carrier of a guide the force acts at the follower
+            else:  # carrier of a guide: the force acts at the follower
                 assert end.guide is not None
                 led, led_point = end.guide.follower
                 between = run["position"].sel(body=led) - motion["position"]
@@ -191,7 +191,7 @@ def _arm_of(run: xr.Dataset, body: Body, point: str) -> np.ndarray:
 
 
 def force_table(forces: xr.Dataset) -> pd.DataFrame:
-    """Return a table with one row for each instant and end."""
+    """Return a table of pin forces with a row for each instant and end."""
     import pandas as pd
 
     count, ends = forces.sizes["time"], forces.sizes["end"]
@@ -206,7 +206,7 @@ def force_table(forces: xr.Dataset) -> pd.DataFrame:
 
 
 def envelope(forces: xr.Dataset) -> pd.DataFrame:
-    """Return the extremes of each end: the largest force with its instant and components, and the range of the components."""
+    """Return a table with a row for each end: largest force, its instant and components, and extremes of the components."""
     import pandas as pd
 
     rows = []
@@ -214,29 +214,29 @@ def envelope(forces: xr.Dataset) -> pd.DataFrame:
     for k in range(forces.sizes["end"]):
         size = np.hypot(along[:, k, 0], along[:, k, 1])
         row: dict[str, Any] = {name: str(forces[f"end_{name}"].values[k]) for name in END_NAMES}
-        if np.isnan(size).all():  # not determined
-            row |= dict.fromkeys(ENVELOPE, math.nan)
+        if np.isnan(size).all():  # undetermined reaction
+            row |= dict.fromkeys(ENVELOPE_COLUMNS, math.nan)
         else:
             at = int(np.nanargmax(size))
             numbers = [size[at], time[at], *along[at, k]]
             numbers += [extreme(along[:, k, axis]) for axis in (0, 1) for extreme in (np.nanmin, np.nanmax)]
-            row |= dict(zip(ENVELOPE, map(float, numbers), strict=True))
+            row |= dict(zip(ENVELOPE_COLUMNS, map(float, numbers), strict=True))
         moment = np.abs(forces["moment"].values[:, k])
-        row[MOMENT] = math.nan if np.isnan(moment).all() else float(np.nanmax(moment))
-        row[LOCATED] = float(forces["located_peak"].values[k])
+        row[MOMENT_COLUMN] = math.nan if np.isnan(moment).all() else float(np.nanmax(moment))
+        row[LOCATED_COLUMN] = float(forces["located_peak"].values[k])
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-ENVELOPE = (
+ENVELOPE_COLUMNS = (
     "largest force [N]", "at time [s]", "x of the body then [N]", "y of the body then [N]",
     "least x [N]", "largest x [N]", "least y [N]", "largest y [N]",
 )  # fmt: skip
-"""Columns of an envelope after the names."""
+"""Columns of an envelope after `END_NAMES`."""
 
-MOMENT = "largest moment [N m]"
+MOMENT_COLUMN = "largest moment [N m]"
 
-LOCATED = "largest force within the steps [N]"  # The last column
+LOCATED_COLUMN = "largest force within the steps [N]"  # last column of an envelope
 
 
 def to_csv(table: pd.DataFrame) -> bytes:
@@ -244,7 +244,7 @@ def to_csv(table: pd.DataFrame) -> bytes:
 
 
 def force_json(forces: xr.Dataset) -> bytes:
-    """Return forces over time and their envelope as JSON; undetermined values are null."""
+    """Return pin forces over time and their envelope as JSON; undetermined values are null."""
     ends = []
     for k, row in enumerate(envelope(forces).to_dict("records")):
         names = {name: row.pop(name) for name in END_NAMES}
@@ -255,26 +255,26 @@ def force_json(forces: xr.Dataset) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number or nested lists of numbers, with None for values that are not finite."""
+    """Return a number or nested lists of numbers with None instead of values that are not finite."""
     if isinstance(value, list):
         return [_plain(part) for part in value]
     return value if math.isfinite(value) else None
 
 
 def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, section: str, material: str = "steel") -> bytes:
-    """Return a CalculiX input file with each straight bar as beams in its own frame, at the instant of its largest force.
+    """Return a CalculiX input file: each straight bar as beam elements in its body frame, at the instant of its largest force.
 
-    The pin forces, the weight and the inertia of each bar are in equilibrium. Three supports in the plane carry only the
-    residual, so that their reactions show the error.
+    The pin forces, the weight and the inertia forces of each bar are in equilibrium. Three supports in the plane take only the
+    residual, so that their reactions are the error.
     """
-    matched = RECTANGLE.fullmatch(section)
+    matched = SECTION_TEXT.fullmatch(section)
     if matched is None or not float(matched[1]) > 0.0 < float(matched[2]):
         raise InputError(
             f"section '{section}' of the beams is not a rectangle",
             "a rectangle: width across the plane x depth in it",
             "--section '20x30 mm'",
         )
-    width, depth = (float(matched[k]) * METRES[matched[3]] for k in (1, 2))
+    width, depth = (float(matched[k]) * UNIT_METRES[matched[3]] for k in (1, 2))
     chosen = read_material(material)
     lines, left_out, node, element = [], [], 0, 0
     loads: list[str] = []
@@ -298,7 +298,7 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
         supports += [f"N_{label}, 3, 3", f"{node + 1}, 1, 2", f"{last}, 2, 2", f"{node + 1}, 4, 4"]
         node, element = last, element + len(places) - 1
     if not node:
-        raise InputError("no bar can be written as beams", "a straight bar with joints on its line")
+        raise InputError("no bar of the mechanism can be written as beams", "a straight bar with joints on its line")
     text = [
         "** Written by scissordyn: bars as beams, SI units, each along x of its own frame.",
         *left_out,
@@ -319,7 +319,7 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
 
 
 def _worst_sample(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> int | str:
-    """Return the sample with the largest pin force on the bar, or the reason why the bar is not a beam."""
+    """Return the sample with the largest pin force on a bar, or the reason why it cannot be written as a beam."""
     ends = forces["end_body"].values == body.name
     points = forces["end_point"].values[ends].astype(str).tolist()
     if not body.rotates or not points or len(_points_on_line(body)) < 2:
@@ -344,7 +344,7 @@ def _points_on_line(body: Body) -> list[float]:
 
 def _beam_nodes(body: Body) -> list[float]:
     """Return the coordinates of the beam nodes along the bar's x axis."""
-    pieces = 12  # elements between two points of a bar
+    pieces = 12  # number of elements between two points of a bar
     fixed = _points_on_line(body)
     places = [fixed[0]]
     for a, b in pairwise(fixed):
@@ -355,7 +355,7 @@ def _beam_nodes(body: Body) -> list[float]:
 def _loads(
     forces: xr.Dataset, motion: xr.Dataset, mechanism: Mechanism, body: Body, places: list[float], before: int
 ) -> list[str]:
-    """Return the load lines of all nodes: forces of the pins, weight, and inertia with opposite sign."""
+    """Return the lines of nodal loads: pin forces, weight and inertia forces."""
     uniform_tol = 1e-6  # largest relative difference from the mass centre and inertia of a uniform bar
     lines: list[str] = []
 
@@ -372,7 +372,7 @@ def _loads(
     torque = float(forces["other_torque"].values[mechanism.bodies.index(body)])
     lines.append("** drives and friction: a torque at the first joint" if torque else "** no further torque")
     put(pins[0], 0j, torque)
-    into = cmath.rect(1.0, -float(motion["angle"]))  # the frame of the bar
+    into = cmath.rect(1.0, -float(motion["angle"]))  # rotation from the fixed frame into that of the bar
     gravity = into * cmath.rect(mechanism.gravity, mechanism.gravity_direction)
     acceleration = into * complex(*motion["acceleration"].values)
     rate, angular = float(motion["angular_velocity"]), float(motion["angular_acceleration"])

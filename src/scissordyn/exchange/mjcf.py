@@ -1,7 +1,6 @@
 """Read planar mechanisms from MJCF and URDF with MuJoCo.
 
-A model is accepted if all hinges have parallel axes and all slides are perpendicular to them. Parts that the import does not
-use are reported.
+A model is accepted if all hinges have parallel axes and all slides are perpendicular to them. Unused parts are reported.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
 from scissordyn.exchange.mjcf_plane import TILT_MAX, plane_of
 from scissordyn.exchange.robot_xml import Source, used_part
-from scissordyn.exchange.xml_element import SAMPLE
+from scissordyn.exchange.xml_element import EXAMPLE
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
@@ -70,18 +69,18 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
         mujoco.mj_comVel(model, data)
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(
-            f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF or URDF without further files", SAMPLE
+            f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF or URDF without further files", EXAMPLE
         ) from None
     finally:
         mujoco.set_mju_user_warning(warn)
     for numbers in (model.body_mass, model.body_inertia, data.xpos, data.xipos, data.xmat, data.cvel):
         if not np.all(np.isfinite(numbers)):
-            raise InputError("the model has masses or positions that are not finite", "finite numbers", SAMPLE)
+            raise InputError("the model has masses or positions that are not finite", "finite numbers", EXAMPLE)
     return _Reader(mujoco, model, data, source).imported()
 
 
 class _Reader:
-    """Model at its start, and the mechanism parts built from it."""
+    """Converter of a MuJoCo model at its start to the parts of a mechanism."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
         self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
@@ -90,7 +89,7 @@ class _Reader:
             self.notes.append(f"start: positions and velocities of keyframe '{name}', the first of {source.key_count}")
         if not source.gives_gravity:
             self.notes.append("gravity: a URDF has none; that of MuJoCo is assumed, 9.81 m/s^2 along -z")
-        # bodies without mass and joints become points of the body they are fixed to
+        # a body without mass and joints becomes points of the body to which it is fixed
         self.host = [0]
         for index in range(1, model.nbody):
             fixed = not model.body_jntnum[index] and not model.body_mass[index] > 0.0
@@ -101,7 +100,7 @@ class _Reader:
             for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
         )
         if balls := int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)):
-            raise InputError(f"the model has {balls} ball joints", "hinges and slides, in one plane", SAMPLE)
+            raise InputError(f"the model has {balls} ball joints", "hinges and slides, in one plane", EXAMPLE)
         hinges, slides = ([(self._joint_name(j), data.xaxis[j]) for j in joints] for joints in (self.hinged, self.sliding))
         self.basis = plane_of(hinges, slides, model.opt.gravity, self.notes)
         self.names = [GROUND]
@@ -128,7 +127,7 @@ class _Reader:
             self.notes.append(f"{touching} geoms with contact: only their masses are kept, because bodies do not collide here")
         bodies = tuple(self._body(index) for index in self.bodies)
         if not bodies:
-            raise InputError("the model has no bodies", "one body or more", SAMPLE)
+            raise InputError("the model has no bodies", "one body or more", EXAMPLE)
         gravity, direction = self._gravity()
         mechanism = Mechanism(
             bodies=bodies,
@@ -148,7 +147,7 @@ class _Reader:
         return self.model.joint(j).name or f"joint {j}"
 
     def _disabled(self, *kinds: str) -> bool:
-        """Return whether a <flag> of the model disables a kind of force; unknown kinds of this MuJoCo version are ignored."""
+        """Return True if a <flag> of the model disables a kind of force; kinds unknown to this MuJoCo version are ignored."""
         bits = [getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{kind}", 0) for kind in kinds]
         return any(self.model.opt.disableflags & int(bit) for bit in bits)
 
@@ -169,7 +168,7 @@ class _Reader:
         return float(x), float(y)
 
     def _angle(self, index: int) -> float:
-        """Return the direction of a body's x axis in the plane; of its y axis if its x axis is normal to the plane."""
+        """Return the angle of a body in the plane [rad]: of its x axis, or of its y axis if x is normal to the plane."""
         if index == 0:
             return 0.0
         axes = self.data.xmat[index].reshape(3, 3)
@@ -184,7 +183,7 @@ class _Reader:
         return cos * x + sin * y, cos * y - sin * x
 
     def _at(self, index: int, place: Any, name: str) -> BodyPoint:
-        """Return the point of a body at a place in space; add the point if it is new."""
+        """Return the point of a body at a position in space; add a point with this name if there is none."""
         index = self.host[index]
         local, points = self._local(index, place), self.points[self.names[index]]
         for named, other in points.items():
@@ -209,7 +208,7 @@ class _Reader:
         name = plain_name(next((model.joint(j).name for j in joints), "") or f"joint of {body}", ())
         if len(hinges) > 1 or len(slides) > 2:
             raise InputError(
-                f"body '{body}' has {len(hinges)} hinges and {len(slides)} slides", "at most one hinge and two slides", SAMPLE
+                f"body '{body}' has {len(hinges)} hinges and {len(slides)} slides", "at most one hinge and two slides", EXAMPLE
             )
         if joints and not hinges and not slides:
             self.notes.append(f"body '{body}' moves freely: here in the plane")
@@ -235,7 +234,7 @@ class _Reader:
             self.notes.append(f"rotor inertia of joint '{self._joint_name(j)}': left out")
 
     def _check_slides(self, index: int, hinges: list[int], slides: list[int]) -> None:
-        """Raise `InputError` for slides that turn with their own body, and for two slides without a hinge on a moving body."""
+        """Raise `InputError` for a slide that turns with its own body, and for two slides without a hinge on a moving body."""
         turned = [j for j in slides if hinges and j > hinges[0]]
         for j in turned:
             joint = self.model.joint(j)
@@ -244,12 +243,12 @@ class _Reader:
                     f"body '{self.names[index]}': slide '{self._joint_name(j)}' behind hinge '{self._joint_name(hinges[0])}' "
                     "turns with the body",
                     "the slide before the hinge, or a body for each",
-                    SAMPLE,
+                    EXAMPLE,
                 )
         if len(slides) == 2 and not hinges:
             if self._parent(index):
                 what = f"body '{self.names[index]}' slides in two directions on body '{self.names[self._parent(index)]}'"
-                raise InputError(what, "a body for each slide", SAMPLE)
+                raise InputError(what, "a body for each slide", EXAMPLE)
             self.fixed_angle.add(index)
 
     def _hinge(self, j: int, index: int, parent: int) -> None:
@@ -276,7 +275,7 @@ class _Reader:
             self.components.append(AngleStop(f"{side} limit of {label}", ends[0], angle(limit), ends[1]))
 
     def _slide(self, j: int, index: int, parent: int, hinges: list[int], others: list[int]) -> None:
-        """Add the spring and damping of a slide as a bushing along its line, and limits on the ground as end stops."""
+        """Add the spring and damping of a slide as a bushing; add its limits as end stops if it slides on the ground."""
         joint, along, name = self.model.joint(j), self.data.xaxis[j], self._joint_name(j)
         label, measure = plain_name(name, ()), np.array(self._flat(along))
         if others:
@@ -312,7 +311,7 @@ class _Reader:
             self.notes.append(f"dry friction of joint '{name}': left out")
 
     def _spring(self, joint: Any, name: str, unit: str) -> tuple[float, float]:
-        """Return the active stiffness and damping of a joint; only the linear part of a polynomial is kept."""
+        """Return stiffness and damping of a joint, or 0 if a flag disables them; of a polynomial only the linear part."""
         kept, torque = [], "N m" if unit == "rad" else "N"
         parts = (("stiffness", "spring", "SPRING", unit), ("damping", "damper", "DAMPER", f"{unit}/s"))
         for (what, flag, kind, per), (value, *further) in zip(parts, _coefficients(joint), strict=True):
@@ -329,7 +328,7 @@ class _Reader:
         return kept[0], kept[1]
 
     def _friction(self, joint: Any, name: str) -> float:
-        """Return the active dry friction of a joint [N m or N]."""
+        """Return the dry friction of a joint [N m or N], or 0 if a flag disables it."""
         friction = float(joint.frictionloss[0])
         if friction and self._disabled("FRICTIONLOSS", "CONSTRAINT"):
             self.notes.append(f"dry friction of joint '{name}': left out, as <flag frictionloss='disable'> says")
@@ -337,7 +336,7 @@ class _Reader:
         return friction
 
     def _limits(self, joint: Any, name: str, q: float, unit: str, stop: str) -> list[tuple[str, float]]:
-        """Return the limits of a joint that become end stops; a limit at which the joint starts is moved slightly outwards."""
+        """Return name and position of the end stops of a joint; a limit at the start position is moved slightly outwards."""
         if not joint.limited[0]:
             return []
         if self._disabled("LIMIT", "CONSTRAINT"):
@@ -381,7 +380,7 @@ class _Reader:
             places = self.data.site_xpos[a], self.data.site_xpos[b]
             a, b = int(model.site_bodyid[a]), int(model.site_bodyid[b])
         else:
-            # anchors of a connection are in both bodies; those of a weld in the second body, then in the first
+            # the data of a connection has anchors in the first and second body, that of a weld in the second and first body
             first, second = equality.data[:3], equality.data[3:6]
             if kind == kinds.mjEQ_WELD:
                 first, second = second, first
@@ -399,7 +398,7 @@ class _Reader:
             self.welds.append(Weld(name, *points))
 
     def _weld_angle(self, k: int) -> float:
-        """Return the angle in the plane between the second body or site of a weld and its place in the weld [rad]."""
+        """Return the angle in the plane from the orientation of a weld's second body in the weld to its present one [rad]."""
         a, b = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
         if self.model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
             first, second = (self.data.site_xmat[site].reshape(3, 3) for site in (a, b))
@@ -438,7 +437,7 @@ class _Reader:
         self.couplings.append(Coupling(name, first, second, ratio, here1 + sense1 * gap - ratio * here2))
 
     def _coordinate(self, j: int) -> tuple[Coordinate, float, float] | None:
-        """Return the coordinate of a hinge or of a body's only slide, its sign, and its value at the start."""
+        """Return the coordinate for a joint, its sign and its start value; None for one of two slides of a body."""
         index = int(self.model.jnt_bodyid[j])
         parent = self._parent(index)
         name, base = self.names[index], self.names[parent]
@@ -455,13 +454,13 @@ class _Reader:
         return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))
 
     def _body(self, index: int) -> Body:
-        """Return a body at the start; one that slides in two directions without a hinge does not turn."""
+        """Return a body at the start; a body with two slides and no hinge does not rotate."""
         mass, name, turns = float(self.model.body_mass[index]), self.names[index], index not in self.fixed_angle
         along = self.data.ximat[index].reshape(3, 3).T @ self.basis[2]
         inertia = float(along**2 @ self.model.body_inertia[index])
         if turns and not (mass > 0.0 and inertia > 0.0):
             what = f"body '{name}' of the model has no mass or no inertia"
-            raise InputError(what, "an <inertial>, or geoms with a mass", SAMPLE)
+            raise InputError(what, "an <inertial>, or geoms with a mass", EXAMPLE)
         twist = self._twist(index)
         return Body(
             name,

@@ -11,9 +11,9 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-SAMPLE = "scissordyn import model.xml -o case.toml"
+EXAMPLE = "scissordyn import model.xml -o case.toml"
 
-TILT_MAX = 0.01  # [rad] tilt accepted for axes given with rounded angles (1.57, 3.14, 0.707), accumulated along a chain
+TILT_MAX = 0.01  # [rad] Largest accepted tilt of an axis; rounded angles (1.57, 0.707) accumulate along a chain
 
 Axes = Sequence[tuple[str, np.ndarray]]  # Names of joints and their unit vectors
 
@@ -27,27 +27,27 @@ def plane_of(hinges: Axes, slides: Axes, gravity: np.ndarray, notes: list[str]) 
                 raise InputError(
                     f"hinges '{name}' and '{other}' form an angle of {math.degrees(angle):.4g} deg",
                     "a planar mechanism: parallel hinges",
-                    SAMPLE,
+                    EXAMPLE,
                 )
         total = np.sum([axis * math.copysign(1.0, axis @ first) for _, axis in hinges], axis=0)
         normal = total / np.linalg.norm(total)
     elif slides:
         normal = _normal_of_slides([axis for _, axis in slides], gravity)
     else:
-        raise InputError("the model has no hinges and no slides", "a planar mechanism with hinges or slides", SAMPLE)
+        raise InputError("the model has no hinges and no slides", "a planar mechanism with hinges or slides", EXAMPLE)
     tilted = [("hinge", name, _sine_angle(np.linalg.norm(np.cross(axis, normal)))) for name, axis in hinges]
     tilted += [("slide", name, _sine_angle(abs(axis @ normal))) for name, axis in slides]
     for kind, name, tilt in tilted:
         if tilt > TILT_MAX:
             what = f"{kind} '{name}' is tilted by {math.degrees(tilt):.4g} deg to the plane of the others"
-            raise InputError(what, "a planar mechanism: slides perpendicular to the hinges", SAMPLE)
+            raise InputError(what, "a planar mechanism: slides perpendicular to the hinges", EXAMPLE)
         if tilt > ASSEMBLY_TOL:
             notes.append(f"{kind} '{name}' is tilted by {math.degrees(tilt):.2g} deg to the plane: read as parallel")
     return _basis(normal, notes)
 
 
 def _sine_angle(sine: Any) -> float:
-    """Return the angle of a sine; values above 1 by round-off count as 1 [rad]."""
+    """Return the arcsine [rad]; values above 1 by round-off count as 1."""
     return math.asin(min(1.0, float(sine)))
 
 
@@ -66,7 +66,7 @@ def _normal_of_slides(slides: list[np.ndarray], gravity: np.ndarray) -> np.ndarr
 
 
 def _basis(normal: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Return the basis whose x and y are nearest to two axes of space."""
+    """Return the basis of the plane with a normal; its x and y are close to two axes of space."""
     main = int(np.argmax(abs(normal)))
     axis = np.eye(3)[main] * (-1.0 if main == 1 else 1.0)
     normal = normal * math.copysign(1.0, float(normal @ axis))

@@ -25,10 +25,10 @@ from scissordyn.run.simulate import simulate
 
 TIME_STEP = 1e-4  # [s] step size of MuJoCo
 STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIME_STEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
-"""Solver parameters of constraints, which are soft in MuJoCo: as stiff as the time step allows."""
+"""Solver parameters that make MuJoCo's soft constraints as stiff as the time step permits."""
 
 
-HINGE = {"type": "hinge", "axis": "0 0 1"}
+HINGE_ATTRIBUTES = {"type": "hinge", "axis": "0 0 1"}
 
 Edge: TypeAlias = Guide | Revolute | Weld
 
@@ -42,7 +42,7 @@ class Model(NamedTuple):
 
 @dataclass
 class _Placed:
-    """Body at the start, its parent, and the joints between them; positions are complex numbers."""
+    """Body at the start, its parent in the tree, and the joints between both; positions are complex numbers."""
 
     body: Body
     origin: complex
@@ -52,7 +52,7 @@ class _Placed:
     parent: str = GROUND
     by: Edge | None = None
     hinge: str = ""
-    slides: list[str] = field(default_factory=list)  # Two for a body that moves freely
+    slides: list[str] = field(default_factory=list)  # Names of slides; two for a freely moving body
 
     def arm(self, point: str) -> complex:
         """Return the vector from the origin to a point."""
@@ -78,7 +78,7 @@ def mjcf(mechanism: Mechanism) -> Model:
 
 
 class _Writer:
-    """Writer that adds the parts of a model in the order of the file."""
+    """Generator of the MJCF model, part by part in the order of the file."""
 
     def __init__(self, ideal: Mechanism) -> None:
         self.ideal, self.placed = ideal, place_bodies(ideal)
@@ -159,8 +159,8 @@ class _Writer:
         ET.SubElement(self.equality, kind, name=part.name, **pair, **STIFF_SOLVER)
 
     def _weights(self, coordinate: Coordinate, what: str) -> dict[str, float] | None:
-        """Return the joints whose weighted sum is a coordinate, up to a constant; None for a distance."""
-        least_weight = 1e-12  # smaller weights belong to a slide perpendicular to the coordinate
+        """Return a weight for each joint so that their weighted sum is a coordinate plus a constant; None for a distance."""
+        least_weight = 1e-12  # smaller weights are round-off of a slide perpendicular to the coordinate
         if isinstance(coordinate, Distance):
             return None
         if isinstance(coordinate, RelativeAngle):
@@ -185,7 +185,7 @@ class _Writer:
         )
 
     def _tendon(self, part: Coupling | CoordinateDrive, side: str, weights: Mapping[str, float] | None) -> str:
-        """Add a tendon whose length is a coordinate up to a constant; return its name."""
+        """Add a tendon whose length is a coordinate plus a constant; return its name."""
         name, coordinate = f"{part.name} {side}", getattr(part, side)
         tendon = ET.SubElement(self.tendons, "spatial" if weights is None else "fixed", name=name)
         for joint, weight in (weights or {}).items():
@@ -200,7 +200,7 @@ class _Writer:
 
 def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
     """Return the bodies at the start of a run."""
-    until = 1e-6  # a short run computes the start [s]
+    until = 1e-6  # duration of the run that computes the start [s]
     run = simulate(ideal, until=until, samples=2).isel(time=0)
     bodies = {}
     for body in ideal.bodies:
@@ -214,7 +214,7 @@ def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
 
 
 def _build_tree(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute | Weld]:
-    """Attach each body to another one or to the ground, through guides first; return the joints that close loops."""
+    """Attach each body to another body or the ground, preferably by guides; return the joints and welds that close loops."""
     edges: list[tuple[Edge, str, str]] = [(guide, guide.body, guide.follower[0]) for guide in ideal.guides]
     edges += [(joint, joint.bearing[0], joint.journal[0]) for joint in ideal.joints]
     edges += [(weld, weld.start[0], weld.end[0]) for weld in ideal.welds]
@@ -234,7 +234,7 @@ def _build_tree(ideal: Mechanism, placed: dict[str, _Placed]) -> list[Revolute |
 
 
 def _can_attach(edge: Edge, parent: str, child: str, placed: dict[str, _Placed]) -> bool:
-    """Return whether an edge can attach a body to the tree: a guide attaches its follower, other edges a rotating body."""
+    """Return True if a connection can attach a body to the tree: a guide attaches its follower, others a rotating body."""
     if child == GROUND or placed[child].by or not (parent == GROUND or placed[parent].by):
         return False
     return child == edge.follower[0] if isinstance(edge, Guide) else placed[child].body.rotates
@@ -246,7 +246,7 @@ def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, A
     turning = here.rate - (parent.rate if parent else 0.0)
     if isinstance(by, Revolute):
         point = by.journal[1] if by.journal[0] == name else by.bearing[1]
-        yield {"name": by.name, "pos": _vector(complex(*here.body.points[point])), **HINGE}, turning
+        yield {"name": by.name, "pos": _vector(complex(*here.body.points[point])), **HINGE_ATTRIBUTES}, turning
     elif isinstance(by, Guide):
         direction = by.direction + (parent.angle if parent else 0.0)
         arm = here.arm(by.follower[1])
@@ -256,13 +256,16 @@ def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, A
         speed = (cmath.rect(1.0, -direction) * velocity).real
         yield {"name": by.name, "type": "slide", "axis": _vector(cmath.rect(1.0, direction - here.angle))}, speed
         if here.body.rotates and not by.aligned:
-            yield {"name": f"{by.name} pin", "pos": _vector(complex(*here.body.points[by.follower[1]])), **HINGE}, turning
+            yield (
+                {"name": f"{by.name} pin", "pos": _vector(complex(*here.body.points[by.follower[1]])), **HINGE_ATTRIBUTES},
+                turning,
+            )
     elif by is None:
         for letter, axis, speed in (("x", 1.0, here.velocity.real), ("y", 1j, here.velocity.imag)):
             along = cmath.rect(1.0, -here.angle) * axis
             yield {"name": f"{name} {letter}", "type": "slide", "axis": _vector(along)}, speed
         if here.body.rotates:
-            yield {"name": f"{name} turn", **HINGE}, here.rate
+            yield {"name": f"{name} turn", **HINGE_ATTRIBUTES}, here.rate
 
 
 def _vector(place: complex) -> str:

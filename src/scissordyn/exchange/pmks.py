@@ -1,4 +1,4 @@
-"""Mechanisms of PMKS+ links, the addresses of drawings in the planar linkage simulator of Worcester Polytechnic Institute."""
+"""Read mechanisms from links of PMKS+, the planar linkage simulator of Worcester Polytechnic Institute."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from scissordyn.exchange.drawing import (
 )
 from scissordyn.exchange.pmks_link import (
     COMPUTED_BY_PMKS,
+    EXAMPLE,
     GROUNDED,
     INPUT,
     PRISMATIC,
-    SAMPLE,
     WELDED,
     PmksJoint,
     PmksLink,
@@ -37,8 +37,8 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import checked, rpm
 
-PIN_TOL = 0.5e-3  # A force nearer to a pin than this acts there: half the last digit of a place [length unit]
-RAMP_FRACTION = 0.05  # Fraction of a stroke in which an oscillating input decelerates
+PIN_TOL = 0.5e-3  # [length units] A force this close to a pin acts on the pin; half the last digit of a position
+RAMP_FRACTION = 0.05  # [strokes] Part of a stroke in which an oscillating input decelerates
 
 
 @checked
@@ -72,7 +72,7 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
 
 
 def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
-    """Return pins, bars and blocks; the loads of the result refer to bars by name."""
+    """Convert the content of a link to pins, bars, blocks and loads."""
     joints = sketch.joints
     names: dict[str, str] = {}
     for key, link in sketch.links.items():
@@ -82,7 +82,7 @@ def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
     blocks: list[tuple[Block, float]] = []  # Blocks with their masses
     for key, link in sketch.links.items():
         if unknown := [joint for joint in link.joints if joint not in joints]:
-            raise InputError(f"link '{link.name}' refers to the unknown joint '{unknown[0]}'", "joints of the drawing", SAMPLE)
+            raise InputError(f"link '{link.name}' refers to the unknown joint '{unknown[0]}'", "joints of the drawing", EXAMPLE)
         on = [joints[joint] for joint in link.joints]
         if link.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
             blocks.append((_block(link, on, sketch, names, names[key], notes), link.mass))
@@ -92,14 +92,14 @@ def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
         if block.follower:
             bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], mass)
         if block.carrier != GROUND and block.carrier not in bars:
-            raise InputError(f"block '{block.name}' slides on '{block.carrier}'", "a link", SAMPLE)
+            raise InputError(f"block '{block.name}' slides on '{block.carrier}', which is not a link", "a link", EXAMPLE)
     slides = {joint.name for joint in joints.values() if joint.has(PRISMATIC)}
     if ending := [name for name, bar in bars.items() if slides.intersection(bar.pins)]:
         what = f"link '{min(ending)}' ends in a sliding joint without a block"
-        raise InputError(what, "a slider with its block", SAMPLE)
+        raise InputError(what, "a slider with its block", EXAMPLE)
     for load in sketch.loads:
         if names.get(load.bar) not in bars:
-            raise InputError(f"force '{load.name}' acts on the unknown link '{load.bar}'", "a force on a link", SAMPLE)
+            raise InputError(f"force '{load.name}' acts on the unknown link '{load.bar}'", "a force on a link", EXAMPLE)
     return Drawing(
         pins={pin: place for pin, place in places.items() if pin not in slides},
         fixed=tuple(joint.name for joint in joints.values() if joint.has(GROUNDED) and not joint.has(PRISMATIC)),
@@ -115,7 +115,7 @@ def _bar(
     name: str, link: PmksLink, pins: tuple[str, ...], places: dict[str, Point], density: float, notes: list[str]
 ) -> DrawnBar:
     if len(pins) < 2:
-        raise InputError(f"link '{name}' has fewer than two joints", "two joints or more", SAMPLE)
+        raise InputError(f"link '{name}' has fewer than two joints", "two joints or more", EXAMPLE)
     thin = uniform(name, pins, places, density)
     if not link.mass > 0.0:
         notes.append(f"link '{name}' has no mass in the drawing: {density:g} kg/m is assumed")
@@ -134,10 +134,10 @@ def _block(link: PmksLink, on: list[PmksJoint], sketch: Sketch, names: dict[str,
     slides = [joint for joint in on if joint.has(PRISMATIC)]
     pins = [joint for joint in on if not joint.has(PRISMATIC)]
     if len(slides) != 1 or len(pins) != 1:
-        raise InputError(f"block '{name}' has {len(pins)} pins and {len(slides)} slides", "one of each", SAMPLE)
+        raise InputError(f"block '{name}' has {len(pins)} pins and {len(slides)} slides", "one pin and one slide", EXAMPLE)
     slide = slides[0]
     if not link.mass > 0.0:
-        raise InputError(f"block '{name}' has no mass", "a mass, set in PMKS+ at the slider", SAMPLE)
+        raise InputError(f"block '{name}' has no mass", "a mass, set in PMKS+ at the slider", EXAMPLE)
     carrier, direction = GROUND, slide.angle
     if slide.slot:
         carrier = names.get(slide.slot[0], "")
@@ -145,7 +145,7 @@ def _block(link: PmksLink, on: list[PmksJoint], sketch: Sketch, names: dict[str,
         if len(ends) == 2:
             direction = math.atan2(ends[1][1] - ends[0][1], ends[1][0] - ends[0][0])
     if not carrier or not (slide.slot or slide.has(GROUNDED)):
-        raise InputError(f"block '{name}' slides on nothing", "a slide on the ground or on a link", SAMPLE)
+        raise InputError(f"the slide of block '{name}' has no line", "a slide on the ground or on a link", EXAMPLE)
     if slide.has(INPUT):
         notes.append(
             f"the input at slide '{slide.name}' is left out: drives on blocks are not supported; add a rod or an actuator"
@@ -158,7 +158,7 @@ def _block(link: PmksLink, on: list[PmksJoint], sketch: Sketch, names: dict[str,
         if pins[0].name in [sketch.joints[joint].name for joint in other.joints] and not other.piston
     ]
     if len(on_pin) != 1:
-        raise InputError(f"block '{name}' is welded to {len(on_pin)} links", "one link", SAMPLE)
+        raise InputError(f"block '{name}' is welded to {len(on_pin)} links", "a weld to one link", EXAMPLE)
     return Block(name, pins[0].name, direction, 0.0, carrier, follower=on_pin[0], aligned=True)
 
 
@@ -182,7 +182,7 @@ def _drives(
 
 
 def _with_loads(drawing: Drawing, near: float) -> Drawing:
-    """Return the drawing with each load at a pin of its bar; a load without a near pin gets a new one on that bar alone."""
+    """Return the drawing with each load on a pin of its bar; a load far from all pins gets a new pin on its bar."""
     pins, bars, loads = dict(drawing.pins), {bar.name: bar for bar in drawing.bars}, []
     for load in drawing.loads:
         bar = bars[load.bar]
@@ -196,7 +196,7 @@ def _with_loads(drawing: Drawing, near: float) -> Drawing:
 
 
 def _with_oscillation(mechanism: Mechanism, notes: list[str]) -> Mechanism:
-    """Return the mechanism with an oscillating input if its input locks at two positions, where PMKS+ reverses it."""
+    """Return the mechanism with an oscillating input if its input locks at two positions; PMKS+ reverses it there."""
     swing = 0.98  # amplitude as a fraction of half the range between the locking positions
     from scissordyn.plan.plan import plan
     from scissordyn.run.ideal import motion_range

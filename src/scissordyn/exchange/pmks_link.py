@@ -1,4 +1,4 @@
-"""Content of a PMKS+ link: the address of a drawing of Worcester Polytechnic Institute's planar linkage simulator.
+"""Parse a PMKS+ link: the address of a drawing in Worcester Polytechnic Institute's planar linkage simulator.
 
 The format was read from the public source of PMKS+ (github.com/PMKS-Web/PMKSWeb, src/app/services/transcoding). Sections after
 the question mark end with a dot: truth values, decimal settings, integer settings, units, one section for each joint, an empty
@@ -23,13 +23,13 @@ from scissordyn.components.place import Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Load, plain_name
 
-DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
-SAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
+BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 EXPECTED_LINK = "a link from 'Share' in PMKS+"
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
-LINK_MAX = 50_000  # Largest number of characters of a link, which has about a thousand joints then
-LINK_DIGITS_MAX = 12  # Largest number of base-64 digits of a number, including its sign
+LINK_LENGTH_MAX = 50_000  # [characters] Length of the longest link; such a link has about a thousand joints
+NUMBER_DIGITS_MAX = 12  # Largest number of base-64 digits of a number in a link, including its sign
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
 CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings
@@ -72,25 +72,25 @@ class PmksLink:
 
 @dataclass(frozen=True)
 class Sketch:
-    """Content of a link of either format, in SI units; joints and links are keyed by their names."""
+    """Content of a PMKS+ link of either format, in SI units; joints and links by name."""
 
     joints: dict[str, PmksJoint]
     links: dict[str, PmksLink]
-    loads: list[Load]  # Loads whose bars are keys of links
+    loads: list[Load]  # Loads; their bars are keys of `links`
     speed: float  # Input speed [rpm], negative clockwise
     gravity: bool
     scale: float  # Length unit [m]
 
 
 def read_link(link: str, notes: list[str]) -> Sketch:
-    """Return the content of a link of either format; parts that are left out are added to the notes."""
-    if len(link) > LINK_MAX:
-        raise InputError(f"the link of PMKS+ has more than {LINK_MAX} characters", EXPECTED_LINK, SAMPLE)
+    """Parse a link of either format; parts that are left out are added to the notes."""
+    if len(link) > LINK_LENGTH_MAX:
+        raise InputError(f"the link of PMKS+ has more than {LINK_LENGTH_MAX} characters", EXPECTED_LINK, EXAMPLE)
     return (_read_earlier if link.partition("?")[2].startswith("j=") else _read_present)(link.strip(), notes)
 
 
 def _read_present(link: str, notes: list[str]) -> Sketch:
-    """Return the content of a link of the present format."""
+    """Parse a link of the present format."""
     sections = _sections(link)
     scale, kilogram, newton = _units(sections[3], notes)
     flags = _unsigned(sections[0], "settings")
@@ -111,19 +111,20 @@ def _read_present(link: str, notes: list[str]) -> Sketch:
 
 
 def _sections(link: str) -> list[str]:
-    """Return the sections of the address after checking its length."""
+    """Split the address into sections; raise `InputError` if its check character is wrong."""
     text = unquote(link)
     content = text.partition("?")[2] if "?" in text else text
     if "#" in content:
         content = content.partition("#")[0]
     if content.count(".") < 6 or not all(letter.isprintable() for letter in content):
-        raise InputError(f"'{link if len(link) <= 60 else f'{link[:57]}...'}' is not a link of PMKS+", EXPECTED_LINK, SAMPLE)
+        raise InputError(f"'{link if len(link) <= 60 else f'{link[:57]}...'}' is not a link of PMKS+", EXPECTED_LINK, EXAMPLE)
     body, check = content[:-1], content[-1]
-    if DIGITS[len(body) % 62] != check:
+    if BASE64_DIGITS[len(body) % 62] != check:
         raise InputError(
-            f"the link of PMKS+ is damaged: {len(body)} characters end in '{check}' instead of '{DIGITS[len(body) % 62]}'",
+            f"the link of PMKS+ is damaged: {len(body)} characters end in '{check}' instead of "
+            f"'{BASE64_DIGITS[len(body) % 62]}'",
             f"{EXPECTED_LINK}, copied completely",
-            SAMPLE,
+            EXAMPLE,
         )
     sections = body.split(".")
     counts = [len(part.split(",")) for part in sections[1:3]]
@@ -136,14 +137,14 @@ def _unsupported_version(what: str) -> InputError:
     return InputError(
         f"the link is from an unsupported later version of PMKS+: {what}",
         "a link of PMKS+ up to version 2.0.3, or one without newer features",
-        SAMPLE,
+        EXAMPLE,
     )
 
 
 def _units(digits: str, notes: list[str]) -> tuple[float, float, float]:
-    length, angle, force = (DIGITS.index(digit) if digit in DIGITS else 99 for digit in digits[:3])
+    length, angle, force = (BASE64_DIGITS.index(digit) if digit in BASE64_DIGITS else 99 for digit in digits[:3])
     if length > 2 or angle > 1 or force > 1:
-        raise InputError(f"units '{digits}' of the link", "inch, cm or m; degree or radian; pound or newton", SAMPLE)
+        raise InputError(f"units '{digits}' of the link", "inch, cm or m; degree or radian; pound or newton", EXAMPLE)
     name, scale, mass, newton = LENGTH_UNITS[length]
     pounds = force == 0
     notes.append(
@@ -160,7 +161,7 @@ def _records(sections: Iterator[str], what: str, *, last: bool = False) -> Itera
             return
         yield section.split(",")
     if not last:
-        raise InputError(f"the link of PMKS+ ends within its {what}", f"{EXPECTED_LINK}, copied completely", SAMPLE)
+        raise InputError(f"the link of PMKS+ ends within its {what}", f"{EXPECTED_LINK}, copied completely", EXAMPLE)
 
 
 def _joint(record: list[str], scale: float) -> PmksJoint:
@@ -172,7 +173,7 @@ def _joint(record: list[str], scale: float) -> PmksJoint:
     x, y, angle = (_decimal(field, f"place of joint '{record[1]}'") for field in record[2:5])
     slot = tuple(record[5:8])
     if any(slot) and not all(slot):
-        raise InputError(f"the slot of joint '{record[1]}' lacks its link or one of its two joints", EXPECTED_LINK, SAMPLE)
+        raise InputError(f"the slot of joint '{record[1]}' has no link or fewer than two joints", EXPECTED_LINK, EXAMPLE)
     speed = _decimal(record[8], f"speed of joint '{record[1]}'") if len(record) > 8 else 0.0
     return PmksJoint(plain_name(record[1], ()), flags, (scale * x, scale * y), angle, slot if any(slot) else (), speed)
 
@@ -197,36 +198,36 @@ def _force(record: list[str], scale: float, newton: float) -> Load:
 
 
 def _load(name: str, bar: str, arrow: tuple[Point, Point], size: float, scale: float, newton: float, *, follows: bool) -> Load:
-    """Return a force along an arrow, given by its foot and span in the units of a link."""
+    """Return the load for an arrow with start and components in the units of the link, and a magnitude `size`."""
     (x, y), (along, up) = arrow
     length = math.hypot(along, up)
     if not length > 0.0:
-        raise InputError(f"force '{name}' has no direction", "an arrow with a length", SAMPLE)
+        raise InputError(f"force '{name}' has no direction", "an arrow with a length", EXAMPLE)
     signed = newton * size / length
     return Load(plain_name(name, ()), bar, (scale * x, scale * y), (signed * along, signed * up), follows)
 
 
 def _check_rest(rest: list[str], notes: list[str]) -> None:
-    """Check the sections after the forces: the selected part, which is ignored, and entries of later versions."""
+    """Check the sections of a link after the forces: the selected part is ignored, unknown entries are errors."""
     kinds = {"S": "a synthesis", "K": "colours", "C": "anchors of mass centres", "J": "locks", "L": "locks", "F": "locks"}
     if len(rest) > 2:
-        raise _unsupported_version(f"{len(rest)} sections behind the forces")
+        raise _unsupported_version(f"{len(rest)} sections after the forces")
     letters = {entry[:1] for section in rest[1:] for entry in section.split(",") if entry}
     if letters - kinds.keys():
-        raise _unsupported_version(f"an entry '{min(letters - kinds.keys())}' behind the forces")
+        raise _unsupported_version(f"an entry '{min(letters - kinds.keys())}' after the forces")
     notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(letters)]
 
 
 def _unsigned(text: str, what: str) -> int:
     """Return an unsigned integer in base 64."""
-    if not 0 < len(text) <= LINK_DIGITS_MAX:
+    if not 0 < len(text) <= NUMBER_DIGITS_MAX:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
-        raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", SAMPLE)
+        raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", EXAMPLE)
     value = 0
     for letter in text:
-        if letter not in DIGITS:
-            raise InputError(f"{what} contains '{letter}', which is not a base-64 digit", EXPECTED_LINK, SAMPLE)
-        value = value * len(DIGITS) + DIGITS.index(letter)
+        if letter not in BASE64_DIGITS:
+            raise InputError(f"{what} contains '{letter}', which is not a base-64 digit", EXPECTED_LINK, EXAMPLE)
+        value = value * len(BASE64_DIGITS) + BASE64_DIGITS.index(letter)
     return value
 
 
@@ -241,7 +242,7 @@ def _integer(text: str, what: str) -> int:
 
 
 def _read_earlier(link: str, notes: list[str]) -> Sketch:
-    """Return the content of a link of the earlier format; unused parts are added to the notes."""
+    """Parse a link of the earlier format; unused parts are added to the notes."""
     query = (unquote(link) if "%3D" in link else link).partition("?")[2].partition("#")[0]
     parts = {key: values[0] for key, values in parse_qs(query, keep_blank_values=True).items()}
     if "l" not in parts:
@@ -253,7 +254,7 @@ def _read_earlier(link: str, notes: list[str]) -> Sketch:
     notes += [f"'{key}' of the link: left out" for key, value in parts.items() if value]
     lengths = {name: row for name, *row in LENGTH_UNITS}
     if unit not in lengths:
-        raise InputError(f"unknown unit '{unit}' of the link", ", ".join(lengths), SAMPLE)
+        raise InputError(f"unknown unit '{unit}' of the link", ", ".join(lengths), EXAMPLE)
     scale, kilogram, newton = lengths[unit]
     sliding = [joint[0] for joint in joints if len(joint) > 4 and joint[4] == "P"]
     if sliding or any(len(joint) < 9 for joint in joints):

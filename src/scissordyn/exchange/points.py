@@ -1,4 +1,4 @@
-"""Build mechanisms from a table of points with their bars and supports."""
+"""Build a mechanism from a table of points with their bars and supports."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ from scissordyn.units import checked
 
 COLUMNS = "name", "x", "y", "bars", "support"
 
-SAMPLE = "name,x,y,bars,support"
+HEADING_EXAMPLE = "name,x,y,bars,support"
 
 
 BLOCK_MASS = 0.1  # Mass of a sliding block [kg]
 
 
-SLIDE = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")
+SLIDE_TEXT = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")  # Sliding support: "slide", or "slide 30 deg"
 
 SEPARATOR = re.compile(r"\A(?:sep=(.)\s*\n)")  # First line of tables saved by Excel, which declares the separator
 
@@ -98,9 +98,9 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
             if any(cells) and not (given and reader.line_num == 1):
                 rows.append((reader.line_num, cells))
             if len(rows) > POINTS_MAX + 1:
-                raise InputError(f"the table has more than {POINTS_MAX} points", "fewer points", SAMPLE)
+                raise InputError(f"the table has more than {POINTS_MAX} points", "fewer points", HEADING_EXAMPLE)
     except csv.Error as error:
-        raise InputError(f"line {reader.line_num} of the table: {error}", "a table of points", SAMPLE) from None
+        raise InputError(f"line {reader.line_num} of the table: {error}", "a table of points", HEADING_EXAMPLE) from None
     return rows
 
 
@@ -117,9 +117,11 @@ class _Table:
         head = [cell.casefold() for cell in rows[0][1]] if rows else []
         for name in COLUMNS:
             if head.count(name) > 1:
-                raise InputError(f"the table of points has {head.count(name)} columns '{name}'", "one column a name", SAMPLE)
+                raise InputError(
+                    f"the table of points has {head.count(name)} columns '{name}'", "one column a name", HEADING_EXAMPLE
+                )
             if name not in head and name != "support":
-                raise InputError(f"the table of points has no column '{name}'", ", ".join(COLUMNS), SAMPLE)
+                raise InputError(f"the table of points has no column '{name}'", ", ".join(COLUMNS), HEADING_EXAMPLE)
         self._name_unused(rows[0][1], rows[1:])
         lines = {}
         for line, cells in rows[1:]:
@@ -127,7 +129,7 @@ class _Table:
                 raise InputError(
                     f"line {line} of the table has {len(cells)} cells for {len(head)} columns",
                     "a decimal point, or semicolons between the columns",
-                    SAMPLE,
+                    HEADING_EXAMPLE,
                 )
             row = dict.fromkeys(COLUMNS, "") | dict(zip(head, cells, strict=False))
             lines[self._add(row, line)] = line
@@ -150,7 +152,7 @@ class _Table:
             if bar:
                 self.bars.setdefault(self._plain(bar, line), []).append(name)
         support = row["support"].casefold()
-        slide = SLIDE.fullmatch(support)
+        slide = SLIDE_TEXT.fullmatch(support)
         if support == "fixed":
             self.fixed.append(name)
         elif slide:
@@ -193,7 +195,7 @@ class _Table:
             self.fixed = [point for point in self.fixed if point != name]
             self.notes.append(f"point '{name}' (line {lines[name]}) left out: it is on no bar")
         if not self.pins:
-            raise InputError("the table of points has no bars", "the names of its bars for each point", SAMPLE)
+            raise InputError("the table of points has no bars", "the names of its bars for each point", HEADING_EXAMPLE)
 
     def _name_coincident(self) -> None:
         """Report points at the same place."""
@@ -209,7 +211,7 @@ class _Table:
 
 def _bent(bars: tuple[DrawnBar, ...], pins: Mapping[str, Point]) -> list[str]:
     """Return a note for each bar whose points are not on one line."""
-    bend_tol = 1e-6  # bars whose rods exceed the diagonal of their points' box by more than this fraction are bent
+    bend_tol = 1e-6  # a bar is bent if its rods are longer than the diagonal of its points' box by more than this fraction
     notes = []
     for bar in bars:
         if len(bar.pins) == 2:

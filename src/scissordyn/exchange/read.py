@@ -1,4 +1,4 @@
-"""Read a mechanism from a link or a file of another program, by the kind of source."""
+"""Read a mechanism of another program from a link or a file."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
 from scissordyn.exchange.source import decode, read_source
 from scissordyn.units import checked
 
-TABLES = (".csv", ".tsv")
+TABLE_ENDINGS = (".csv", ".tsv")
 
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLES)
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLE_ENDINGS)
 
 
 @checked
@@ -49,7 +49,7 @@ def read_drawing(
     ending = path.suffix.lower()
     if ending in (".xlsx", ".xls", ".ods"):
         raise InputError(
-            f"'{path}' is a workbook", "its sheet of points saved as .csv: docs/files.md", "scissordyn import points.csv"
+            f"'{path}' is a workbook", "the sheet of points saved as .csv: docs/files.md", "scissordyn import points.csv"
         )
     text, notes = decode(read_source(path), ending)
     found = _read(path, text, unit=unit, linear_density=linear_density, tolerance=tolerance)
@@ -57,7 +57,7 @@ def read_drawing(
 
 
 def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance: float | None) -> Imported:
-    """Return the mechanism of a file's text, by the file's ending."""
+    """Return the mechanism in the text of a file; the ending of the file determines the format."""
     ending = path.suffix.lower()
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf
@@ -65,7 +65,7 @@ def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance:
         return read_dxf(text, unit=unit, linear_density=linear_density, tolerance=tolerance)
     if tolerance is not None:
         raise InputError(f"tolerance = {tolerance:g} m does not apply to '{path}'", "a tolerance for a DXF only")
-    if ending in TABLES:
+    if ending in TABLE_ENDINGS:
         from scissordyn.exchange.points import read_points
 
         return read_points(text, unit=unit or "m", linear_density=linear_density)

@@ -1,6 +1,6 @@
-"""Blank out the parts of an MJCF or URDF text that the import does not use.
+"""Remove the parts of an MJCF or URDF text that the import does not use.
 
-Unused parts are overwritten with blanks. MuJoCo ignores them, and its messages keep the line numbers of the user's text.
+Unused parts are overwritten with blanks, so that MuJoCo's messages have the line numbers of the user's text.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
-from scissordyn.exchange.xml_element import SAMPLE, Element, further_file, parse, with_includes
+from scissordyn.exchange.xml_element import EXAMPLE, Element, further_file, parse, with_includes
 
-BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with its square
+BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
 
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 COUNT = re.compile(r"[0-9]{1,9}")
@@ -24,7 +24,7 @@ BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | frozenset(
     f"{part}{number}" for part in ("body", "joint", "site") for number in "12"
 )
-"""Attributes that are texts, not numbers."""
+"""Attributes of MJCF whose values are texts, not numbers."""
 
 PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
 
@@ -49,7 +49,7 @@ ATTRIBUTES = {
     "weld": "name class active body1 body2 anchor relpose site1 site2",
     "key": "name qpos qvel",
 }
-"""Attributes of MJCF that the import uses or reports itself; "*" means all."""
+"""Used attributes of each element of MJCF: the import reads or reports them; "*" means all."""
 
 TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
 
@@ -65,7 +65,7 @@ CHILDREN = {
     "keyframe": "key",
     "asset": "mesh",
 }
-"""Child elements that are used within each element of MJCF."""
+"""Used child elements of each element of MJCF."""
 
 URDF_ATTRIBUTES = {
     "robot": "name",
@@ -106,7 +106,7 @@ BODY_GENERATORS = ("attach", "composite", "flexcomp")  # MJCF elements that gene
 
 
 class Source(NamedTuple):
-    """Text that MuJoCo compiles."""
+    """Text of a model for MuJoCo, and facts about the original text."""
 
     text: str
     notes: list[str]
@@ -120,14 +120,14 @@ def used_part(text: str, folder: Path | None) -> Source:
     content = bytearray(with_includes(text, folder, notes).encode("utf-8"))
     root = parse(bytes(content))
     if root.tag not in ("mujoco", "robot"):
-        raise InputError(f"the root of the model is <{root.tag}>", "<mujoco> or <robot> (URDF)", SAMPLE)
+        raise InputError(f"the root of the model is <{root.tag}>", "<mujoco> or <robot> (URDF)", EXAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
     return Source(content.decode("utf-8"), notes + part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
 
 
 class _UsedPart:
-    """Model whose unused parts are blanked out while it is visited."""
+    """Visitor that overwrites the unused parts of a model with blanks."""
 
     def __init__(self, content: bytearray, *, is_urdf: bool) -> None:
         self.content, self.is_urdf = content, is_urdf
@@ -152,7 +152,7 @@ class _UsedPart:
             if element.tag == "replicate":
                 copies *= _count(element)
             if max(self.body_count, copies) > BODIES_MAX:
-                raise InputError(f"the model has more than {BODIES_MAX} bodies", "fewer bodies", SAMPLE)
+                raise InputError(f"the model has more than {BODIES_MAX} bodies", "fewer bodies", EXAMPLE)
             allowed = self.children.get(element.tag, "").split()
             # the last element is visited first, so assets come after the geoms that use them
             assets = [child for child in element.children if child.tag == "asset"]
@@ -163,7 +163,7 @@ class _UsedPart:
                     self._leave_out(child)
 
     def _is_unused(self, child: Element, parent: Element) -> bool:
-        """Return whether an element of a supported kind is not needed here."""
+        """Return True if an element is not used within its parent, although its kind is supported."""
         given = parent.tag in ("body", "link") and any(
             sibling.tag == "inertial" and (not self.is_urdf or any(part.tag == "mass" for part in sibling.children))
             for sibling in parent.children
@@ -203,11 +203,11 @@ class _UsedPart:
                 raise InputError(
                     f"line {element.line}: {name} = '{value[:SHOWN_LENGTH_MAX]}' of <{element.tag}> is not finite",
                     "finite numbers",
-                    SAMPLE,
+                    EXAMPLE,
                 )
         if element.tag == "mesh" and "builtin" in element.attributes:
             raise InputError(
-                f"line {element.line}: <mesh builtin> is generated by MuJoCo", "vertices, or an <inertial>", SAMPLE
+                f"line {element.line}: <mesh builtin> is generated by MuJoCo", "vertices, or an <inertial>", EXAMPLE
             )
 
     def _blank_attributes(self, element: Element) -> None:
@@ -240,7 +240,7 @@ class _UsedPart:
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:
-    """Return the note for a joint that a URDF holds inside an unsupported element."""
+    """Return the note for a joint that is inside an unsupported element of a URDF."""
     ends = [child.attributes.get("link") or child.text.strip() for child in joint.children if child.tag in ("parent", "child")]
     between = f" between {' and '.join(f'{end!r}' for end in ends)}" if len(ends) == 2 else ""
     within = f" in <{outer.tag}>" if outer is not joint else ""
@@ -252,8 +252,8 @@ def _listed(names: list[str], most: int = 5) -> str:
 
 
 def _count(element: Element) -> int:
-    """Return how often an element is replicated."""
+    """Return the number of copies that a <replicate> element makes."""
     text = element.attributes.get("count", "").strip()
     if not COUNT.fullmatch(text):
-        raise InputError(f"line {element.line}: count = '{text}' of <replicate>", f"an integer up to {BODIES_MAX}", SAMPLE)
+        raise InputError(f"line {element.line}: count = '{text}' of <replicate>", f"an integer up to {BODIES_MAX}", EXAMPLE)
     return int(text)

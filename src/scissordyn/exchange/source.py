@@ -10,12 +10,12 @@ from pathlib import Path
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
 
-POINTS_MAX = 10_000  # [points, strokes] of a table, a drawing or a motion; such a structure takes minutes to simulate
-SIZE_MAX = 16 * 2**20  # [bytes] a DXF of this size takes about 20 s and 350 MB to read
+POINTS_MAX = 10_000  # Largest number of points in a table or drawing; a larger mechanism takes minutes to simulate
+SIZE_MAX = 16 * 2**20  # [bytes] Size of the largest file; reading a DXF of this size takes about 20 s and 350 MB
 
-BOMS = (
+BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
     (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),  # Before UTF-16, whose mark it begins with
+    (codecs.BOM_UTF32_LE, "utf-32"),  # before UTF-16, because its mark begins with that of UTF-16
     (codecs.BOM_UTF32_BE, "utf-32"),
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
@@ -31,7 +31,7 @@ UNSUPPORTED_FILES = (
     (b"PK\x03\x04", "a workbook or a ZIP archive", "the file in it, or a sheet saved as .csv"),
     (b"\x89HDF", "a saved run, in NetCDF", "a drawing, a model or a table"),
 )
-"""First bytes of unsupported files, the kind of these files, and what is expected."""
+"""Unsupported files: first bytes, kind of file, and expected kind of file in the error message."""
 
 
 def read_source(path: Path) -> bytes:
@@ -49,7 +49,7 @@ def read_source(path: Path) -> bytes:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"cannot read '{path}': {reason}", "a file or a link", sample) from None
     if len(content) > SIZE_MAX:
-        raise InputError(f"'{path}' has more than {SIZE_MAX // 2**20} MiB", "a smaller file, of the linkage alone", sample)
+        raise InputError(f"'{path}' has more than {SIZE_MAX // 2**20} MiB", "a smaller file with only the linkage", sample)
     for start, what, expected in UNSUPPORTED_FILES:
         if content.startswith(start):
             raise InputError(f"'{path}' is {what}", expected, sample)
@@ -58,7 +58,7 @@ def read_source(path: Path) -> bytes:
 
 def decode(content: bytes, ending: str) -> tuple[str, list[str]]:
     """Return the text of a file, and a note if its encoding was assumed."""
-    for mark, encoding in BOMS:
+    for mark, encoding in BYTE_ORDER_MARKS:
         if content.startswith(mark):
             return _decode(content, encoding), []
     if content[1:2] == b"\0" or content[:1] == b"\0":

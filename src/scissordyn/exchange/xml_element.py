@@ -12,9 +12,9 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
-SAMPLE = "scissordyn import model.xml -o case.toml"
+EXAMPLE = "scissordyn import model.xml -o case.toml"
 
-DEPTH_MAX = 200  # [levels] of nested elements; each link of a chain is one level deeper
+DEPTH_MAX = 200  # [levels] Largest nesting of elements; each link of a chain is one level deeper
 
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
@@ -23,14 +23,14 @@ LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
 
 @dataclass
 class Element:
-    """Element of a text and its byte range."""
+    """XML element with its byte range in the text."""
 
     tag: str
     attributes: dict[str, str]
     line: int
     start: int
-    inside: int  # First byte after its start tag
-    close: int  # First byte of its end tag
+    inside: int  # First byte after the start tag
+    close: int  # First byte of the end tag
     end: int = 0
     text: str = ""
     children: list[Element] = field(default_factory=list)
@@ -51,8 +51,8 @@ class Element:
 
 def parse(content: bytes) -> Element:
     """Return the root element of a text."""
-    text_max = 200  # characters kept of an element's text
-    elements_max = 200_000  # elements of a text, used or not
+    text_max = 200  # number of characters of an element's text that are kept
+    elements_max = 200_000  # largest number of elements of a text
     parser = expat.ParserCreate("utf-8")
     top = Element("", {}, 0, 0, 0, 0)
     open_elements, count = [top], [0]
@@ -62,11 +62,11 @@ def parse(content: bytes) -> Element:
             raise InputError(
                 f"line {parser.CurrentLineNumber} is nested in more than {DEPTH_MAX} elements",
                 f"at most {DEPTH_MAX} levels",
-                SAMPLE,
+                EXAMPLE,
             )
         count[0] += 1
         if count[0] > elements_max:
-            raise InputError(f"the model has more than {elements_max} elements", "a smaller model", SAMPLE)
+            raise InputError(f"the model has more than {elements_max} elements", "a smaller model", EXAMPLE)
         first = parser.CurrentByteIndex
         tag_text = START_TAG.match(content, first)
         last = tag_text.end() if tag_text else first
@@ -85,7 +85,9 @@ def parse(content: bytes) -> Element:
         element.text += data[: text_max - len(element.text)]
 
     def doctype(*_: object) -> None:
-        raise InputError(f"line {parser.CurrentLineNumber} of the model declares a document type", "a model without it", SAMPLE)
+        raise InputError(
+            f"line {parser.CurrentLineNumber} of the model declares a document type", "a model without it", EXAMPLE
+        )
 
     parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, text
@@ -93,7 +95,7 @@ def parse(content: bytes) -> Element:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise InputError(f"cannot read the model: {error}", "MJCF or URDF without further files", SAMPLE) from None
+        raise InputError(f"cannot read the model: {error}", "MJCF or URDF without further files", EXAMPLE) from None
     return top.children[0]
 
 
@@ -102,7 +104,7 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
 
     All files must be inside `folder`; without a folder an include is an error.
     """
-    files_max = 100  # included files
+    files_max = 100  # largest number of included files
     content = text.encode("utf-8", "replace")
     files: set[Path] = set()
     while found := [part for part in _mjcf_elements(content) if part.tag == "include"]:
@@ -110,16 +112,16 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
         name = include.attributes.get("file", "")
         path = _included(include, name, folder)
         if path in files:
-            raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", SAMPLE)
+            raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", EXAMPLE)
         if len(files) == files_max:
-            raise InputError(f"line {include.line}: too many files are included", f"at most {files_max} files", SAMPLE)
+            raise InputError(f"line {include.line}: too many files are included", f"at most {files_max} files", EXAMPLE)
         files.add(path)
         inner, further = decode(read_source(path), path.suffix.lower())
         part = inner.encode("utf-8", "replace")
         root = parse(part)
         content = content[: include.start] + part[root.inside : root.close].translate(LINE_BREAKS) + content[include.end :]
         if len(content) > SIZE_MAX:
-            raise InputError(f"the files of the model have more than {SIZE_MAX // 2**20} MiB", "a smaller model", SAMPLE)
+            raise InputError(f"the files of the model have more than {SIZE_MAX // 2**20} MiB", "a smaller model", EXAMPLE)
         notes += [f"'{name}' (line {include.line}) is included", *further]
     return content.decode("utf-8")
 
@@ -136,7 +138,7 @@ def _included(include: Element, name: str, folder: Path | None) -> Path:
         raise further_file(include, "file")
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
-        raise InputError(f"line {include.line}: '{name}' is outside the folder of the model", "a file within it", SAMPLE)
+        raise InputError(f"line {include.line}: '{name}' is outside the folder of the model", "a file within it", EXAMPLE)
     return path
 
 
@@ -146,5 +148,5 @@ def further_file(element: Element, name: str) -> InputError:
     return InputError(
         f"line {element.line}: <{element.tag} {name}='{target}'> refers to another file",
         "a model in one file, with masses",
-        SAMPLE,
+        EXAMPLE,
     )

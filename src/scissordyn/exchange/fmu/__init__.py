@@ -1,1 +1,1 @@
-"""Generate functional mock-up units (FMI 3.0) of one mechanism as C source."""
+"""Export a mechanism as a functional mock-up unit (FMU, standard FMI 3.0) with C source."""

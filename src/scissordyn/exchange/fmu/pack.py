@@ -1,4 +1,4 @@
-"""Pack a unit: source, ``modelDescription.xml`` and, if a compiler is available, the library for this machine."""
+"""Pack an FMU: C source, ``modelDescription.xml`` and the compiled library for this machine."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
-"""Compiler flags; products and sums are not contracted, so that results equal those of the package."""
+"""Compiler flags; without contraction of products and sums, so that results are equal to those of the package."""
 
 ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
 
-SAMPLE = 'contact = "compliant"'
+EXAMPLE = 'contact = "compliant"'
 
 UNITS: dict[str, dict[str, Any]] = {
     "m": {"m": "1"},
@@ -43,7 +43,7 @@ UNITS: dict[str, dict[str, Any]] = {
     "N.m": {"kg": "1", "m": "2", "s": "-2"},
     "s": {"s": "1"},
 }
-"""Exponents of the base units."""
+"""Exponents of the SI base units of each unit of a variable, as in FMI."""
 
 TIME = Variable(0, "time", "s", "time")
 
@@ -57,25 +57,25 @@ ROLE_ATTRIBUTES = {
     "inputs": {"causality": "input", "variability": "continuous"},
     "outputs": CALCULATED | {"causality": "output"},
 }
-"""FMI attributes of the variables in each role."""
+"""FMI attributes of the variables of each group in `Variables`, and of the time."""
 
-TOOL = f"scissordyn {version('scissordyn')}"
+GENERATION_TOOL = f"scissordyn {version('scissordyn')}"
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
-    """Return a functional mock-up unit (FMI 3.0) of a mechanism, for model exchange and co-simulation."""
+    """Return the content of an FMU (FMI 3.0) of a mechanism, for model exchange and co-simulation."""
     if not sources_only:
         try:
             compiler_command()
         except InputError as error:
             sample = "scissordyn export case.toml unit.fmu --sources"
             raise InputError(
-                f"an FMU needs a C compiler: {error.what}", f"{error.expected}, or the sources alone", sample
+                f"an FMU needs a C compiler: {error.what}", f"{error.expected}, or an FMU with sources only", sample
             ) from None
     tables = plan(mechanism)
     if tables.hard_places:
         name = tables.contacts[tables.hard_places[0]].name
-        raise InputError(f"joint '{name}' has hard contact, which an FMU does not support", "compliant contact", SAMPLE)
+        raise InputError(f"joint '{name}' has hard contact, which an FMU does not support", "compliant contact", EXAMPLE)
     driver, _, _ = make_driver(tables, run)
     identifier = re.sub(r"\W", "_", name) or "mechanism"
     identifier = identifier if identifier[0].isalpha() else f"m_{identifier}"
@@ -88,7 +88,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
         source.variables,
         until=float(run.until),
         tolerance=float(run.rtol),
-        exchange=source.looks_back == 0,
+        exchange=source.delayed_signals == 0,
     )
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -110,13 +110,13 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
 def _model_description(
     name: str, identifier: str, token: str, variables: Variables, *, until: float, tolerance: float, exchange: bool = True
 ) -> bytes:
-    """Return the XML description of a unit."""
+    """Return the file ``modelDescription.xml`` of an FMU."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
         modelName=name,
         instantiationToken=token,
-        generationTool=TOOL,
+        generationTool=GENERATION_TOOL,
         variableNamingConvention="flat",
         description="planar mechanism with clearance joints",
     )
@@ -166,7 +166,7 @@ def _model_description(
 
 
 def _build_description(identifier: str) -> bytes:
-    """Return the XML that states which source file builds the library."""
+    """Return the file ``buildDescription.xml``, which names the source file of the library."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     files = ET.SubElement(build, "SourceFileSet", language="C99")

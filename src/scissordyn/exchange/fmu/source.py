@@ -1,4 +1,4 @@
-"""Write the C source of a unit, and list its variables with names, units, start values and storage places."""
+"""Generate the C source of an FMU, and the list of its variables."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ STATUSES = (
 C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # C files appended to the generated text
 
 KERNEL_ARRAYS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
-"""Kernel address arrays, by the tuple that holds them."""
+"""Arrays with kernel addresses, by the named tuple that contains them."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """Variable of a unit."""
+    """Variable of an FMU."""
 
-    reference: int
+    reference: int  # FMI value reference
     name: str
     unit: str = ""
     description: str = ""
@@ -63,7 +63,7 @@ VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of a prescribed quantity b
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Prescribed angle or length that an input can replace."""
+    """Prescribed angle or length that inputs of the FMU can replace."""
 
     name: str
     function: int  # Index of the time function
@@ -73,7 +73,7 @@ class Prescribed:
 
 @dataclass(frozen=True)
 class Variables:
-    """Variables of a unit, in the order of their references."""
+    """Variables of an FMU in the order of their value references, by group."""
 
     states: tuple[Variable, ...]
     rates: tuple[Variable, ...]
@@ -104,7 +104,7 @@ def prescribed_motions(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
 
 
 def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
-    """Return the variables of a mechanism."""
+    """Return the variables of the FMU of a mechanism."""
     references, motions = count(1), prescribed_motions(plan, driver)
     states = range(driver.state.y.size)
     guards = [getattr(contact, "name", str(k)) for k, contact in enumerate(plan.contacts)]
@@ -175,7 +175,7 @@ class Source:
 
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
         system = driver.system.content
-        self.looks_back = system.state.initial_history.size  # number of delayed signals that controllers use
+        self.delayed_signals = system.state.initial_history.size  # number of delayed signals that controllers use
         self.known: dict[Any, Any] = {}
         self.unit = Unit(self.known, table=True)
         driver.monitor(False)
@@ -228,7 +228,7 @@ class Source:
         return system._replace(**changed)
 
     def _functions(self, roots: dict[str, Any]) -> None:
-        """Translate the functions that the runtime calls."""
+        """Translate to C the functions that the C files of the FMU call."""
         kinds = {name: kind_of(root, name, self.known) for name, root in roots.items()}
         system, vector = kinds["system"], Array(FLOAT, 1)
         named = functions.FUNCTIONS
@@ -243,7 +243,10 @@ class Source:
         call(loop.advance, (Functions(MECHANICS), system, kinds["integration"], INT), "root_advance")
 
     def _instance(self, plan: Plan, driver: Driver, tolerance: float, token: str) -> str:
-        """Return the mechanism's constants and the type of an instance."""
+        """Return C code with the constants of the mechanism and the type of an FMU instance.
+
+        `token` is the instantiation token of the FMU.
+        """
         groups, motions, weights = vars(self.variables), prescribed_motions(plan, driver), driver.integration.content.work
         pairs = zip(driver.state.y, weights.atol, weights.rtol, strict=True)
         nominal = [max(abs(float(y)), float(atol / rtol)) for y, atol, rtol in pairs]
@@ -252,7 +255,7 @@ class Source:
         firsts = zip(groups, accumulate(map(len, groups.values()), initial=1), strict=False)
         enumerated = (
             {name: getattr(loop, name) for name in STATUSES},
-            sizes | {"SIGNALS": self.looks_back},
+            sizes | {"SIGNALS": self.delayed_signals},
             {f"FIRST_{name.removesuffix('s').upper()}": first for name, first in firsts},
         )
         return "\n".join(
@@ -277,7 +280,7 @@ class Source:
 
 
 def _observer(system: Any) -> System:
-    """Return a copy of the mutable parts of a system, except the history, which is shared."""
+    """Return a copy of the mutable parts of a system for the outputs; the history is shared."""
     once = ("history", "history_length", "initial_history")
     state = {name: part if name in once else np.array(part) for name, part in system.state._asdict().items()}
     work = type(system.work)(*(np.array(part) for part in system.work))
@@ -285,7 +288,7 @@ def _observer(system: Any) -> System:
 
 
 class _Block:
-    """Numbers of all arrays in some named tuples; an array that occurs several times is stored once."""
+    """Memory block with the numbers of all arrays in named tuples; an array that occurs several times is stored once."""
 
     def __init__(self, roots: Mapping[str, Any], known: dict[Any, Any]) -> None:
         self.known = known
@@ -311,7 +314,7 @@ class _Block:
             self.lines.append(f"    {name} = {written(content)};")
 
     def _place(self, array: np.ndarray) -> int:
-        """Return the position of an array; append the array unless it is stored already."""
+        """Return the position of an array in the block; append the array if it is new."""
         key = (array.ctypes.data, array.size)
         if array.size and key in self.places:
             return self.places[key]
@@ -323,8 +326,8 @@ class _Block:
         return place
 
     def text(self) -> str:
-        """Return C code: the nonzero start values, and `connect`, which copies them into an instance."""
-        zero_gap = 6  # number of consecutive zeros that start a new run of nonzero numbers
+        """Return C code with the nonzero start values, and with the function `connect` that copies them to an instance."""
+        zero_gap = 6  # this number of consecutive zeros separates two stored sequences of numbers
         runs: list[tuple[int, list[Any]]] = []
         for place, number in enumerate(self.words):
             if number == 0 and not (isinstance(number, float) and np.signbit(number)):

@@ -220,11 +220,11 @@ PUBLIC = {
         "rpm",
     ),
 }
-"""Public names by module, imported when a name is first used; `__init__.pyi` has the same for type checkers."""
+"""Public names by module; a name is imported when it is first used. `__init__.pyi` has the same names for type checkers."""
 
-HOMES = {name: module for module, names in PUBLIC.items() for name in names}
+MODULE_OF = {name: module for module, names in PUBLIC.items() for name in names}
 
-__all__ = sorted([*HOMES, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
+__all__ = sorted([*MODULE_OF, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
 
 SCIPY_NAMES = {
@@ -246,7 +246,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'scissordyn' has no attribute '{name}'; use scipy.stats.{SCIPY_NAMES[name]}")
     from scissordyn.lookup import public
 
-    value = globals()[name] = public("scissordyn", name, HOMES)
+    value = globals()[name] = public("scissordyn", name, MODULE_OF)
     return value
 
 

@@ -1,4 +1,4 @@
-"""The command line as a module: ``python -m scissordyn``."""
+"""Run the command line as a module: ``python -m scissordyn``."""
 
 from scissordyn.cli.entry import run
 

@@ -1,4 +1,4 @@
-"""Comparison of values with type annotations, and descriptions of annotations for messages."""
+"""Check values against type annotations, and describe values and annotations in messages."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from numbers import Real
 from typing import Annotated, Any
 
 _ACCEPTED: set[tuple[Any, type]] = set()
-"""Pairs of a hint and a type that fits it unchanged; a batch creates thousands of descriptions, so that the check must be fast.
-"""
+"""Pairs of a type hint and a type whose values fit it unchanged, to make repeated checks fast."""
 
-SHOWN_LENGTH_MAX = 60  # [characters] longest value in a message
+SHOWN_LENGTH_MAX = 60  # [characters] longer values are truncated in messages
 
 
 class MismatchError(ValueError):
@@ -21,7 +20,7 @@ class MismatchError(ValueError):
 
 
 def is_number(value: object) -> bool:
-    """Report whether a value is a real number of any library; a bool is not a number."""
+    """Return True if a value is a real number, also of NumPy; a bool is not a number."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
@@ -56,7 +55,7 @@ def accepted(value: Any, hint: Any) -> Any:
 
 @cache
 def type_decides(hint: Any) -> bool:
-    """Report whether the type alone decides if a value fits; it does not for sequences and literals."""
+    """Return True if the type of a value is sufficient to check it against a hint; it is not for sequences and literals."""
     return all(isinstance(member, type) and typing.get_origin(member) is None for member in members(hint))
 
 
@@ -90,7 +89,7 @@ def _accepted(value: Any, hint: Any) -> Any:
     if isinstance(origin, type) and issubclass(origin, Iterable):
         if not isinstance(value, Iterable) or isinstance(value, str | bytes):
             raise MismatchError
-        # other iterables may be read only once, and the sequences of NumPy's `ArrayLike` are nested to any depth
+        # do not iterate over other iterables, which may be iterators, or over `ArrayLike`, which may be nested
         checked = isinstance(value, list | tuple) and bool(inside) and origin.__module__ == "collections.abc"
         for item in value if checked else ():
             accepted(item, inside[0])
@@ -107,7 +106,7 @@ def _number(value: Any, kind: type) -> Any:
         raise MismatchError
     try:
         converted = kind(value)
-    except (ValueError, OverflowError):  # nan and infinity have no whole number
+    except (ValueError, OverflowError):  # nan and infinity cannot be converted to int
         raise MismatchError from None
     if converted != value and kind is int:
         raise MismatchError
@@ -117,7 +116,7 @@ def _number(value: Any, kind: type) -> Any:
 def _object(value: Any, hint: Any) -> Any:
     if hint is Any or not isinstance(hint, type):
         return value
-    if hint is bool and type(value).__name__ in ("bool", "bool_"):  # numpy's bool is not a subclass of Python's
+    if hint is bool and type(value).__name__ in ("bool", "bool_"):  # NumPy's bool is not a subclass of bool
         return bool(value)
     if isinstance(value, type) or not isinstance(value, hint):
         raise MismatchError
@@ -139,7 +138,7 @@ def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
         raise MismatchError
     try:
         items = tuple(value)
-    except TypeError:  # an array without dimensions
+    except TypeError:  # array without dimensions
         raise MismatchError from None
     hints = inside[:1] * len(items) if inside[1:] == (Ellipsis,) else inside
     if len(items) != len(hints):
@@ -149,13 +148,13 @@ def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 def _unless_same(value: Any, new: Any) -> Any:
-    """Return `new` if one of its entries was converted, otherwise the original value."""
+    """Return `new`, a sequence or mapping with converted entries, if an entry differs from that of `value`; else `value`."""
     pairs = zip(value.items(), new.items(), strict=True) if isinstance(value, Mapping) else zip(value, new, strict=True)
     return value if all(old is other or (isinstance(old, tuple) and old == other) for old, other in pairs) else new
 
 
 def in_words(hint: Any) -> str:
-    """Describe an annotation in a message, for example "text" or "ConstantSpeed, Harmonic or None"."""
+    """Return an annotation as text for a message, for example "text" or "ConstantSpeed, Harmonic or None"."""
     kinds = members(hint)
     if len(kinds) > 1:
         words = list(dict.fromkeys(map(in_words, kinds)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-os.environ["SCISSORDYN_ENGINE"] = "python"  # no library can run a kernel yet
+os.environ["SCISSORDYN_ENGINE"] = "python"  # kernels run as Python functions, because the library may not exist
 
 import argparse
 import sys
@@ -25,17 +25,17 @@ from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.plugin.element import recipes
 
-ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages that contain kernels
-LOOP_MODULE = "scissordyn.run.advance.system"  # module with the entries of the time loop
+ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages with kernels
+LOOP_MODULE = "scissordyn.run.advance.system"  # module with the entry functions of the time loop
 
 
 def _elements() -> Iterator[Any]:
-    """Yield recipes of the kernels of all laws, controllers and components, for each set of states that a part may have."""
+    """Yield the recipes of the kernels of all laws, controllers and components, for each set of states that they may have."""
     for catalogue in (ELASTIC, DAMPING, FRICTION, CONTROLLERS):
         for element in catalogue.values():
             declared = element.declaration
             names = tuple(state.name for state in declared.states)
-            # if the states are a property of the class, a part has some of them
+            # if `states` is a property, an instance may have only some of the declared states
             for present in _subsets(names) if isinstance(getattr(element, "states", ()), property) else [names]:
                 yield from recipes(declared, present).values()
     for component in (*COMPONENTS.values(), Film):

@@ -1,4 +1,4 @@
-"""Errors that name the given value, the allowed values and an example to type."""
+"""Exceptions of the package: their text names the wrong value, the expected values and an example."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # characters that end a line or move within it
+LINE_BREAKS = re.compile(r"[\t\n\v\f\r\x1c-\x1e\x85\u2028\u2029]+")  # line breaks and tabs
 
 
 LONG_NUMBER = re.compile(r"(\d{12})\d{48,}")  # a number that is too long to read
 
 
 def shortened(text: str) -> str:
-    """Return a text in which numbers of sixty or more digits are cut to their first digits."""
+    """Return a text in which numbers of sixty or more digits are truncated to their first digits."""
     return LONG_NUMBER.sub(lambda number: f"{number[1]}... ({len(number[0])} digits)", text)
 
 
 def printable(text: str) -> str:
-    """Return a text as one line that a terminal shows unchanged: no line breaks, escape codes or change of direction."""
-    line = BREAKS.sub(" ", text)
+    """Return a text as one line without characters that a terminal interprets: line breaks, escape and direction codes."""
+    line = LINE_BREAKS.sub(" ", text)
     if line.isascii() and line.isprintable():
         return line
-    # control, format, surrogate, private and unassigned characters: no font shows them, or a terminal obeys them
+    # replace control, format, surrogate, private and unassigned characters
     return "".join(
         letter.encode("unicode_escape").decode() if unicodedata.category(letter).startswith("C") else letter for letter in line
     )
@@ -73,7 +73,7 @@ class InputError(ScissordynError, ValueError):
 
 
 class AssemblyError(InputError):
-    """A mechanism whose parts cannot be put together, or contradict each other."""
+    """Error: a mechanism cannot be assembled, because its parts do not fit together or contradict each other."""
 
 
 OTHER_WORDS = {
@@ -118,16 +118,16 @@ OTHER_WORDS = {
     "dop853": "rk8",
     "rodas5p": "ode15s bdf radau stiff implicit",
 }
-"""Other words for the terms of this package, by term; the first allowed term with a word is suggested for the word."""
+"""Synonyms of the terms of this package, by term; for a synonym, messages suggest the first allowed term that has it."""
 
-ABSENT_WORDS = ("wheel",)  # parts that the package does not have, so that a similar name is not suggested
+ABSENT_WORDS = ("wheel",)  # words for parts that the package does not have; no similar name is suggested for them
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Return the known name nearest to `name`, as a question to append to a message, or ""."""
+    """Return the text " (did you mean '...'?)" with the most similar known name, to append to a message; or ""."""
     names = list(known)
     word = str(name).strip().casefold().replace(" ", "_").replace("-", "_")
-    # "A" is nearer to "a" than "all" is
+    # compare with upper and lower case, so that "A" is closer to "a" than "all" is
     same = [candidate for candidate in names if candidate.casefold() == str(name).casefold()]
     same = same or [candidate for candidate in names if word in OTHER_WORDS.get(candidate, "").split()]
     if word in ABSENT_WORDS and not same:

@@ -1,7 +1,7 @@
-"""Gauss nodes and Lagrange polynomials as every machine computes them: in decimal arithmetic, rounded once.
+"""Gauss nodes and Lagrange polynomials in decimal arithmetic, rounded once, so that they are equal on every machine.
 
-Eigenvalues, inverses and cosines of numpy differ in their last digits between processors and versions. What is compiled into
-the library must not.
+Eigenvalues, inverses and cosines of NumPy differ in their last digits between processors and versions. Constants of the
+compiled library must not differ.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from decimal import Context, Decimal, localcontext
 
 import numpy as np
 
-EXTENDED = Context(prec=38)  # more than twice the digits of a float: a float is rounded from the true value
+EXTENDED = Context(prec=38)  # decimal arithmetic with more than twice the digits of a float
 
 
 def gauss_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
@@ -20,7 +20,7 @@ def gauss_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
     nodes, weights = [], []
     with localcontext(EXTENDED):
         for k in range(points):
-            # Newton's method from Tricomi's guess of a root, which has three digits or more; each step doubles them
+            # Newton's method from Tricomi's estimate of a root, which has three correct digits; each step doubles their number
             x = Decimal(-math.cos(math.pi * (k + 0.75) / (points + 0.5)))
             for _ in range(5):
                 value, slope = _legendre(points, x)
@@ -40,7 +40,7 @@ def _legendre(degree: int, x: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def lagrange_polynomials(nodes: Iterable[float]) -> list[list[Decimal]]:
-    """Return rows of coefficients of 1, x, x^2, ...: each polynomial is 1 at its own node and 0 at the others."""
+    """Return the Lagrange polynomials of some nodes as rows of coefficients of 1, x, x^2, ...; polynomial i is 1 at node i."""
     rows = []
     with localcontext(EXTENDED):
         exact = [Decimal(float(node)) for node in nodes]

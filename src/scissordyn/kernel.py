@@ -29,11 +29,11 @@ PACKAGE = Path(__file__).parent
 
 
 def library_name(machine: str = "") -> str:
-    """Return the file name of the library on another machine, or on this one by default."""
+    """Return the file name of the library for a machine, by default for this one."""
     return "_kernels.dll" if "windows" in machine or (not machine and sys.platform == "win32") else "_kernels.so"
 
 
-LIBRARY = PACKAGE / library_name()
+LIBRARY = PACKAGE / library_name()  # path of the package's library
 
 
 class EngineError(ScissordynError):
@@ -55,7 +55,7 @@ def library() -> ctypes.CDLL:
         build_library("no library of compiled kernels")
     loaded = _load()
     if not _is_current(loaded):
-        _unload(loaded)  # otherwise the system returns the loaded library again
+        _unload(loaded)  # otherwise the system returns the same loaded library
         build_library("kernels have changed since their library was built")
         loaded = _load()
     return loaded
@@ -78,7 +78,7 @@ def _unload(loaded: ctypes.CDLL) -> None:
 
 
 def _is_current(loaded: ctypes.CDLL) -> bool:
-    """Report whether the library was built from the current sources; the sources are read only if one is newer."""
+    """Return True if the library was built from the current sources; sources are read only if one is newer."""
     files = _text(loaded, "SOURCES").split()
     built = LIBRARY.stat().st_mtime
     times = [path.stat().st_mtime if path.is_file() else float("inf") for path in (PACKAGE / name for name in files)]
@@ -92,7 +92,7 @@ def _text(loaded: ctypes.CDLL, name: str) -> str:
 
 
 def build_library(reason: str) -> None:
-    """Build the library in another process, which runs kernels in Python."""
+    """Build the library in a separate process, which runs kernels as Python functions."""
     print(f"scissordyn: {reason}; building it takes some seconds", file=sys.stderr)
     done = subprocess.run([sys.executable, "-m", "scissordyn.build"], capture_output=True, text=True, check=False)
     if done.returncode:
@@ -118,26 +118,26 @@ I2 = Annotated[np.ndarray, ArrayType(np.dtype(np.int64), 2)]
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Mark a function as a kernel, which is translated where another kernel calls it."""
+    """Mark a function as a kernel; it is translated to C if another kernel calls it."""
     return function
 
 
 def vanishes(x: float) -> bool:
-    """Report whether a factor x and all its derivatives, if it has any, are zero, so that the product can be left out."""
+    """Return True if a factor x and all its derivatives are zero, so that its product can be skipped."""
     return x == 0.0
 
 
 def value_of(x: float) -> float:
-    """Return a number without its derivatives, if it has any."""
+    """Return the value of a dual number without its derivatives; a plain number is returned unchanged."""
     return x
 
 
 def derivative(x: float, k: int) -> float:
-    """Return derivative k of a number; 0 if it has none."""
+    """Return derivative k of a dual number; 0 for a plain number."""
     return 0.0
 
 
-ENTRIES: dict[str, Entry] = {}  # all entries by the names of their symbols in the library
+ENTRIES: dict[str, Entry] = {}  # all entries by their symbols in the library
 
 
 def entry(function: Callable[..., Any]) -> Any:
@@ -148,7 +148,7 @@ def entry(function: Callable[..., Any]) -> Any:
 
 
 class Entry:
-    """Kernel that Python calls."""
+    """Kernel that Python can call as a function of the library."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         update_wrapper(self, function)
@@ -162,7 +162,7 @@ class Entry:
         return {name: hints[name] for name in (*inspect.signature(self.python).parameters, "return")}
 
     def bound(self, compiled: ctypes.CDLL) -> Callable[..., Any]:
-        """Return the entry's function in a library, with arguments as in Python."""
+        """Return a Python function that calls the entry in a library."""
         called = getattr(compiled, self.symbol)
         kinds = [hint for name, hint in self.hints.items() if name != "return"]
         called.argtypes = [part for hint in kinds for part in _words(hint)]
@@ -208,9 +208,9 @@ _EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address of arrays without entries
 
 
 def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
-    """Return an array's address and shape, and in two dimensions the distance of its rows, as the C type of an array has them.
+    """Return the fields of the C type of an array: address, shape, and for two dimensions the distance of rows.
 
-    The library trusts the declared type. An array of another type would be read as garbage and written beyond its end.
+    An array of another type raises `TypeError`, because the library would read and write wrong memory.
     """
     if not (
         isinstance(array, np.ndarray) and array.dtype == kind.dtype and array.ndim == kind.dimensions and array.flags.carray
@@ -219,7 +219,7 @@ def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
             f"{owner}: {_describe_value(array)} instead of a contiguous, writable "
             f"{kind.dtype} array of dimension {kind.dimensions}"
         )
-    # the address by the buffer takes a quarter of the time of array.ctypes.data
+    # four times faster than array.ctypes.data
     address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _EMPTY_ADDRESS  # type: ignore[arg-type]
     return (address, *array.shape, array.shape[1]) if array.ndim == 2 else (address, *array.shape)
 
@@ -231,7 +231,7 @@ def _describe_value(part: Any) -> str:
 
 
 class Handle:
-    """Tuple of arrays or of named tuples of arrays, in memory as in C; kernels receive its address."""
+    """Named tuple of arrays, or of named tuples, laid out in memory as in C; kernels receive its address."""
 
     def __init__(self, content: Any) -> None:
         self.content = content
@@ -240,7 +240,7 @@ class Handle:
         _HANDLES[self.address] = self
 
     def exchange(self, part: str, **arrays: Any) -> None:
-        """Replace arrays of a part by others of the same type; the address does not change."""
+        """Replace arrays of a part by arrays of the same type; the address of the tuple does not change."""
         content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
         self._memory[:] = _memory_of(content, type(content))
         self.content = content
@@ -248,7 +248,7 @@ class Handle:
 
     @cached_property
     def opened(self) -> Any:
-        """Content with attributes instead of named columns, as kernels in Python read it."""
+        """Content for kernels that run in Python: structured arrays have attributes instead of named columns."""
         return with_attributes(self.content)
 
 
@@ -256,7 +256,7 @@ _HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary
 
 
 class CheckedArray(np.ndarray):
-    """Array that raises `IndexError` for an index that is invalid in C: negative or beyond the end."""
+    """NumPy array that raises `IndexError` for an index that is invalid in C: negative or beyond the end."""
 
     def _check(self, index: Any) -> None:
         for part, size in zip(index if isinstance(index, tuple) else (index,), self.shape, strict=False):
@@ -265,18 +265,18 @@ class CheckedArray(np.ndarray):
                 raise IndexError(f"index {part} of an array with {size} entries")
 
     def __getitem__(self, index: Any) -> Any:
-        """Return an entry or a part."""
+        """Return an entry or a part after checking the index."""
         self._check(index)
         return super().__getitem__(index)
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        """Set an entry or a part."""
+        """Set an entry or a part after checking the index."""
         self._check(index)
         super().__setitem__(index, value)
 
 
 def with_attributes(content: Any) -> Any:
-    """Return arrays, also inside tuples, as kernels in Python read them: checked, or with columns as attributes."""
+    """Convert arrays, also inside tuples, for kernels that run in Python: with checked indices, columns as attributes."""
     if isinstance(content, tuple) and hasattr(content, "_fields"):
         return type(content)(*map(with_attributes, content))
     if not isinstance(content, np.ndarray):
@@ -298,7 +298,7 @@ def fields_of(described: type) -> tuple[tuple[str, Any], ...]:
 
 @cache
 def _fields_in_memory(described: type) -> list[tuple[str, Any, ArrayType | None]]:
-    """Return full name, type and array kind of each field; the cache saves half of the time of `_append_words`."""
+    """Return full name, type and `ArrayType` (None for other fields) of each field of a named tuple; cached for speed."""
     return [
         (f"{described.__name__}.{name}", get_origin(hint) or hint, get_args(hint)[1] if get_origin(hint) is Annotated else None)
         for name, hint in fields_of(described)
@@ -320,25 +320,25 @@ def _append_words(content: Any, described: type, words: list[int]) -> None:
 
 
 class Opener:
-    """Function by which kernels open the `Handle` of a named tuple; in C an address is the tuple itself."""
+    """Function with which kernels read the named tuple at an address; in C it does nothing but change the type."""
 
     def __init__(self, described: type) -> None:
         self.described = described
         self.__name__ = f"open_{described.__name__.lower()}"
 
     def __call__(self, address: int) -> Any:
-        """Return the tuple at an address, in Python."""
+        """Return the named tuple at an address, when kernels run in Python."""
         return _HANDLES[int(address)].opened
 
 
 opener = Opener
 
 
-CALLED: dict[int, Callable[..., float]] = {}  # functions by the integers that replace kernel pointers in Python
+CALLED: dict[int, Callable[..., float]] = {}  # in Python, functions by the integers that replace kernel pointers
 
 
 def call_at(address: int, q: Any, v: Any, z: Any, x: Any, p: Any, out: Any) -> Any:
-    """Call the kernel at a pointer with arrays or tuples of floats, in the layout of `compiler.recipe`."""
+    """Call the kernel at a pointer; `compiler.recipe` describes the arrays or tuples of its arguments."""
     if int(address) in CALLED:
         return CALLED[int(address)](q, v, z, x, p, out)
     arrays = [np.asarray(numbers, float) for numbers in (q, v, z, x, p, out)]
@@ -351,7 +351,7 @@ _AT_POINTER = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_void_p] * 6)
 
 
 if PYTHON:
-    # numbers divide as in C, where an integer has a limit
+    # floats and integers behave as in C: division by zero is infinite, and floor keeps large values
     np.seterr(all="ignore")
     _floor = math.floor
     math.floor = lambda x: _floor(x) if math.isfinite(x) else float(np.floor(x))  # type: ignore[assignment]

@@ -1,4 +1,4 @@
-"""Lookup by name: public names, keywords of functions, and libraries of optional extras."""
+"""Find objects by name: public names of the package, keyword arguments, and modules of optional libraries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.errors import InputError, did_you_mean
 
 
 def describe_unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
-    """Return a message about the first keyword that a signature does not have, with the nearest one, or ""."""
+    """Return an error text about the first unknown keyword argument, with the most similar known one; or ""."""
     parameters = signature.parameters
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
         return ""

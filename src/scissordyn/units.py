@@ -1,4 +1,4 @@
-"""Units and bounds of fields: their declaration and their check.
+"""Declare and check units and bounds of dataclass fields and function arguments.
 
 Inside the package every number is SI and every angle is in radians.
 """
@@ -34,10 +34,10 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "N": (1e-12, 1e12),
     "N m": (1e-12, 1e12),
 }
-"""Smallest positive and largest number of a machine by unit, with orders of magnitude to spare.
+"""Smallest positive and largest plausible number by unit, with a margin of orders of magnitude.
 
-Numbers outside are mistakes, and their powers leave the range of floating-point numbers. Bounds that a field declares take
-precedence.
+Numbers outside are rejected as mistakes, because their powers exceed the range of floats. Bounds that a field declares have
+priority.
 """
 
 ANY_RANGE = (1e-30, 1e30)  # range of units that are not listed
@@ -50,14 +50,14 @@ class State:
     Parameters
     ----------
     name : str
-        The argument of the kernel.
+        Name of the kernel argument.
     unit : str
         SI unit; "1" for a pure number.
     scale : float or callable, optional
-        Size with which errors of the state are compared, in its unit: a step may be wrong by the tolerance times the scale. It
-        may be a function of the described part, for example ``lambda part: part.torque / part.stiffness``. If only the
-        difference between a state and a coordinate acts, the scale is the size of the difference. Friction laws with a kernel
-        `start` may leave the scale out: their states are then compared with those of sliding at 1 m/s.
+        Typical size of the state, in its unit: the error of a step may be the tolerance times the scale. It may be a function
+        of the part, for example ``lambda part: part.torque / part.stiffness``. If forces depend only on the difference between
+        a state and a coordinate, the scale is the size of that difference. Friction laws with a kernel `start` may omit the
+        scale; it is then the state of sliding at 1 m/s.
     """
 
     name: str
@@ -104,10 +104,10 @@ LEADING_NUMBER = re.compile(r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")  # 
 
 @dataclass(frozen=True)
 class Sample:
-    """Value that the user can type; its text is Python, and a reader of case files writes it with its unit."""
+    """Example value for error messages; its text is Python code, and case-file errors write it with its unit."""
 
     key: str
-    value: float  # in SI
+    value: float  # in SI units
     unit: str  # SI unit
 
     def __str__(self) -> str:
@@ -132,7 +132,7 @@ class Quantity:
     help : str
         Description of the number in one line.
     tied : str
-        What to change instead of this number, if the number also occurs elsewhere and cannot change alone.
+        Parameter to change instead of this number, if the number also occurs elsewhere and cannot change alone.
     """
 
     unit: str
@@ -157,7 +157,7 @@ class Quantity:
 
     @property
     def bounds(self) -> str:
-        """Bounds and unit in words, for example ``from 0 to 1``, or ``> 0 and <= 1 [m]``."""
+        """Text of bounds and unit, for example ``from 0 to 1``, or ``> 0 and <= 1 [m]``."""
         low = f"> {self.above:g}" if self.above is not None else f">= {self.minimum:g}"
         high = f"< {self.below:g}" if self.below is not None else f"<= {self.maximum:g}"
         closed = self.above is None and self.below is None
@@ -166,11 +166,11 @@ class Quantity:
 
     @property
     def expected(self) -> str:
-        """Expected numbers in words, for example ``a number from 0 to 1``."""
+        """Text of the expected numbers for error messages, for example ``a number from 0 to 1``."""
         return f"a number {self.bounds}"
 
     def admits(self, value: float) -> bool:
-        """Report whether `value` is a finite number inside the bounds."""
+        """Return True if `value` is a finite number within the bounds."""
         try:
             number = float(value)
         except OverflowError:
@@ -219,7 +219,7 @@ class Meaning:
 
 
 def help_of(hint: Any) -> str:
-    """Return the one-line meaning of a value, from its annotation."""
+    """Return the one-line description of a value from its annotation; "" if there is none."""
     return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), "")
 
 
@@ -304,7 +304,7 @@ def _with_datasets(described: Any, names: Mapping[str, Any]) -> Mapping[str, Any
 
 @cache
 def extras(hint: Any) -> tuple[Any, ...]:
-    """Return the annotations of a hint, or of the members of a union, besides the type."""
+    """Return the metadata of an annotation, or of the members of a union."""
     return tuple(extra for layer in (hint, *get_args(hint)) if get_origin(layer) is Annotated for extra in get_args(layer)[1:])
 
 
@@ -315,9 +315,10 @@ def _quantity(hint: Any) -> Quantity | None:
 
 
 def check_quantities(instance: Any, named: str = "") -> None:
-    """Raise `InputError` for the first field of a dataclass instance that does not fit its annotation; `named` is its owner.
+    """Raise `InputError` for the first field of a dataclass instance that does not fit its annotation.
 
-    Numbers of other libraries, such as numpy's, become Python's own; lists become tuples.
+    Numbers of other libraries are converted to Python numbers, and lists to tuples. `named` is the name of the instance in the
+    error.
     """
     described: type = type(instance)
     for declared in _declared(described):
@@ -333,7 +334,7 @@ def check_quantities(instance: Any, named: str = "") -> None:
 
 @dataclasses.dataclass(slots=True)
 class _Declared:
-    """Field of a dataclass, with the types and values that are known to fit; the full comparison with a hint is slow."""
+    """Field of a dataclass with a cache of types and values that fit its annotation, because the full check is slow."""
 
     name: str
     quantity: Quantity | None
@@ -343,13 +344,13 @@ class _Declared:
     last: Any = ()
 
     def admits(self, value: Any) -> bool:
-        """Report whether a value is known to fit unchanged."""
+        """Return True if the cache contains that a value fits unchanged."""
         if self.quantity is not None:
             return type(value) is float and self.quantity.admits(value)
         return type(value) in self.types or value is self.last
 
     def fits(self, value: Any) -> None:
-        """Remember a value that fits unchanged: its type if that decides, otherwise the value itself."""
+        """Add a value that fits unchanged to the cache: its type if that is sufficient, otherwise the value itself."""
         if self.quantity is None and _quantity(self.hint) is None and type_decides(self.hint):
             self.types.add(type(value))
         elif self.quantity is None and type(value) is tuple:
@@ -358,7 +359,7 @@ class _Declared:
 
 @cache
 def _declared(described: type) -> tuple[_Declared, ...]:
-    """Return the fields that can be given, with the quantity of floating-point fields."""
+    """Return the fields of a dataclass that its constructor accepts, with the quantities of numbers."""
     fields, hints = [field for field in dataclasses.fields(described) if field.init], _hints(described)
     numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
     return tuple(
@@ -368,7 +369,7 @@ def _declared(described: type) -> tuple[_Declared, ...]:
 
 
 def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:
-    """Return a value that fits its annotation, converted to Python's own types; otherwise raise `InputError`."""
+    """Return a value converted to the Python types of its annotation; raise `InputError` if it does not fit."""
     quantity = _quantity(hint)
     try:
         fitting = accepted(value, hint)
@@ -378,7 +379,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
         near = did_you_mean(value, get_args(plain_hint(hint))) if get_origin(plain_hint(hint)) is Literal else ""
         example = _example(name, value, hint, field)
         raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
-    if quantity is None or fitting is None or isinstance(fitting, str):  # a word that is allowed instead of a number
+    if quantity is None or fitting is None or isinstance(fitting, str):  # a text that is allowed as an alternative to a number
         return fitting
     numbers = fitting if isinstance(fitting, tuple) else (fitting,)
     if not all(quantity.admits(number) for number in numbers):
@@ -387,7 +388,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
 
 
 def _allowed(hint: Any) -> str:
-    """Return an annotation in words; for a protocol, whose name tells a user nothing, return its meaning."""
+    """Return the text of the allowed values of an annotation; for a protocol, its description."""
     meaning = next((extra.help for extra in extras(hint) if isinstance(extra, Meaning)), "")
     kinds = (plain_hint(hint), *get_args(plain_hint(hint)))
     named = any(getattr(kind, "_is_protocol", False) or hasattr(kind, "slot") for kind in kinds)
@@ -407,7 +408,7 @@ def _out_of_bounds(owner: str, name: str, value: Any, hint: Any, quantity: Quant
 
 
 def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
-    """Return the Python text to write instead of a number with its unit."""
+    """Return the Python code that the user should write instead of a text with number and unit."""
     start = LEADING_NUMBER.match(text)
     number, unit = (float(start[0]), text[start.end() :].strip()) if start else (math.nan, "")
     factor = {"deg": math.radians(1.0), "rpm": math.pi / 30.0, "mm": 1e-3, "ms": 1e-3, quantity.unit: 1.0, "": 1.0}.get(unit)
@@ -416,12 +417,12 @@ def _as_number(name: str, text: str, quantity: Quantity) -> Sample | str:
 
 
 def _example(name: str, value: Any, hint: Any, field: Any) -> str:
-    """Return the Python text to write instead of a value of another type."""
+    """Return the Python code that the user should write instead of a value of a wrong type."""
     sample = next((extra.example for extra in extras(hint) if isinstance(extra, Meaning) and extra.example), "")
     if isinstance(value, type):
         try:
             accepted(value(), hint)
-        except Exception:  # a class that cannot be made without arguments is not an example
+        except Exception:  # a class without default arguments is not an example
             pass
         else:
             return f"{name}={value.__name__}()"
@@ -436,19 +437,19 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
 
 
 def counted(number: int, thing: str = "contact") -> str:
-    """Return a number of things in words: "1 contact", "2 contacts"."""
+    """Return a count with its noun: "1 contact", "2 contacts"."""
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
 def cell(value: float, unit: str) -> str:
-    """Return one result with its unit, as a table shows it, with trailing zeros."""
+    """Return a number with its unit as in a table, with trailing zeros."""
     power = prefix(abs(value)) if unit != "1" else 0
     (text,) = numerals([value / 10.0**power])
     return text if unit == "1" or text == "-" else f"{text} {PREFIXES[power]}{unit}"
 
 
 def short(value: float, unit: str) -> str:
-    """Return one number with a prefixed unit, to four digits; round-off below 1e-15 of the unit is shown as zero."""
+    """Return a number with a prefixed unit and four digits; values below 1e-15 of the unit are shown as zero."""
     if abs(value) < 1e-3 * 10.0 ** min(PREFIXES):
         return f"0 {unit}"
     power = prefix(abs(value))

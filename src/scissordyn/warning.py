@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-NAMES_MAX = 3  # largest number of part names in one line
-LISTED_MAX = 6  # largest number of names, values or pictures in a list of its own
+NAMES_MAX = 3  # largest number of names of parts within a line of text
+LISTED_MAX = 6  # largest number of entries in a list or row of pictures; further entries are only counted
 
 _LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N, not by an impact at that speed: its damping "
 _AT_LIMIT = ": the controller is at its limit of {limit:g} N m for "
 _WARMED = ": the dissipated power would warm the oil by {rise:.3g} K without cooling, "
 
-WORDS: Mapping[str, str] = MappingProxyType(
+WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
     {
         "plain": "{text}",
         # laws of a joint
@@ -157,11 +157,11 @@ WORDS: Mapping[str, str] = MappingProxyType(
 )
 """Text of each kind of warning and sentence.
 
-A text that follows the name of a part begins with a colon if several parts can share a line.
+A text begins with a colon if warnings on several parts can be joined in one line.
 """
 
-WORST = MappingProxyType({"fast": "speed"})
-"""Number that ranks the parts of a line; for other kinds, the first number that differs ranks them."""
+RANKING_NUMBER = MappingProxyType({"fast": "speed"})
+"""Number that determines the worst part in a line, by kind of warning; for other kinds it is the first that differs."""
 
 
 @dataclass(frozen=True)
@@ -171,47 +171,47 @@ class RunWarning:
     kind: str  # key of `WORDS`
     part: str = ""  # name of the part; empty if it is about the whole run or study
     what: str = "joint"  # kind of part
-    numbers: Mapping[str, Any] = field(default_factory=dict)  # in the units of the text; some values are texts
+    numbers: Mapping[str, Any] = field(default_factory=dict)  # numbers and texts that fill the placeholders of the text
 
     def __str__(self) -> str:
         prefix = f"{self.what} '{self.part}'" if self.part else ""
-        return prefix + WORDS[self.kind].format(**self.numbers)
+        return prefix + WARNING_TEXTS[self.kind].format(**self.numbers)
 
     @property
     def data(self) -> dict[str, Any]:
-        """Plain data, from which `RunWarning(**data)` is the same warning."""
+        """Dictionary for JSON; `RunWarning(**data)` is the same warning."""
         return {"kind": self.kind, "part": self.part, "what": self.what, "numbers": dict(self.numbers)}
 
 
 def warning(kind: str, part: str = "", what: str = "joint", /, **numbers: Any) -> RunWarning:
-    """Return a warning of a kind in `WORDS`, with the numbers that its text names."""
+    """Return a warning of a kind in `WARNING_TEXTS`, with the numbers for its text."""
     return RunWarning(
         kind, part, what, {name: number.tolist() if hasattr(number, "tolist") else number for name, number in numbers.items()}
     )
 
 
 def plain(texts: Iterable[str]) -> list[RunWarning]:
-    """Return warnings from sentences of other packages."""
+    """Convert sentences to warnings of the kind "plain"."""
     return [warning("plain", text=text) for text in texts]
 
 
 def group(warnings: Iterable[RunWarning]) -> list[list[RunWarning]]:
-    """Group warnings of one kind about parts that differ only in numbers; a group is at the place of its first warning."""
+    """Group warnings of one kind that differ only in part and numbers, in the order of the first warning of each group."""
     groups: dict[Any, list[RunWarning]] = {}
     for item in warnings:
         texts = tuple(value for value in item.numbers.values() if isinstance(value, str))
-        alone = str(item) if not WORDS[item.kind].startswith(":") else ""
+        alone = str(item) if not WARNING_TEXTS[item.kind].startswith(":") else ""
         groups.setdefault((item.kind, item.what, texts, alone), []).append(item)
     return list(groups.values())
 
 
 def line(warnings: list[RunWarning]) -> str:
-    """Return a group as one line, with the ranges of its numbers and the part with the worst number."""
+    """Return the text of a group in one line, with the ranges of its numbers and the part with the worst number."""
     if len(warnings) == 1:
         return str(warnings[0])
     kind, what = warnings[0].kind, warnings[0].what
     words, differing = "", list[str]()
-    for literal, name, form, _ in Formatter().parse(WORDS[kind]):
+    for literal, name, form, _ in Formatter().parse(WARNING_TEXTS[kind]):
         words += literal
         if name is None:
             continue
@@ -226,6 +226,6 @@ def line(warnings: list[RunWarning]) -> str:
     names += [f"{len(warnings) - NAMES_MAX} more"] if len(warnings) > NAMES_MAX else []
     worst = ""
     if differing:
-        by = WORST[kind] if WORST.get(kind) in differing else differing[0]
+        by = RANKING_NUMBER[kind] if RANKING_NUMBER.get(kind) in differing else differing[0]
         worst = f"; the worst is '{warnings[int(np.argmax([item.numbers[by] for item in warnings]))].part}'"
     return f"{len(warnings)} {what}s ({', '.join(names)}){words}{worst}"

@@ -49,7 +49,9 @@ def check_film(path: str | os.PathLike[str]) -> None:
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in FRAME_RATES:
         raise InputError(
-            f"film '{path}'{did_you_mean(ending, FRAME_RATES)}", "a name that ends in .gif, .mp4 or .html", "film.html"
+            f"unknown film format of '{path}'{did_you_mean(ending, FRAME_RATES)}",
+            "a name that ends in .gif, .mp4 or .html",
+            "film.html",
         )
     if ending == "mp4" and not FFMpegWriter.isAvailable():
         raise InputError(

@@ -1,4 +1,4 @@
-"""Diagrams on bending bars: stress as colours, bending moment and axial force as ordinates."""
+"""Diagrams on flexible bars in pictures: stress as colour, bending moment and axial force as a curve beside the bar."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Diagram:
         return f"{self.quantity}{side}, longest {self.scale.with_unit(self.largest, 3)}"
 
     def at(self, samples: Sequence[int] | np.ndarray) -> Diagram:
-        """Return the diagram at some samples, on the same scale."""
+        """Return the diagram reduced to some samples, with the same scale of values."""
         return dataclasses.replace(self, values=self.values[samples])
 
     def envelope(self) -> Diagram:

@@ -217,7 +217,7 @@ def block_walls(joint: Channel, frame: int) -> list[np.ndarray]:
 
 
 def magnified_text(gain: float) -> str:
-    """Return how a clearance is drawn relative to its joint."""
+    """Return the caption of a magnified joint, which tells how much its clearance is magnified or reduced."""
     return f"clearance magnified {gain:.2g} times" if gain >= 1.0 else f"clearance reduced to {gain:.2g} of its size"
 
 

@@ -318,7 +318,9 @@ def film(
         raise InputError("the run has no lubricated joint", "a run with a lubricated joint", sample)
     chosen = films[int(np.argmin(run["film_least_thickness"].values))] if joint is None else names_of(joint)[0]
     if chosen not in films:
-        raise InputError(f"joint '{chosen}'{did_you_mean(chosen, films)}", "a lubricated joint: " + ", ".join(films))
+        raise InputError(
+            f"joint '{chosen}' is not lubricated{did_you_mean(chosen, films)}", "a lubricated joint: " + ", ".join(films)
+        )
     described: dict[str, Any] = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
     rough, time = float(described[chosen].clearance.lubrication.roughness), time_scale(run)
     here, x = run.sel(film=chosen), time.factor * run["time"].values

@@ -126,7 +126,7 @@ def _drawn_lines(axes: Axes) -> list[np.ndarray]:
 
 
 def _markers(axes: Axes) -> np.ndarray:
-    """Return the positions of the joints in a drawing, shape (joints, 2) [dots]."""
+    """Return the positions of the markers in a drawing, which represent joints, shape (joints, 2) [pixels]."""
     marked = [line for line in axes.lines if line.get_marker() not in (None, "", " ", "None", "none")]
     return np.concatenate([np.empty((0, 2)), *(line.get_transform().transform(line.get_xydata()) for line in marked)])
 

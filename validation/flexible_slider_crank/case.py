@@ -118,8 +118,8 @@ NOTES = (
     "The step of Exudyn is shortened at contacts (`adaptiveStep`). Its models are the best of a wider scan, `python -m\n"
     "validation.flexible_slider_crank.settings`: 48 of its 144 runs reach the goal, with 12 and 16 cables, two quadratures,\n"
     "three methods and two Newton methods at two tolerances. With fixed steps Newton's method fails at the first contact.\n"
-    "Exudyn's time is that of its solver, which stores places and velocities of both points; beside it stands the\n"
-    "integration alone. The time of `simulate()` has planning, forces and stresses at 1501 instants and the Dataset in it.",
+    "Exudyn's time is that of its solver, which stores places and velocities of both points; compare it with\n"
+    'the rows "integration". The time of `simulate()` has planning, forces and stresses at 1501 instants and the Dataset in it.',
 )
 
 CASE = Case(

@@ -120,8 +120,8 @@ EXUDYN = (
 """Fastest settings of `python -m validation.slider_crank.settings`, and the most reliable one."""
 
 NOTES = (
-    "The equations derived by hand compute the orbit alone; scissordyn also torque, energies and the table of contacts,\n"
-    "unless only the motion is asked for.\n"
+    "The equations derived by hand compute only the orbit; scissordyn also computes torque, energies and the table of contacts,\n"
+    "unless only the motion is requested.\n"
     "numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
     "Exudyn has crank and rod as a kinematic tree, the slider as a mass with one coordinate, the pin as a sphere in a hollow\n"
     "sphere, and no constraint. The numbers in the name of the code are the longest step, `discontinuous.iterationTolerance`,\n"

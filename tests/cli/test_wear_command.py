@@ -84,7 +84,7 @@ def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[
         assert status_of(["wear", case, "-o", "life.nc"]) == 130
     shown = capfd.readouterr()
     assert "Saved to life.nc, marked interrupted" in shown.out
-    assert shown.err == "scissordyn: interrupted; scissordyn wear case.toml -o life.nc goes on from there\n"
+    assert shown.err == "scissordyn: interrupted; scissordyn wear case.toml -o life.nc continues from there\n"
     assert load("life.nc").sizes["state"] == 2
     assert status_of(["wear", case, "-o", "life.nc"]) == 0
     xr.testing.assert_identical(load("life.nc"), load("whole.nc"))

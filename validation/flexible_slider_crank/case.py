@@ -119,7 +119,7 @@ NOTES = (
     "validation.flexible_slider_crank.settings`: 48 of its 144 runs reach the goal, with 12 and 16 cables, two quadratures,\n"
     "three methods and two Newton methods at two tolerances. With fixed steps Newton's method fails at the first contact.\n"
     "Exudyn's time is that of its solver, which stores places and velocities of both points; compare it with\n"
-    'the rows "integration". The time of `simulate()` has planning, forces and stresses at 1501 instants and the Dataset in it.',
+    'the rows "integration". The time of `simulate()` includes planning, forces and stresses at 1501 instants and the Dataset.',
 )
 
 CASE = Case(

@@ -120,7 +120,7 @@ EXUDYN = (
 """Fastest settings of `python -m validation.slider_crank.settings`, and the most reliable one."""
 
 NOTES = (
-    "The equations derived by hand compute only the orbit; scissordyn also computes torque, energies and the table of contacts,\n"
+    "The equations derived by hand compute only the orbit; scissordyn also computes torque, energies and contacts,\n"
     "unless only the motion is requested.\n"
     "numbalsoda has no events: a compiled loop around it, 60 lines, ends each integration where the gap changes its sign.",
     "Exudyn has crank and rod as a kinematic tree, the slider as a mass with one coordinate, the pin as a sphere in a hollow\n"

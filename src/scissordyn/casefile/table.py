@@ -219,7 +219,7 @@ class Table:
     """Table of a case file. Annotations of a subclass declare its keys; quantities have units, and other keys are errors."""
 
     exactly_one: ClassVar[tuple[str, ...]] = ()
-    """Keys of which a file must give exactly one."""
+    """Alternative keys: a file must have exactly one of them."""
     _keys: ClassVar[Mapping[str, Key]]
 
     if TYPE_CHECKING:  # keys that `make_table` declares

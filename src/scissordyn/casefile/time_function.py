@@ -56,7 +56,7 @@ class Values:
     coefficients: list[Any]  # example of the coefficients of a polynomial
     ends: tuple[Any, Any]  # example of start and end of a motion
     oscillation: tuple[Any, Any]  # example of mean and amplitude of an oscillation
-    speed: Quantity | None = None  # quantity of a constant speed; None if there is no such time function
+    speed: Quantity | None = None  # quantity of a constant speed; None if this kind has no constant speed
 
     @property
     def table(self) -> str:

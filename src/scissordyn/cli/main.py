@@ -157,7 +157,7 @@ OTHER_WORDS = {
     "template": "new",
     "equilibrium": "statics",
 }
-"""Command that is meant by words which users try instead of its name."""
+"""Name of the right command for words that users try instead."""
 
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
 """Keys of the table [run] that users try as options of a command."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scissordyn_paper.reproduce import Reproduction
 
 WORKERS_MAX = 16
-"""More processes would wait for the longest motions, of which there are ten, and each takes some hundred megabytes."""
+"""Largest number of processes; more would wait for the ten longest motions, and each takes some hundred megabytes."""
 
 
 def paper(

@@ -68,7 +68,7 @@ def wear(
     if run.attrs["status"] != "complete":
         resumed = ""
         if run.attrs["status"] == "interrupted" and output is not None:
-            resumed = f"; {command('scissordyn', 'wear', case, '-o', output)} goes on from there"
+            resumed = f"; {command('scissordyn', 'wear', case, '-o', output)} continues from there"
         print(f"scissordyn: {printable(run.attrs['cause'])}{resumed}", file=sys.stderr)
     return EXIT_STATUSES[run.attrs["status"]]
 

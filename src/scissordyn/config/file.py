@@ -229,9 +229,9 @@ def apply_changes(tree: dict[str, Any], changes: Iterable[str]) -> dict[str, Any
 
 
 def _expand_all(tree: dict[str, Any], keys: list[str]) -> list[list[str]]:
-    """Return the paths that a path stands for: ``clearance.all.friction`` is a path for each [[clearance]] table.
+    """Expand "all" in a path: ``clearance.all.friction`` becomes a path for each [[clearance]] table.
 
-    A path without "all", or to a table that is named "all", stands for itself.
+    A path without "all", or to a table that is named "all", is returned unchanged.
     """
     tables = tree.get(keys[0])
     if len(keys) < 3 or keys[1] != "all" or not isinstance(tables, list) or "all" in map(table_name, tables):

@@ -31,7 +31,7 @@ from scissordyn.units import Quantity, checked
 
 FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
-NamedValues = Mapping[str, Mapping[str, Any]]  # by parameter path: the object that each name stands for
+NamedValues = Mapping[str, Mapping[str, Any]]  # by parameter path: the object for each name
 
 RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 
@@ -98,7 +98,7 @@ def study(
     risk, population, generations
         Statistic of a goal over samples and members, candidates per generation, and number of generations.
     screen : mapping of options or Case, optional
-        Options of cheap runs, some of which are verified by runs of the case.
+        Options of cheap runs; some of them are verified by runs of the case.
     verify : int
         Number of points to verify.
     budget : float, optional

@@ -187,7 +187,7 @@ class StudyText(Table):
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
     motor: Annotated[Any, _read_motor, About("curve of a motor that must be sufficient")] = None
     optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})
-    screen: Annotated[Any, ScreenTable.reader(), About("cheap runs, some of which are verified with the case")] = None
+    screen: Annotated[Any, ScreenTable.reader(), About("cheap runs; some of them are verified with the case")] = None
 
 
 def read_study(path: Path) -> StudyText:

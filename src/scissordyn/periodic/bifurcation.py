@@ -82,7 +82,7 @@ def bifurcation(
         Engine that computes the values; an int is a number of threads; by default one thread per processor. The result does not
         depend on the engine.
     store : path, optional
-        NetCDF file with the results so far, updated during the computation. If the file exists, only missing values are
+        NetCDF file with the finished results, updated during the computation. If the file exists, only missing values are
         computed.
     progress : callable, optional
         Called after each value with the number of finished values and the total.

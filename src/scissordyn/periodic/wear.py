@@ -74,7 +74,7 @@ def wear(
     earlier: Annotated[
         xr.Dataset | None, Meaning("an unfinished result of the same wear computation, which is continued")
     ] = None,
-    each: Annotated[Callable[[xr.Dataset], None] | None, Meaning("called with the result so far after each step")] = None,
+    each: Annotated[Callable[[xr.Dataset], None] | None, Meaning("called with the current result after each step")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     r"""Wear the bearings of a mechanism over many cycles by Archard's law.
@@ -97,7 +97,7 @@ def wear(
         Number of cycles.
     cycle : {"auto", "period", "run"}
         "period": a cycle is a period of the drive. "run": it is the whole run, for example a deployment and its return,
-        which starts anew in each cycle. "auto": the period if the drives have one.
+        which starts again in each cycle. "auto": the period if the drives have one.
     settle : int
         Periods at the start of each simulation that are not counted.
     members : int
@@ -114,7 +114,7 @@ def wear(
     earlier : Dataset, optional
         Result that was interrupted, or has fewer cycles. The result is that of one run, bit for bit.
     each : callable, optional
-        Called after each simulated state with the result so far.
+        Called after each simulated state with the current result.
     progress : callable, optional
         Called with the number of cycles and the total.
 

@@ -1,4 +1,4 @@
-"""Diagrams on flexible bars in pictures: stress as colour, bending moment and axial force as a curve beside the bar."""
+"""Diagrams on flexible bars in pictures: stress as colour, bending moment and axial force as a curve along the bar."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
 
 
 def _name_peak(axes: Axes, contacts: ContactTimes, time: Scale, scale: Scale) -> None:
-    """Write value and instant of the largest contact force beside its mark."""
+    """Write value and instant of the largest contact force next to its mark."""
     largest = int(np.argmax(np.nan_to_num(contacts.peak)))
     when, value = contacts.peak_time[largest], contacts.peak[largest]
     text = f"{scale.with_unit(value, 3)} at {time.with_unit(when, 3)}"
@@ -267,7 +267,7 @@ def _time_norm(run: xr.Dataset, factor: float = 1.0) -> Normalize:
 
 
 def write_time_bar(axes: Sequence[Axes], run: xr.Dataset) -> None:
-    """Write the colours of the instants beside the orbits."""
+    """Add a colour bar of the time next to the orbits."""
     time = time_scale(run)
     norm = _time_norm(run, time.factor)
     if norm.vmax == norm.vmin:

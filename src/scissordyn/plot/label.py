@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Placing(NamedTuple):
-    """Sizes and penalties by which names find their places beside joints and bars."""
+    """Sizes and penalties for the placement of names next to joints and bars."""
 
     region: float = 440.0  # [pt] approximate longer side of the drawn region on pages and in the explorer
     letter_width: float = 5.0  # [pt]

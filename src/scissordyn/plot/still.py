@@ -73,7 +73,7 @@ def structure(
 ) -> list[Axes]:
     """Draw the mechanism at several instants on a new figure, and the orbit of each clearance joint with these instants.
 
-    A guide with clearance has its block in place of an orbit, drawn at each instant.
+    For a guide with clearance, its block is drawn at each instant instead of an orbit.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> 
         outer: tuple[int, int] = (1 + bool(rows), 1)
         ratios: dict[str, Any] = {"height_ratios": [height, side * rows][: 1 + bool(rows)]}
         inner = (instants, 1) if column else (1, instants)
-    else:  # joints beside the structures, which are one below the other
+    else:  # structures below each other, with their joints next to them
         one = min(1.6, highest / aspect)
         height = (one + 0.45) * instants
         rows = max(1, int(height / side))

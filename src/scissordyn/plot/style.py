@@ -351,7 +351,7 @@ def label_curves(axes: Axes, entries: Mapping[str, Artist]) -> list[str]:
     """Write the names of curves at their right ends, in their colours and apart from each other; return these names."""
     from matplotlib.lines import Line2D
 
-    few = 2  # lines of so few points are no curves, but marks
+    few = 2  # lines with at most this number of points are marks, not curves
     spacing = 1.35  # distance of two names in letter sizes
     figure = axes.get_figure(root=True)
     assert figure is not None

@@ -36,7 +36,7 @@ COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
 def _check(run: xr.Dataset) -> None:
-    """Raise `InputError` for a Dataset that is no wear."""
+    """Raise `InputError` for a Dataset that is not a result of `wear`."""
     if run.attrs.get("title") != "scissordyn wear":
         raise InputError(f"a picture of wear of a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
 

@@ -91,7 +91,7 @@ def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> No
     assert "--allow-code my_laws.py" in line
     assert status_of(["run", "run.nc", "-o", "again.nc", "--allow-code", "my_laws.py", "--plot", "again"]) == 0
     assert load("run.nc").equals(load("again.nc"))
-    assert "for a case file" in refused("run", "case.toml", "--allow-code", "my_laws.py")
+    assert "with a case file" in refused("run", "case.toml", "--allow-code", "my_laws.py")
     (folder / "my_laws.py").write_text(LAWS.replace("stiffness *", "2.0 * stiffness *"))
     assert "digest" in refused("run", "run.nc", "--allow-code", "my_laws.py")
 

@@ -30,7 +30,7 @@ WRITTEN = 1e-10  # Numbers are declared with twelve digits
 def test_declared_numbers_are_met(name: str) -> None:
     """Cross-check: every declared number of a mechanism, by its run with ideal joints or with clearance."""
     for one in sd.zoo[name].check():
-        assert one.met, f"{one.number.what}: {one.found} in place of {one.expected} +- {one.tolerance} {one.unit}"
+        assert one.met, f"{one.number.what}: {one.found} instead of {one.expected} +- {one.tolerance} {one.unit}"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -191,7 +191,7 @@ def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         ('axis = "x"', 'axis = "z"', "unknown axis 'z'"),
         ('body = "mass", axis = "x"', 'body = "mass"', "has the dimensions axis"),
         ('body = "mass"', 'joint = "mass"', "has no dimension 'joint'"),
-        ('\nat = "start"', '\nat = "1.2345678 ms"', "between the samples"),
+        ('\nat = "start"', '\nat = "1.2345678 ms"', "between two samples"),
         ('value = "-1 m"', 'value = "-1 kg"', "'-1 kg'"),
     ],
 )
@@ -227,7 +227,7 @@ def test_commands(tmp_path: Path, answer: Callable[..., str], capsys: pytest.Cap
     assert capsys.readouterr().out == sd.zoo["peaucellier"].text
     copy = tmp_path / "mine.toml"
     answer("zoo", "peaucellier", "-o", copy)
-    assert "is another file" in answer("zoo", "umbrella", "-o", copy, status=2)
+    assert "exists with other content" in answer("zoo", "umbrella", "-o", copy, status=2)
     assert copy.read_text(encoding="utf-8") == sd.zoo["peaucellier"].text
     assert answer("zoo", "peaucellier", "--check").count(" met") == 3
     for words in (["peaucelier"], ["--case"]):

@@ -310,7 +310,7 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
         ("torque.brake.time_function.polynomial=3", "torque.brake.time_function.polynomial", "not a list of one to six"),
         ("torque.brake.time_function={}", "torque.brake.time_function", "0 time functions"),
         ("motor.motor.no_load_speed=0 rpm", "motor.motor.no_load_speed", "a number from 1e-09 to 1e+06 [rad/s]"),
-        ("motor.2.limit=1 N m", "", "no '2'"),
+        ("motor.2.limit=1 N m", "", "no table '2'"),
         ('drive=[{speed="1 rpm"}, {speed="2 rpm"}]', "drive", "two drives or controllers for body 'crank'"),
         ('drive=[{speed="1 rpm"}, {sped="2 rpm"}]', "drive (the second)", "did you mean 'speed'"),
         (

@@ -223,7 +223,7 @@ def test_later_changes_see_earlier_ones() -> None:
         ("drive..speed=3", "a path of keys"),
         ("drive.speed.x=3", "no keys below"),
         ("clearance.B.clearance=3 mm", "one of A, unit 1/pivot, 0, 1"),
-        ("clearance.2.clearance=3 mm", "no '2'"),
+        ("clearance.2.clearance=3 mm", "no table '2'"),
         ("clearance.unit 1/pivo.clearance=3 mm", "did you mean 'unit 1/pivot'"),
         ("clearance.A=3", "whole table"),
         ("clearance.clearance=1 mm", "the name of the [[clearance]] is missing"),

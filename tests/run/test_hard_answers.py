@@ -256,4 +256,4 @@ def test_range_of_the_estimate() -> None:
     assert unit.least < force < unit.largest
     answer = summary_of(runs[1]).force
     assert (answer.force, answer.least) == (unit.largest, unit.least)
-    assert f"{sd.units.short(unit.least, 'N')} by approach speeds" in str(answer)
+    assert f"{sd.units.short(unit.least, 'N')} from approach speeds" in str(answer)

@@ -346,7 +346,7 @@ def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsy
     assert searched.optimisation.goals == (Goal("A.clearance"),)
     with pytest.raises(sd.InputError, match="--samples without refine"):
         command("status", found.store.path, samples=3)
-    with pytest.raises(sd.InputError, match="without a store of its own"):
+    with pytest.raises(sd.InputError, match="without a new store"):
         command("refine", found.store.path, samples=3)
     with pytest.raises(sd.InputError, match="goal 'peak_force'"):
         command("refine", found.store.path, output=str(search), goal=["peak_force"])

@@ -1,4 +1,4 @@
-"""Parts of the report: regularity by true measures, comparison of control schemes, contacts."""
+"""Sections of the report beyond the paper's figures: regularity of the motion, control schemes, contact statistics."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ MERITS: tuple[tuple[str, str, float, str], ...] = (
 
 
 def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
-    """Regular or irregular, per clearance and friction, with the evidence."""
+    """Return the section on regular or irregular motion, by clearance and friction, with the evidence."""
     found = {case: read(run) for case, run in settled.items()}
     rows: list[Sequence[str | Cell] | str] = ["clearance, without friction"]
     rows += [_regular_row(case, found[case]) for case in BY_CLEARANCE]
@@ -106,7 +106,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
 
 
 def control(results: Results) -> list[str]:
-    """Figures of merit of the drives, with control and without."""
+    """Return the section with figures of merit of the drives, with and without control."""
     rows: list[Sequence[str | Cell] | str] = []
     free = {size: merits(results.runs[PaperCase(size)], results.runs[PaperCase(None)]) for size in CONTROLLED}
     touching, kept = dict(free), dict(free)
@@ -164,7 +164,7 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
 def _control_words(
     results: Results, touching: Mapping[float, Mapping[str, float]], kept: Mapping[float, Mapping[str, float]]
 ) -> list[str]:
-    """Effects of the control schemes, from the numbers."""
+    """Return sentences on the effects of the control schemes, from the figures of merit."""
     alike = [size for size in CONTROLLED if touching[size]["separations"] == 0.0 and kept[size]["separations"] == 0.0]
     more = max(abs(kept[size]["peak_torque"] / touching[size]["peak_torque"] - 1.0) for size in CONTROLLED)
     stroke = (
@@ -213,7 +213,7 @@ def _control_words(
 
 
 def contacts(results: Results) -> list[str]:
-    """Statistics of the contacts of every run behind a figure."""
+    """Return the section with contact statistics of all runs that the figures use."""
     groups = {
         "clearance, 150 rpm": [PaperCase(size) for size in CLEARANCES],
         "speed, 0.5 mm": [PaperCase(speed=speed) for speed in SPEEDS],
@@ -276,7 +276,7 @@ DEGREE = 180.0 / math.pi
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table of contacts."""
+    """Column of the table of contact statistics."""
 
     variable: str  # Variable of the run
     title: str
@@ -299,7 +299,7 @@ Lagrange's equations."""
 
 
 def first_contacts(run: xr.Dataset) -> list[str]:
-    """The first contacts at 0.5 mm without friction, compared with a second program."""
+    """Return the section that compares the first contacts at 0.5 mm without friction with a second program."""
     rows: list[Sequence[str | Cell]] = []
     for name, *numbers in event_table(run):
         rows.append([name, *(Cell(text, "number") for text in numbers)])
@@ -314,7 +314,7 @@ def first_contacts(run: xr.Dataset) -> list[str]:
 
 
 def event_table(run: xr.Dataset) -> list[tuple[str, str, str, str]]:
-    """Quantity and contact, the reference, the value of the run, and the relative difference."""
+    """Return rows with quantity and contact, reference value, value of the run, and relative difference."""
     rows = []
     for contact in range(len(REFERENCE[0].reference)):
         for column in REFERENCE:

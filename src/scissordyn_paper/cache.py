@@ -38,11 +38,11 @@ class Job(Hashable, Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the file."""
+        """Name of the job in file names."""
 
     @property
     def toml(self) -> str:
-        """All inputs of the result, apart from the sources."""
+        """Text of all inputs of the result, except the sources."""
 
 
 Work = TypeVar("Work", bound=Job)
@@ -51,13 +51,13 @@ Value = TypeVar("Value")
 
 
 def provenance() -> str:
-    """Versions, and a digest of the sources that the numbers depend on, as JSON; equal means equal numbers."""
+    """Return versions and a digest of the sources that affect results, as JSON; equal texts mean equal results."""
     return made_with(SHOWN, (PACKAGE, Path(__file__).parent))
 
 
 @dataclass(frozen=True)
 class Jobs:
-    """Computations of one kind."""
+    """Jobs of one kind, with the functions that compute, store and read their results."""
 
     jobs: Sequence[Any]  # Jobs with distinct names
     # Function from a job to its result; the engine calls it on other threads or in other processes
@@ -75,13 +75,13 @@ def fetch(
     engine: Engine = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
-    """Results from a folder; those missing or out of date are computed first."""
+    """Return results stored in a folder; missing and outdated results are computed first."""
     (found,) = fetch_all(Jobs(jobs, compute, folder, what), engine=engine, progress=progress)
     return found
 
 
 def fetch_all(*asked: Jobs, engine: Engine = None, progress: Progress | None = None) -> tuple[dict[Any, xr.Dataset], ...]:
-    """Results of several kinds from their folders; no worker waits for the end of one kind before it begins with the next."""
+    """Return results of several kinds of jobs from their folders; missing results of all kinds are computed together."""
     found: list[dict[Any, xr.Dataset]] = []
     missing: list[tuple[int, Any]] = []
     for kind, each in enumerate(asked):
@@ -104,7 +104,7 @@ def computed(
     progress: Progress | None = None,
     named: Callable[[Task], str] = lambda _: "",
 ) -> Iterator[tuple[Task, Value]]:
-    """Tasks with their results, in the order in which they come; the first error ends all."""
+    """Yield tasks with their results in the order of completion; the first error ends the computation."""
     of, count = Counter(map(what, tasks)), Counter[str]()
     results = outcomes(engine, compute, tasks)
     try:
@@ -126,7 +126,7 @@ def _path(job: Job, folder: Path) -> Path:
 
 
 def _stored(job: Job, folder: Path) -> xr.Dataset | None:
-    """The stored result of the same job and version, if there is one."""
+    """Return the stored result of the same job and version; None if there is none."""
     try:
         result = load(_path(job, folder))
     except InputError:

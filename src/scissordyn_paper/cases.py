@@ -48,7 +48,7 @@ Travel = Literal["rising", "falling", "oscillating"]
 
 @dataclass(frozen=True)
 class Choice:
-    """The parameters of the paper whose tables are lost or whose wording is ambiguous."""
+    """Values for the parameters of the paper whose tables are lost or whose wording is ambiguous."""
 
     driven_bar: Literal["pinned", "slider"] = "pinned"  # The driven bar, see `scissor`
     # Angle of the driven bar at the start, the mean angle of an oscillation [rad]
@@ -81,7 +81,7 @@ class Choice:
 
     @property
     def words(self) -> str:
-        """The choice on one line, shortest form."""
+        """Text of the choice in one short line."""
         travel = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
         length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
         return (
@@ -100,7 +100,7 @@ DEFAULT = Choice()  # Chosen before any agreement was looked at
 
 @dataclass(frozen=True)
 class PaperCase:
-    """One run: what a figure varies, on top of a choice."""
+    """Case of one run: the parameters that the figures vary, and a choice of the unknown parameters."""
 
     # c of joint A [m]; None for ideal joints
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
@@ -115,7 +115,7 @@ class PaperCase:
     def __post_init__(self) -> None:
         check_quantities(self)
         if self.clearance is None and (self.friction is not None or self.constrained):
-            raise InputError("friction or control at an ideal joint", "a clearance")
+            raise InputError("a case with friction or control but without clearance", "a clearance")
 
     @property
     def name(self) -> str:
@@ -128,12 +128,12 @@ class PaperCase:
 
     @property
     def words(self) -> str:
-        """Clearance or friction coefficient, as in the figures."""
+        """Text of the clearance or friction coefficient, as in the figures."""
         return f"c = {1e3 * (self.clearance or 0.0):g} mm" if self.friction is None else f"friction {self.friction:g}"
 
     @property
     def rpm(self) -> str:
-        """The speed of the driven bar, in its unit."""
+        """Text of the speed of the driven bar in revolutions per minute."""
         return _number(self.speed * 30.0 / math.pi)
 
     @property
@@ -147,18 +147,18 @@ class PaperCase:
 
     @property
     def ideal(self) -> PaperCase:
-        """The same drive with ideal joints."""
+        """Case with the same drive and ideal joints."""
         return PaperCase(None, self.speed, choice=self.choice)
 
     @property
     def without_contact_laws(self) -> PaperCase:
-        """The same case under the default contact: the same run, if its joints are ideal or its contact is constrained."""
+        """The same case with default contact laws; cases with ideal joints or constrained contact do not depend on them."""
         kept = {name: getattr(self.choice, name) for name in ("driven_bar", "angle", "travel", "gravity")}
         return dataclasses.replace(self, choice=Choice(**kept, samples=0 if self.constrained else self.choice.samples))
 
     @property
     def options(self) -> Options:
-        """Options of the run; friction uses a stiff method with error control, as others would need 1e6 steps."""
+        """Options of the run; cases with friction use a stiff method, because an explicit one would need 1e6 steps."""
         choice, frictional = self.choice, self.friction is not None
         return Options(
             float(_number(self.until)),
@@ -172,7 +172,7 @@ class PaperCase:
 
     @property
     def toml(self) -> str:
-        """The case file of this run, without the constrained contact, which needs a Python function."""
+        """Text of the case file, without the constrained contact, which needs a Python function."""
         choice = self.choice
         lines = [
             f"# {self.name}: {choice.words}",
@@ -217,7 +217,7 @@ class PaperCase:
         return "\n".join(lines) + "\n"
 
     def _lugre(self) -> str:
-        """The friction law, for which an explicit method would need a million steps."""
+        """Return the LuGre friction law of the case, with the constants of the choice."""
         if self.friction is None:
             return '"none"'
         choice = self.choice
@@ -229,12 +229,12 @@ class PaperCase:
         return "{ " + ", ".join(['law = "lugre"', *parts]) + " }"
 
     def described(self) -> Case:
-        """The mechanism and options of the case file."""
+        """Return mechanism and options of the case."""
         with add_prefix(self.name):
             return make_case(tomllib.loads(self.toml), {"folder": Path()})
 
     def described_on(self, ideal: Case) -> Case:
-        """The same with clearance, made of the parts of the ideal case on the same drive, which takes less time."""
+        """Return mechanism and options of a case with clearance, built from the parts of the ideal case to save time."""
         with add_prefix(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]
             read: Any = instance(ClearanceTable, table, {"folder": Path()})
@@ -252,7 +252,7 @@ class PaperCase:
 
 
 def every_case(choice: Choice) -> tuple[PaperCase, ...]:
-    """Each distinct run that the figures and statements need."""
+    """Return the cases of all runs that the figures and statements need, each once."""
     cases = [PaperCase(None, speed, choice=choice) for speed in SPEEDS]
     cases += [PaperCase(clearance, choice=choice) for clearance in CLEARANCES]
     cases += [PaperCase(speed=speed, choice=choice) for speed in SPEEDS]
@@ -263,10 +263,10 @@ def every_case(choice: Choice) -> tuple[PaperCase, ...]:
 
 
 def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
-    """The starts of the runs with control, without control: the effect of the start in contact alone."""
+    """Return the cases without control that start like those with control, to separate the effect of the start in contact."""
     return tuple(PaperCase(clearance, start="in-contact", choice=choice) for clearance in CONTROLLED)
 
 
 def _number(value: float) -> str:
-    """A number in the form of a case file; twelve digits, which removes the round-off of conversions."""
+    """Return a number as text of a case file with twelve digits, without the round-off of conversions."""
     return f"{value:.12g}"

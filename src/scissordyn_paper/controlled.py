@@ -57,7 +57,7 @@ GUST: Any = Force(
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A reference motion of the driven bar."""
+    """Manoeuvre: a reference motion of the driven bar, with its loads."""
 
     title: str
     motion: TimeFunction  # The reference angle
@@ -68,7 +68,7 @@ class Manoeuvre:
     gust: bool = False  # True if a gust acts on the slider; it never acts on the ideal mechanism
 
     def mechanism(self) -> Mechanism:
-        """The array with its clearance joint, not driven."""
+        """The array with its clearance joint and without drive."""
         described = PaperCase(ARRAY, choice=Choice(angle=self.angle)).described().mechanism
         return dataclasses.replace(described, drives=(), components=(GUST,) if self.gust else ())
 
@@ -106,23 +106,23 @@ Scheme = Literal[
 
 @dataclass(frozen=True)
 class ControlledRun:
-    """One manoeuvre under one control scheme."""
+    """Run of one manoeuvre with one control scheme."""
 
     manoeuvre: Literal["stroke", "deployment", "periodic"]
     scheme: Scheme  # "ideal" and "prescribed" prescribe the motion of the bar
 
     @property
     def name(self) -> str:
-        """Name of its file."""
+        """Name of the run in file names."""
         return f"{self.manoeuvre}_{self.scheme.replace(', ', '-').replace(' ', '-')}"
 
     @property
     def toml(self) -> str:
-        """The mechanism as plain data, on which the run depends."""
+        """Text of the mechanism, on which the run depends."""
         return json.dumps(to_plain(self.mechanism()))
 
     def mechanism(self) -> Mechanism:
-        """The array with drive or controllers."""
+        """The array with its drive or controllers."""
         manoeuvre = MANOEUVRES[self.manoeuvre]
         arm = manoeuvre.mechanism()
         if self.scheme == "ideal":
@@ -176,12 +176,12 @@ LONGEST_FIRST = CONTROLLED_RUNS[::-1]  # Delayed feedback of the periodic drive 
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:
-    """The ideal mechanism along the same manoeuvre."""
+    """Return the run of the ideal mechanism on a manoeuvre."""
     return ControlledRun(job.manoeuvre, "ideal")
 
 
 def compute(job: ControlledRun) -> xr.Dataset:
-    """Simulate a manoeuvre under a scheme."""
+    """Simulate a manoeuvre with a control scheme."""
     manoeuvre = MANOEUVRES[job.manoeuvre]
     run = raise_if_interrupted(simulate(job.mechanism(), until=manoeuvre.until, samples=manoeuvre.samples))
     if run.attrs["status"] != "complete":
@@ -190,13 +190,13 @@ def compute(job: ControlledRun) -> xr.Dataset:
 
 
 def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, float]:
-    """The figures of merit of a run as plain numbers, those of joint A among them."""
+    """Return the figures of merit of a run, including those of joint A, as numbers by name."""
     found = figures_of_merit(run, ideal, after=after)
     return {str(name): float(found[name].sel(joint=JOINT) if "joint" in found[name].dims else found[name]) for name in found}
 
 
 def mismatch(run: xr.Dataset, after: float) -> float:
-    """Root mean square of the change of the eccentricity from one period to the next, in clearances: zero if it repeats."""
+    """Return the rms change of the eccentricity from one period to the next [clearances]; zero for periodic motion."""
     time = run["time"].values
     lag = round(PERIOD / float(time[1] - time[0]))
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values

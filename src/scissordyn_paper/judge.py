@@ -34,7 +34,7 @@ _LOCAL = threading.local()
 
 
 def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
-    """The answer to each check, in the order of `CHECKS`, from runs whose clearances are those of a neighbour."""
+    """Return the answer to each check in the order of `CHECKS`, from runs with the clearances of a neighbour."""
     cases = [case for case in every_case(choice) if case.clearance is not None]
     drives = {speed: PaperCase(None, speed, choice=choice).without_contact_laws for speed in SPEEDS}
     measured = {case: _constrained(case.without_contact_laws) for case in cases if case.constrained}
@@ -48,7 +48,7 @@ def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
 
 
 def _answer(check: Check, choice: Choice, measured: Mapping[PaperCase, Measures]) -> Finding:
-    """The answer to a check; one of whose runs has failed does not hold, and has no numbers."""
+    """Return the answer to a check; if one of its runs has failed, the statement does not hold and has no numbers."""
     try:
         return check.find(choice, measured)
     except KeyError as missing:
@@ -58,7 +58,7 @@ def _answer(check: Check, choice: Choice, measured: Mapping[PaperCase, Measures]
 def _measured(
     cases: Sequence[PaperCase], options: Options, drives: Mapping[float, PaperCase], member: int
 ) -> dict[PaperCase, Measures]:
-    """Measures of runs with the same options, all with friction or all without."""
+    """Return the measures of runs with the same options, either all with friction or all without."""
 
     def mechanism(case: int) -> Mechanism:
         run = cases[case]
@@ -139,5 +139,5 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
 
 
 def agreeing(choice: Choice, members: Sequence[int]) -> np.ndarray:
-    """Share of neighbours for which each check holds, in the order of `CHECKS`."""
+    """Return the fraction of neighbours for which each check holds, in the order of `CHECKS`."""
     return np.asarray(np.mean([[finding.holds for finding in findings(choice, member)] for member in members], axis=0))

@@ -53,22 +53,22 @@ class Change:
 
     @property
     def ratios(self) -> tuple[float, ...]:
-        """The measure with the change over that without it, of the pairs in which the latter is positive."""
+        """Ratios of the measure with the change to that without it, for pairs in which the latter is positive."""
         return tuple(changed / before for changed, before in self.pairs if before > 0.0)
 
     @property
     def lower(self) -> float:
-        """Share of the pairs in which the measure is lower by more than `NOTICED`."""
+        """Fraction of the pairs in which the change reduces the measure by more than `NOTICED`."""
         return float(np.mean([before - changed > NOTICED * abs(before) for changed, before in self.pairs]))
 
     @property
     def answer(self) -> str:
-        """Answer in words whether the change reduces the measure."""
+        """Answer whether the change reduces the measure: "yes", "no" or "depends"."""
         return "yes" if self.lower >= CLEAR else "no" if self.lower <= 1.0 - CLEAR else "depends"
 
     @property
     def words(self) -> str:
-        """Median and range of the ratios, and in how many pairs the measure is lower."""
+        """Text with median and range of the ratios, and the number of pairs with a lower measure."""
         if not self.ratios:
             return "no ratio"
         low, high, middle = min(self.ratios), max(self.ratios), float(np.median(self.ratios))
@@ -78,14 +78,14 @@ class Change:
 
 @dataclass(frozen=True)
 class OpenAnswers:
-    """The result."""
+    """Result of the open question: changes, their runs, and the path of the report."""
 
     changes: tuple[Change, ...]
     report: Path  # The page in HTML
 
 
 def answer_open_question(folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> OpenAnswers:
-    """Compute what is missing, compare, and write page, tables and pictures."""
+    """Compute the missing runs, compare them, and write the report with its tables and pictures."""
     folder.mkdir(parents=True, exist_ok=True)
     runs = fetch(LONGEST_FIRST, compute, folder / "beyond", what="runs beyond the paper", engine=engine, progress=progress)
     found = {case: runs[case] for case in OPEN_CASES}
@@ -98,7 +98,7 @@ def answer_open_question(folder: Path, *, engine: Engine = None, progress: Progr
 
 
 def changes(found: Found) -> tuple[Change, ...]:
-    """Every change of bars, joint and both, by manoeuvre and measure."""
+    """Return the effect of each change (flexible bars, oil, or both), for each manoeuvre and measure."""
     return tuple(
         Change(
             manoeuvre, what, measure, tuple((float(found[one][measure]), float(found[other][measure])) for one, other in pairs)
@@ -110,7 +110,7 @@ def changes(found: Found) -> tuple[Change, ...]:
 
 
 def _pairs(cases: Sequence[OpenCase], found: Found) -> dict[str, list[tuple[OpenCase, OpenCase]]]:
-    """Runs with a change and without it, that have all else in common, by the change in words."""
+    """Return pairs of runs that differ only by a change, by the text of the change."""
     pairs: dict[str, list[tuple[OpenCase, OpenCase]]] = {}
     for bars in (*BARS, *STIFFER):
         for oil in (None, *OILS):
@@ -122,7 +122,7 @@ def _pairs(cases: Sequence[OpenCase], found: Found) -> dict[str, list[tuple[Open
 
 
 def _spread(found: Found) -> tuple[float, float]:
-    """Median and largest relative spread of the largest force among neighbours."""
+    """Return median and largest relative difference of the largest force between runs of the same case (`member`)."""
     groups: dict[OpenCase, list[float]] = {}
     for case, run in found.items():
         groups.setdefault(replace(case, member=0), []).append(float(run["peak_force"]))
@@ -131,7 +131,7 @@ def _spread(found: Found) -> tuple[float, float]:
 
 
 def _csv(found: Found) -> str:
-    """Every run, in SI."""
+    """Return a CSV table with the measures of all runs in SI units."""
     rows: list[tuple[object, ...]] = [("manoeuvre", "bars", "viscosity", "clearance", "member", "choice", *MEASURES)]
     for case, run in found.items():
         start = case.manoeuvre, case.bars, "" if case.oil is None else case.oil, case.clearance, case.member, case.choice.words
@@ -140,7 +140,7 @@ def _csv(found: Found) -> str:
 
 
 def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, Sequence[Path]]) -> str:
-    """The whole page."""
+    """Return the report as a page."""
     middle, largest = _spread(found)
     parts = [
         cited(TITLE, f"The open question of: {SOURCE}", DOI),

@@ -84,7 +84,7 @@ COMPARED: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class OpenCase:
-    """One run of the paper's array with other bars and another joint."""
+    """Case of a run of the paper's array with flexible bars or oil in the joint."""
 
     manoeuvre: Manoeuvre = "stroke"
     bars: str = "rigid"  # A key of `BARS` or `STIFFER`
@@ -95,7 +95,7 @@ class OpenCase:
 
     @property
     def name(self) -> str:
-        """Name of the file."""
+        """Name of the case in file names."""
         joint = "dry" if self.oil is None else f"oil-{1e3 * self.oil:g}"
         parts = [self.manoeuvre, self.bars.replace(" ", "-"), joint, f"{1e3 * self.clearance:g}mm"]
         if self.choice != DEFAULT:
@@ -104,22 +104,22 @@ class OpenCase:
 
     @property
     def joint(self) -> str:
-        """The joint in words."""
+        """Text of the kind of joint."""
         return "dry" if self.oil is None else f"{1e3 * self.oil:g} mPa s"
 
     @property
     def rigid(self) -> OpenCase:
-        """The same with rigid bars."""
+        """The same case with rigid bars."""
         return dataclasses.replace(self, bars="rigid")
 
     @property
     def dry(self) -> OpenCase:
-        """The same with a dry joint."""
+        """The same case with a dry joint."""
         return dataclasses.replace(self, oil=None)
 
     @property
     def toml(self) -> str:
-        """The case file; the clearance of a neighbour is changed by its number, which is the first line."""
+        """Text of the case file; the first line has the member number, which changes the clearance of a neighbour."""
         tree = tomllib.loads(PaperCase(self.clearance, choice=self.choice).toml)
         tree["run"]["samples"] = SAMPLES
         if self.manoeuvre == "deployment":
@@ -137,7 +137,7 @@ class OpenCase:
 
 
 def _written(tree: Mapping[str, Any]) -> str:
-    """Parsed TOML as text."""
+    """Return parsed TOML as text."""
     parts = []
     for section, tables in tree.items():
         heading = f"[[{section}]]" if isinstance(tables, list) else f"[{section}]"
@@ -161,7 +161,7 @@ reverse of the first two rising ones; the others would start at 90 deg or beyond
 
 
 def _every_case() -> tuple[OpenCase, ...]:
-    """Bars, joints and clearances together; stiffer bars until they are rigid; parameters whose tables are lost."""
+    """Yield all cases: combinations of bars, joints and clearances, stiffer bars, and other lost parameters."""
     cases = [
         OpenCase(manoeuvre, bars, oil, size, member)
         for manoeuvre in MANOEUVRES
@@ -191,7 +191,7 @@ def _described(text: str) -> Case:
 
 
 def compute(case: OpenCase) -> xr.Dataset:
-    """Simulate a case and measure it."""
+    """Simulate a case and return its measures."""
     with add_prefix(case.name):
         described = _described(case.toml)
         mechanism = described.mechanism
@@ -215,18 +215,18 @@ def _ideal_case(case: OpenCase) -> OpenCase:
 
 
 def _ideal(case: OpenCase) -> Any:
-    """The mechanism with rigid bars and ideal joints on the same drive."""
+    """Return the mechanism of a case with rigid bars, ideal joints and the same drive."""
     mechanism = _described(_ideal_case(case).toml).mechanism
     return mechanism.ideal()
 
 
 def _largest_at(run: xr.Dataset) -> float:
-    """The largest force of metal and film together at the loose joint [N]."""
+    """Return the largest force of metal and film together at the clearance joint [N]."""
     return float(run["joint_peak_force"].values[np.isfinite(run["clearance"].values)].max())
 
 
 def _measured(run: xr.Dataset, ideal: xr.Dataset, case: OpenCase) -> dict[str, float]:
-    """The measures of a run."""
+    """Return the measures of a run."""
     work = run["drive_work"].values
     work = work if work.ndim == 1 else work.sum(axis=-1)
     peaks, length = run["peak_force"].values, np.nan_to_num(run["contact_duration"].values, nan=0.0)

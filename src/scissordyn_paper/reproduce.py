@@ -32,14 +32,14 @@ _FIGURE = "figure-{:02d}"  # Name of the files of a figure of the paper
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The result of the reproduction."""
+    """Result of the reproduction of the paper."""
 
     verdicts: tuple[Verdict, ...]  # Verdicts of the default choice
     report: Path  # The HTML report
 
 
 def reproduce(folder: str | os.PathLike[str], *, engine: Engine = None, progress: Progress | None = None) -> Reproduction:
-    """Reproduce the paper and write a report."""
+    """Compute all runs, check the paper's statements, draw its figures, and write the report."""
     target = _made(folder)
     results = _results(target, engine, progress)
     answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
@@ -59,7 +59,7 @@ def draw_figure(
     engine: Engine = None,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """One figure of the paper; missing runs are computed."""
+    """Draw one figure of the paper; missing runs are computed."""
     figure = figure_of(number)
     target = _made(folder)
     needed = [*figure.cases, *(case.ideal for case in figure.cases)]
@@ -68,13 +68,13 @@ def draw_figure(
 
 
 def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = None) -> tuple[Verdict, ...]:
-    """The answers to all checks from the runs of the default choice."""
+    """Return the answers to all checks of the paper's statements, from the runs of the default choice."""
     measured = {case: measure(run, runs[case.ideal]) for case, run in runs.items() if case.clearance is not None}
     return tuple(answer(check, DEFAULT, measured, settled) for check in CHECKS)
 
 
 def _results(target: Path, engine: Engine, progress: Progress | None) -> Results:
-    """All runs; missing ones are computed."""
+    """Return all runs; missing ones are computed."""
     runs, settled, controlled_runs = fetch_all(
         Jobs((*every_case(DEFAULT), *contact_starts(DEFAULT)), compute, target / "runs"),
         Jobs(periodic.LONGEST_FIRST, periodic.examine, target / "periodic", "motions under the periodic drive"),
@@ -91,7 +91,7 @@ def _results(target: Path, engine: Engine, progress: Progress | None) -> Results
 
 
 def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[int | str, list[Path]]:
-    """The files of all figures by number or name."""
+    """Draw all figures; return their files by number or name."""
     draw: dict[int | str, Callable[[], Figure]] = {
         **{number: partial(figure.draw, results.runs) for number, figure in FIGURES.items()},
         **{name: partial(figure.draw, results) for name, figure in FURTHER.items()},
@@ -105,7 +105,7 @@ def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[in
 
 
 def _file(case: PaperCase) -> str:
-    """Name of a case file: the drive is part of it."""
+    """Return the name of a case file, which contains the drive."""
     return f"periodic_{case.name}" if case.choice == periodic.PERIODIC else case.name
 
 
@@ -121,6 +121,6 @@ def _made(folder: str | os.PathLike[str]) -> Path:
 
 
 def _write(path: Path, text: str) -> Path:
-    """Write a text file, complete or not at all."""
+    """Write a text file completely or not at all."""
     _made(path.parent)
     return write_file(path, text.encode(), sample="-o paper")

@@ -24,7 +24,7 @@ from scissordyn_paper.measures import JOINT
 
 
 def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
-    """Simulate a case."""
+    """Simulate a case and return its run."""
     mechanism = described(case).mechanism
     simulated = constrain_contact(mechanism) if case.constrained else mechanism
     run = raise_if_interrupted(simulate(simulated, **{**case.options.keywords, "trust": trust}))
@@ -44,7 +44,7 @@ def described(case: PaperCase) -> Case:
 def fetch_runs(
     cases: Sequence[PaperCase], folder: Path, *, engine: Engine = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
-    """Runs from a folder; those missing or out of date are computed first."""
+    """Return runs stored in a folder; missing and outdated runs are computed first."""
     return fetch(cases, compute, folder, engine=engine, progress=progress)
 
 

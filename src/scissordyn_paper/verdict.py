@@ -16,7 +16,7 @@ Settled = Mapping[PaperCase, Regularity]  # The asymptotic motions under the per
 
 @dataclass(frozen=True)
 class Finding:
-    """The finding for one check."""
+    """Finding of one check: whether the statement holds, with its numbers."""
 
     holds: bool  # True if the criterion is met
     words: str  # The measured numbers in a sentence
@@ -24,7 +24,7 @@ class Finding:
 
     @property
     def answer(self) -> str:
-        """The answer in a word: "agrees" or "differs"."""
+        """The finding as a word: "agrees" or "differs"."""
         return "agrees" if self.holds else "differs"
 
 
@@ -66,7 +66,7 @@ class Verdict:
 
     @property
     def answer(self) -> str:
-        """The answer in a word: "agrees" or "differs"."""
+        """The answer as a word: "agrees" or "differs"."""
         return self.finding.answer
 
 
@@ -83,7 +83,7 @@ class _RecordedMeasures(dict[PaperCase, Measures]):
 
 
 def answer(check: Check, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
-    """Answer a check."""
+    """Evaluate a check of the paper's statements on the runs of a choice."""
     recorded = _RecordedMeasures(measured)
     finding = check.find(choice, recorded)
     trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)

@@ -174,7 +174,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
 
 @picture("Two.")
 def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
-    """Draw the 0-1 test: the translation at one angle, and the distribution of K over the angles.
+    """Draw a 0-1 test for chaos: the path (p, q) of the translation at one angle, and the correlation K over the angles.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Bound:
-    """Requirement on a response that has an interpolated field."""
+    """Requirement on a response whose values between the points of a study are interpolated."""
 
     label: str
     field: Field
@@ -105,7 +105,7 @@ def _label(points: xr.Dataset, name: str, scale: Scale, longest: int = 44) -> st
 
 
 def _legend(axes: Sequence[Axes]) -> None:
-    """Add a legend with dots of a visible size."""
+    """Add a legend in which the small dots of the plot are enlarged."""
     shown = legend(axes, above=True)
     for handle in shown.legend_handles if shown is not None else ():
         if isinstance(handle, Line2D) and handle.get_marker() == DOTS["marker"]:

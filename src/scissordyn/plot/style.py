@@ -186,7 +186,7 @@ def _letters(parameter: str, fraction: float) -> float:
 
 
 def wrap_text(text: str, inches: float, letters: float) -> str:
-    """Break a text into lines that fit a width."""
+    """Break a text into lines that fit a width [inch] at a letter size `letters` [pt]."""
     shortest = 8  # least number of letters in a line
     letter_width = 0.58  # as a fraction of its size
     fitting = int(inches * 72.0 / (letter_width * letters))
@@ -215,7 +215,7 @@ def is_column() -> bool:
 
 
 def draw_scale_bar(axes: Axes, turns: int = 0, *, factor: float = 1.0) -> None:
-    """Replace the axes of a drawing by a scale bar below it; in a turned drawing it names the directions of x and y.
+    """Replace the axes of a drawing by a scale bar below it; in a rotated drawing its text shows where x and y point.
 
     `factor` is the displayed length divided by the length in metres.
     """

@@ -59,7 +59,7 @@ class _Scene:
         return self.placement.angle(body)
 
     def pivot(self, body: str, base: str) -> tuple[np.ndarray, float]:
-        """Return the position of the joint between two bodies and a scale of the symbol.
+        """Return the position of the joint between two bodies, and the factor by which the symbol there is enlarged.
 
         Without a joint the position is the mass centre of the first body.
 

@@ -31,7 +31,7 @@ from scissordyn.plot.style import (
 )
 
 CURVES = 4  # contours of a profile, at states with about equal differences of depth
-SHARE = 0.3  # largest magnified depth over the bearing's radius
+DEPTH_FRACTION = 0.3  # [bearing radii] drawn size of the largest wear depth, which determines the magnification
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
@@ -79,16 +79,16 @@ def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = No
     for colour, k in zip(repeated(COLOURS), at, strict=False):
         if largest[k] == 0.0:
             continue
-        radius = 1.0 + SHARE * np.append(depths[k], depths[k, 0]) / deepest
+        radius = 1.0 + DEPTH_FRACTION * np.append(depths[k], depths[k, 0]) / deepest
         axes.plot(angle, radius, color=colour, linewidth=1.1, label=f"cycle {int(run['cycle'].values[k])}")
     scale = engineering("m", deepest)
     ticks = np.array([0.0, 1.0])
-    axes.set_ylim(0.0, 1.0 + 1.15 * SHARE)
+    axes.set_ylim(0.0, 1.0 + 1.15 * DEPTH_FRACTION)
     labels = [f"{scale.factor * deepest * tick:.3g}" for tick in ticks]
-    axes.set_yticks(1.0 + SHARE * ticks, labels, fontsize=small(), color=GREY)
+    axes.set_yticks(1.0 + DEPTH_FRACTION * ticks, labels, fontsize=small(), color=GREY)
     axes.tick_params(labelsize=small())
     axes.grid(linewidth=0.4)
-    factor = SHARE * float(here["bearing_radius"]) / deepest
+    factor = DEPTH_FRACTION * float(here["bearing_radius"]) / deepest
     axes.set_title(
         f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {factor:.3g} times", fontsize=normal(), color=BLACK
     )

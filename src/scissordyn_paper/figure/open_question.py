@@ -22,7 +22,7 @@ SMALLEST = 1e-3  # Smaller and negative values are drawn here
 
 
 def draw_ratios(answers: Sequence[Change]) -> Figure:
-    """A row for each change, a panel for each measure, a dot for each pair of runs."""
+    """Draw the ratios of measures with and without each change: a row per change, a panel per measure, a dot per pair."""
     names = list(dict.fromkeys(one.what for one in answers))
     drawn = panels(None, 1, len(COMPARED), size=(15.0, 1.2 + 0.32 * len(names)), share=False)
     for axes, (measure, title) in zip(drawn, COMPARED.items(), strict=True):
@@ -50,7 +50,7 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
 
 
 def draw_orbits(found: Mapping[OpenCase, xr.Dataset]) -> Figure:
-    """The journal's orbit of the stroke by bars and joint, in clearances."""
+    """Draw the orbits of the journal during the stroke, one panel for each kind of bars and joint, in clearances."""
     joints = None, *OILS
     drawn = panels(None, len(joints), len(BARS), size=(2.6 * len(BARS), 0.4 + 2.75 * len(joints)), share=False)
     turn = np.linspace(0.0, 2.0 * np.pi, 181)

@@ -1,4 +1,4 @@
-"""Warnings of a run and sentences about a study as data (kind, part, numbers), and the table of their texts."""
+"""Warnings about a run and sentences about a study as data (kind, part, numbers), and the table of their texts."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
         "best there; all other values of the search come from cheap runs.",
     }
 )
-"""Text of each kind of warning and sentence.
+"""Text of each kind of warning and sentence, with placeholders for its numbers.
 
 A text begins with a colon if warnings on several parts can be joined in one line.
 """
@@ -166,9 +166,9 @@ RANKING_NUMBER = MappingProxyType({"fast": "speed"})
 
 @dataclass(frozen=True)
 class RunWarning:
-    """Warning of a run, or sentence about a study; its text is that of its kind with its numbers."""
+    """Warning about a run, or sentence about a study: its kind, the part, and the numbers in its text."""
 
-    kind: str  # key of `WORDS`
+    kind: str  # key of `WARNING_TEXTS`
     part: str = ""  # name of the part; empty if it is about the whole run or study
     what: str = "joint"  # kind of part
     numbers: Mapping[str, Any] = field(default_factory=dict)  # numbers and texts that fill the placeholders of the text

@@ -195,7 +195,7 @@ COORDINATE_DRIVE: Hints = (
 
 
 def coupling_lines(mechanism: Mechanism) -> list[str]:
-    """Return one line of text for each coupling, in the terms of a case file."""
+    """Return a line of text for each coupling, for the preview of a case."""
     lines, (bare, backlashes) = [], without_backlash(mechanism)
     for part in bare.couplings:
         unit, name = ratio_unit(part.output, part.input), part.name

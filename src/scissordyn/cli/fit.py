@@ -32,7 +32,7 @@ def fit(
         list[str] | None,
         Option(
             metavar="PARAMETER[=RANGE]",
-            help="A number to fit, and its range or 'norm(loc=MEAN, scale=DEVIATION) UNIT' of another measurement. Repeatable.",
+            help="Parameter to fit, with its range or another measurement 'norm(loc=MEAN, scale=DEVIATION) UNIT'. Repeatable.",
         ),
     ] = None,
     segment: Annotated[

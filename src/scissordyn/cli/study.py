@@ -52,8 +52,8 @@ PROGRESS_SECONDS = 30.0  # [s] between two lines of progress without a terminal
 
 VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
 
-DISTRIBUTED = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
-"""A parameter and a distribution, whose table may be a file with an equals sign in its name."""
+DISTRIBUTION_TEXT = re.compile(r"(.*?)=(\s*[a-z_0-9]+\s*\(.*\)[^()=]*)", re.DOTALL)
+"""Text PARAMETER=DISTRIBUTION(...); a file name in the brackets may contain an equals sign."""
 
 Varied = Annotated[
     list[str] | None,

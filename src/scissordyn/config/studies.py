@@ -33,7 +33,9 @@ FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 NamedValues = Mapping[str, Mapping[str, Any]]  # by parameter path: the object for each name
 
-RANGES = "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
+RANGE_EXAMPLES = (
+    "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
+)
 
 
 def study(
@@ -382,5 +384,5 @@ def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: i
     if kind not in SAMPLED:
         return Design(kind)
     if points is not None and points < 1:
-        raise InputError(f"{points} points", "a whole number >= 1", "--points 32")
+        raise InputError(f"a design of {points} points", "a whole number >= 1", "--points 32")
     return Design(kind, points or (study.design.points if study.design.kind == kind else 4 * POINTS_MIN), seed)

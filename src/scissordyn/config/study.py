@@ -231,7 +231,9 @@ def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
     if isinstance(values, list) and "each" not in table:
         return make_names(values, table.get("probabilities", ()))
     if not isinstance(apart, bool) or not isinstance(values, str) or "probabilities" in table:
-        raise InputError(said, "values, a text, and each = true or false; or a list of names and probabilities", EACH_EXAMPLE)
+        raise InputError(
+            said, "values = a text, and each = true or false; or values = a list of names, and probabilities", EACH_EXAMPLE
+        )
     return f"{values}, each" if apart else values
 
 

@@ -66,7 +66,7 @@ REPLACED: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] 
 }
 """Distributions of scipy.stats for spellings that are no longer read, by name and number of arguments without names."""
 
-# a fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
+# ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
 FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_SAMPLE = "'H7/g6 at 10 mm'"
 
@@ -74,15 +74,15 @@ TOLERANCE_SIGNS = ("+-", "±", "+/-")  # spellings of the sign before a toleranc
 TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
 OR_SHARE = ", or %", TOLERANCE_SAMPLE
 SHAPES = ("uniform", "norm", "triang")
-"""Distributions within a tolerance; the limits of the normal one are three standard deviations from its mean."""
+"""Shapes of the distribution within a tolerance; a normal distribution has its limits at three standard deviations."""
 
 SHAPES_BEFORE = {"normal": "norm", "triangular": "triang"}  # present names of shapes by names that are no longer read
 
-EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # a variation that each place of a pattern has for itself
+EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # variation that applies to each match of a pattern separately
 
-CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # a distribution: name, arguments, unit
-DIGITS_MAX = 18  # [digits] longest number of values; Python reads at most 4300 digits
-HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # a range written with a hyphen
+DISTRIBUTION_CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # name, arguments and unit of a distribution
+DIGITS_MAX = 18  # [digits] longest integer in "20 values"; Python reads at most 4300 digits
+HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # range with a hyphen instead of two dots
 
 RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # option of a range: "20 values" or "log"
 
@@ -193,7 +193,7 @@ def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
 def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
     """Return the distribution of the radial clearance for an ISO fit of hole and shaft with a nominal diameter `size`."""
     if quantity.unit != "m":
-        raise InputError(f"a fit of a number in [{quantity.unit}]", "a clearance", FIT_SAMPLE)
+        raise InputError(f"a fit of hole and shaft for a number in [{quantity.unit}]", "a fit for a clearance", FIT_SAMPLE)
     _check_shape(shape or SHAPES[0], "a fit", SHAPES[:2])
     value, unit = number_and_unit(size)
     if not unit:

@@ -108,8 +108,8 @@ def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | 
         value, scale = mean, abs(mean) or deviation
     elif variation is not None:
         raise InputError(
-            f"'{parameter}' is free over values that are neither a range nor normal",
-            "a range, or a value with its standard deviation",
+            f"the values of the free parameter '{parameter}' are neither a range nor normal",
+            "a range, or a normal distribution: a value with its standard deviation",
             command("--free", f"{parameter}=norm(loc=0.1, scale=0.01) {quantity.unit}"),
         )
     if not scale > 0.0:

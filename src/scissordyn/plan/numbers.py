@@ -56,7 +56,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         law[j]["bristles"], law[j]["loaded"] = len(clearance.friction.states), clearance.reference == "loaded"
         for which, kind in enumerate(("stiffness", "damping", "friction")):
             chosen: Any = getattr(clearance, kind)
-            if not is_ours(chosen) and not getattr(chosen, "states", None):
+            if not is_built_in(chosen) and not getattr(chosen, "states", None):
                 trial_forces(chosen, joint)
             tables[which, j] = row_of(chosen, joint)
             for name, pointer in pointers(chosen).items():

@@ -78,10 +78,10 @@ def _compiled(recipe: Recipe) -> Any:
     try:
         text = unit.text()
     except SourceError:
-        _KEPT.append(_POINTERS(_in_python(recipe)))
-        return _KEPT[-1]
-    _KEPT.append(load_source(text))
-    return getattr(_KEPT[-1], recipe.symbol)
+        _LOADED.append(_KERNEL_TYPE(_in_python(recipe)))
+        return _LOADED[-1]
+    _LOADED.append(load_source(text))
+    return getattr(_LOADED[-1], recipe.symbol)
 
 
 def _in_python(recipe: Recipe) -> Callable[..., float]:

@@ -196,7 +196,7 @@ def _component_names(part: Any) -> list[str]:
 
 
 def _energy_measure(name: str) -> Measure:
-    place = ACCOUNTS.index(name)
+    place = ENERGY_TERMS.index(name)
     words = {"drive_work": "work of the drives", "load_work": "work of the loads", "motor_work": "work of the motors"}
     text = words.get(name, f"energy dissipated by {'dampers' if name == 'damper_loss' else 'contact ' + name.split('_')[0]}")
     return Measure("J", text, (), lambda ended: float(ended.accounts[place]))

@@ -1,4 +1,4 @@
-"""Units of component forces: force or torque, in requirements, tables, reports, pictures and exports."""
+"""Units of loads of components and couplings: force or torque, in requirements, tables, reports, pictures and exports."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import ORIGIN, wheel
 
 import scissordyn as sd
 from scissordyn.cli.study import show_answers
 from scissordyn.config.study import read_requirement
 from scissordyn.model.options import Options
 from scissordyn.plot.study import response_curves
-from scissordyn.run.measure import COMPONENT_UNIT, component_units
+from scissordyn.run.measure import load_units
 from scissordyn.studies.answer.report import table
 from scissordyn.studies.answer.verdict import by_point, worst_cases
 from scissordyn.studies.ask.description import Study
@@ -39,11 +40,11 @@ def study(*components: Any, **changes: Any) -> Study:
 
 def results(described: Study) -> xr.Dataset:
     """Return made-up results: the first component 1, 2, 3; the second ten times as much."""
-    units = component_units(described.mechanism)
+    units = load_units(described.mechanism)["component"]
     about = {"units": " or ".join(dict.fromkeys(units.values())), "role": "measure"}
     exerted = (("case", "component"), np.outer([1.0, 2.0, 3.0], 10.0 ** np.arange(len(units))), about)
     others = made_up(described, np.ones(3)).drop_vars(["peak_force", "contact_count"])
-    coordinates = {"component": list(units), COMPONENT_UNIT: ("component", list(units.values()))}
+    coordinates = {"component": list(units), "component_unit": ("component", list(units.values()))}
     return others.assign({MEASURE: exerted}).assign_coords(coordinates)
 
 
@@ -126,3 +127,32 @@ def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) 
     with pytest.raises(sd.InputError, match=says) as error:
         study(*components, **changes)
     assert "[N" in str(error.value) or not components
+
+
+def test_loads_of_couplings(tmp_path: Path) -> None:
+    """Closed form: a rack of 2 kg on an incline drives its pinion with J/R^2 times its acceleration, a force."""
+    radius, slope, inertia = 0.05, 0.3, 0.001
+    mechanism = sd.Mechanism(
+        bodies=(wheel("pinion", inertia), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))),
+        joints=(sd.Revolute("A", ("pinion", "c"), ("ground", "O")),),
+        guides=(sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=slope),),
+        ground=ORIGIN,
+        couplings=(sd.Coupling("teeth", sd.Slide(("rack", "centre"), slope), sd.RelativeAngle("pinion"), radius),),
+    )
+    load = inertia / radius**2 * 9.81 * np.sin(slope) * 2.0 / (2.0 + inertia / radius**2)
+    found = sd.study(
+        mechanism,
+        {"rack.mass": [2.0]},
+        until=0.1,
+        measures="peak_coupling_force",
+        requirements="peak_coupling_force < 2 N",
+        engine=1,
+        store=tmp_path / "teeth.db",
+    )
+    assert found.table["teeth.peak_coupling_force [N]"].values == pytest.approx([load], rel=1e-6)
+    assert found.recommend().margins[0].margin == pytest.approx(1.0 - load / 2.0, rel=1e-6)
+    assert found.points["peak_coupling_force (force)"].attrs["label"] == "largest force of couplings on their outputs"
+    with pytest.raises(sd.InputError, match="in N m: no such coupling"):
+        sd.study(
+            mechanism, {"rack.mass": [2.0]}, until=0.1, requirements="peak_coupling_force < 2 N m", store=tmp_path / "b.db"
+        )

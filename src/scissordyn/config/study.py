@@ -52,8 +52,8 @@ from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Names, Variation
 from scissordyn.studies.ask.requirement import (
-    BY_COMPONENT,
     KINDS,
+    LOADS,
     SHORTFALL,
     Optimisation,
     Requirement,
@@ -375,7 +375,7 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
     try:
         part, measure, unit = read_response(match[1], own)
         value, unit_given = number_and_unit(match[3])
-        if measure in BY_COMPONENT:
+        if measure in LOADS:
             unit = unit_like(unit_given, KINDS)
             if not unit:
                 what = f"unit '{unit_given}' does not fit" if unit_given else "missing unit"
@@ -383,5 +383,5 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
         factor = scale_of(unit_given, unit, sample=f"{match[1]} {match[2]} {value} {unit}")
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.expected, error.example) from None
-    exerted = unit if measure in BY_COMPONENT else ""
+    exerted = unit if measure in LOADS else ""
     return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)

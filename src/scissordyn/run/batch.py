@@ -29,7 +29,7 @@ from scissordyn.run.advance.driver import FIRST_STEPS, Driver
 from scissordyn.run.advance.loop import CALL_SECONDS, SLICE_STEPS_MAX, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.ideal_path import ideal_path, make_stages
-from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, Ended, Measure, check_measures, component_units, parts_of
+from scissordyn.run.measure import LOAD, MEASURES, Ended, Measure, check_measures, load_units, parts_of
 from scissordyn.run.trajectory import RECORDED_STEPS_MAX, advance_to, describe_stop, make_driver, model_failure
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 from scissordyn.tolerance import DATA_TOL
@@ -410,11 +410,13 @@ class _Batch:
         return False
 
     def dataset(self, seconds: float, *, interrupted: bool) -> xr.Dataset:
-        exerted = component_units(self.base)
-        every = " or ".join(dict.fromkeys(exerted.values())) or "1"
+        loads = load_units(self.base)
         variables: dict[str, Any] = {}
         for name, measure in self.measures.items():
-            about = {"units": every if measure.dims == ("component",) else measure.units, "long_name": measure.long_name}
+            units = measure.units
+            if units == LOAD:
+                units = " or ".join(dict.fromkeys(loads[measure.dims[0]].values())) or "1"
+            about = {"units": units, "long_name": measure.long_name}
             variables[name] = (("case", *measure.dims), self.values[name], about)
         variables["status"] = ("case", self.status.astype(str), {"long_name": "complete, failed or pending"})
         variables["cause"] = ("case", self.cause.astype(str), {"long_name": "why a case failed"})
@@ -426,8 +428,8 @@ class _Batch:
             coordinates[parameter] = ("case", column, {"units": quantity.unit, "long_name": quantity.help or parameter})
         used = {dim for measure in self.measures.values() for dim in measure.dims}
         coordinates |= {dim: self.sizes[dim] for dim in sorted(used)}
-        if "component" in used:
-            coordinates[COMPONENT_UNIT] = ("component", np.array(list(exerted.values()), dtype=str))
+        for dim in used & loads.keys():
+            coordinates[f"{dim}_unit"] = (dim, np.array(list(loads[dim].values()), dtype=str))
         attributes = {
             "title": TITLE,
             "status": "interrupted" if interrupted else "complete",

@@ -314,13 +314,21 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
 """Predefined measures by name."""
 
 
-COMPONENT_UNIT = "component_unit"  # coordinate of results: unit of each component's force, torque or other output
+LOAD = "N or N m"  # unit of measures whose parts exert forces or torques
 
 
-def component_units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of each component's first output, as its port declares it."""
+def load_units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
+    """Return the unit of the load of each component, coupling and drive of a coordinate, by dimension and name.
+
+    Results have it as coordinate ``component_unit``, ``coupling_unit`` or ``coordinate_drive_unit``.
+    """
+    loads = {"rad": "N m", "m": "N"}
     ports = {component.name: component.declaration.port for component in mechanism.components}
-    return {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()}
+    return {
+        "component": {name: port.outputs[0].unit if port.outputs else "1" for name, port in ports.items()},
+        "coupling": {coupling.name: loads[coupling.output.unit] for coupling in mechanism.couplings},
+        "coordinate_drive": {drive.name: loads[drive.coordinate.unit] for drive in mechanism.coordinate_drives},
+    }
 
 
 IDEAL_JOINTS = "ideal joints"

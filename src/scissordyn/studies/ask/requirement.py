@@ -16,16 +16,16 @@ import xarray as xr
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.measure import COMPONENT_UNIT, MEASURES, component_units, parts_of
+from scissordyn.run.measure import LOAD, MEASURES, load_units, parts_of
 from scissordyn.studies.ask.design import Design
 from scissordyn.studies.ask.distribution import Levels, Names, Variation
 
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
-BY_COMPONENT = frozenset(name for name, measure in MEASURES.items() if measure.dims == ("component",))
-"""Measures whose unit is that of what a component exerts."""
+LOADS = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD)
+"""Measures of forces and torques, whose unit is that of the component, coupling or drive of a coordinate."""
 
-KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a component's load, by unit
+KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by unit
 
 ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
 """Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
@@ -78,7 +78,7 @@ class Requirement:
         if self.text:
             return self.text
         unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
-        scale = engineering(unit if unit in KINDS or self.measure not in BY_COMPONENT else "1", self.bound)
+        scale = engineering(unit if unit in KINDS or self.measure not in LOADS else "1", self.bound)
         return f"{self.response.name} {self.sign} {scale.with_unit(self.bound, 6)}"
 
     def margin(self, values: np.ndarray) -> np.ndarray:
@@ -162,17 +162,17 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
 
 
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
-    """Return the units of a measure's parts, which differ only between components."""
+    """Return the units of a measure's parts, which differ only between loads."""
     variable = results[measure]
-    if COMPONENT_UNIT in variable.coords:
-        return [str(unit) for unit in variable[COMPONENT_UNIT].values]
+    if measure in LOADS:
+        return [str(unit) for unit in variable[f"{variable.dims[1]}_unit"].values]
     return [str(variable.attrs.get("units", "1"))] * int(np.prod(variable.shape[1:], dtype=int))
 
 
 def response_unit(results: xr.Dataset, response: Response) -> str:
     variable = results[response.measure]
-    if response.part and COMPONENT_UNIT in variable.coords:
-        return str(variable[COMPONENT_UNIT].sel({variable.dims[1]: response.part}).item())
+    if response.part and response.measure in LOADS:
+        return str(variable[f"{variable.dims[1]}_unit"].sel({variable.dims[1]: response.part}).item())
     units = set(units_of_parts(results, response.measure))
     return response.unit or (units.pop() if len(units) == 1 else str(variable.attrs.get("units", "1")))
 
@@ -205,16 +205,18 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
 
 
 def check_unit(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` for a response that no component has, or that would compare forces with torques."""
-    if response.measure not in BY_COMPONENT:
+    """Raise `InputError` for a load that no part has, or that would compare forces with torques."""
+    if response.measure not in LOADS:
         return
-    units = component_units(mechanism)
+    (dim,) = MEASURES[response.measure].dims
+    part = dim.replace("_", " ")
+    units = load_units(mechanism)[dim]
     possible = {units[response.part]} if response.part in units else set(units.values())
-    allowed = ", ".join(f"{name}.{response.measure} [{unit}]" for name, unit in units.items()) or "a case with a component"
+    allowed = ", ".join(f"{name}.{response.measure} [{unit}]" for name, unit in units.items()) or f"a case with a {part}"
     if response.unit and response.unit not in possible:
-        raise InputError(f"'{response.name}' in {response.unit}: no such component", allowed)
+        raise InputError(f"'{response.name}' in {response.unit}: no such {part}", allowed)
     if not possible:
-        raise InputError(f"'{response.name}': the case has no component", allowed)
+        raise InputError(f"'{response.name}': the case has no {part}", allowed)
     if not response.unit and len(possible) > 1:
         raise InputError(f"'{response.name}' of forces and of torques", allowed)
 

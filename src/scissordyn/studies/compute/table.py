@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.plot.scale import Scale, scale_of
-from scissordyn.run.measure import COMPONENT_UNIT
 from scissordyn.studies.ask.description import Study
 
 CHUNK_CASES_MAX = 100_000  # [cases] in memory at once: in a block of a worker, or read from the file
@@ -56,7 +55,7 @@ class Columns:
         labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
         for name, variable in variables.items():
             dims = tuple(map(str, variable.dims[1:]))
-            for label in (*dims, *([COMPONENT_UNIT] if dims and COMPONENT_UNIT in variable.coords else [])):
+            for label in (*dims, *(unit for dim in dims if (unit := f"{dim}_unit") in variable.coords)):
                 labels[label] = tuple(map(str, variable[label].dims)), tuple(map(str, variable[label].values.tolist()))
             address = str(variable.attrs.get("address", name))
             places = product(*(labels[dim][1] for dim in dims))

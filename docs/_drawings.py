@@ -297,9 +297,10 @@ def _draw_deviation(axes: Axes, run: Any, name: str, color: str) -> None:
     at = int(np.argmax(values))
     place = float(run["time"][at]), float(values[at])
     text = f"{name}: {1e3 * float(run['peak_track_deviation'][0]):.3g} mm"
-    smallest = name.startswith(f"{1e3 * CLEARANCES[0]:g} ")  # its name is below its peak
+    if smallest := name.startswith(f"{1e3 * CLEARANCES[0]:g} "):  # its name is below its narrow peak
+        text = text.replace(": ", ":\n")
     look: dict[str, Any] = {"fontsize": 8, "color": color, "ha": "center", "va": "top" if smallest else "bottom"}
-    axes.annotate(text, place, (0, -4 if smallest else 3), textcoords="offset points", **look)
+    axes.annotate(text, place, (0, -9 if smallest else 3), textcoords="offset points", **look)
 
 
 def _draw_forces(axes: Axes, run: Any, color: str, *, up: bool) -> None:

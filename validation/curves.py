@@ -8,6 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from scissordyn.plot.style import number_decades
+
 __all__ = ["Curve", "draw"]
 
 Curve = tuple[str, Sequence[tuple[float, float]]]
@@ -41,6 +43,8 @@ def draw(curves: Sequence[Curve], goal: float, error: str, path: Path) -> None:
             axes.plot([], [], " ", label=f"{name}: {'fails' if points else 'not installed'}")
     axes.axhline(goal, color="grey", linestyle="--", linewidth=1, label="goal")
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel=error)
+    for axis in (axes.xaxis, axes.yaxis):
+        number_decades(axis)
     axes.grid(visible=True, which="major", alpha=0.3)
     figure.legend(fontsize=7, loc="outside lower center", ncols=2)
     figure.savefig(path, dpi=110, metadata={"Software": ""})

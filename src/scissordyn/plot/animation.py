@@ -123,7 +123,7 @@ def animate(
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
             if target.suffix.lower() == ".html":
-                part.write_text(page(scene, run, seconds), encoding="utf-8")
+                part.write_text(page(scene, run, seconds, title=film_title(target, scene)), encoding="utf-8")
             else:
                 _write_film(scene, part, rate, slower)
             film = part.read_bytes()
@@ -132,6 +132,12 @@ def animate(
             f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with free space"
         ) from None
     return write_file(target, film, sample="film.html")
+
+
+def film_title(path: Path, scene: Scene) -> str:
+    """Return the title of a film: the name of its file, and the time that it shows."""
+    begin, end = (scene.scale.with_unit(float(scene.time[k]), 3) for k in (0, -1))
+    return f"{path.stem.replace('_', ' ')}: {begin} to {end}"
 
 
 def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:

@@ -145,15 +145,17 @@ PAGE = """<!DOCTYPE html>
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width">
-<title>scissordyn</title>
+<title>{title}</title>
 <style>
 body {{ font: 15px/1.4 system-ui, sans-serif; margin: 1rem auto; max-width: 1100px; padding: 0 1rem }}
+h1 {{ font-size: 17px; margin: 0 0 0.5rem }}
 #film {{ height: min(78vh, 680px) }}
 #film canvas:focus-visible {{ outline: 1px solid #ccc }}
 small {{ color: #666 }}
 </style>
 </head>
 <body>
+<h1>{title}</h1>
 <div id="film"></div>
 <small>{about} Space plays, arrow keys step, the wheel zooms.</small>
 <script type="application/json" id="scene">{scene}</script>
@@ -170,7 +172,9 @@ render({{ el: place, model: {{
   save_changes: () => {{}}, send: () => {{}},
 }} }});
 const canvas = place.querySelector("canvas");
-if (window === window.parent) canvas.focus();  // in a frame it would scroll the page around it
+const framed = window !== window.parent;
+document.querySelector("h1").hidden = framed;  // the page around a frame has its own title
+if (!framed) canvas.focus();  // in a frame it would scroll the page around it
 // film.html#20 begins at frame 20
 const frame = Math.floor(Number(location.hash.slice(1)));
 if (frame > 0) place.querySelector(".sd-stage").frame(frame);
@@ -180,7 +184,8 @@ if (frame > 0) place.querySelector(".sd-stage").frame(frame);
 """
 
 
-def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> str:
+def page(scene: Scene, run: xr.Dataset, seconds: float, *, title: str = "Motion", ghost: str = "") -> str:
+    """Return a film as a self-contained page with a player."""
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)
     slower = seconds / float(scene.time[-1] - scene.time[0])
@@ -188,7 +193,13 @@ def page(scene: Scene, run: xr.Dataset, seconds: float, *, ghost: str = "") -> s
     about = f"The drawing is {scale.factor * wide:.3g} {scale.unit} wide. At speed 1×: {scale_text}."
     # a "<" in a name could end the script
     data, other = (text.replace("<", "\\u003c") for text in (pack_scene(scene, run, seconds=seconds), ghost))
-    return PAGE.format(about=about, scene=data, ghost=other, canvas=CANVAS_SCRIPT.replace("export default { render };", ""))
+    return PAGE.format(
+        title=escape(title),
+        about=about,
+        scene=data,
+        ghost=other,
+        canvas=CANVAS_SCRIPT.replace("export default { render };", ""),
+    )
 
 
 @dataclass(frozen=True)

@@ -183,11 +183,15 @@ class MagnifiedBlock:
 
     def __init__(self, axes: Axes, joint: Channel) -> None:
         self.joint = joint
+        edge = SIZES.channel_half_length
+        if joint.hollow:  # the block is a ring around a solid pole
+            low, high = sorted(joint.surfaces.values())
+            axes.add_patch(Rectangle((-edge, low), 2.0 * edge, high - low, facecolor=LIGHT, linewidth=0.0))
         for face, height in joint.surfaces.items():
-            low = min(height, height + 0.25 * face)
-            axes.add_patch(Rectangle((-SIZES.channel_half_length, low), 2.0 * SIZES.channel_half_length, 0.25, **HATCH_STYLE))
-            axes.plot([-SIZES.channel_half_length, SIZES.channel_half_length], [height, height], color=BLACK, linewidth=1.2)
-        axes.plot([-SIZES.channel_half_length, SIZES.channel_half_length], [0.0, 0.0], **LINE_STYLES["guide"])
+            if not joint.hollow:
+                axes.add_patch(Rectangle((-edge, min(height, height + 0.25 * face)), 2.0 * edge, 0.25, **HATCH_STYLE))
+            axes.plot([-edge, edge], [height, height], color=BLACK, linewidth=1.2)
+        axes.plot([-edge, edge], [0.0, 0.0], **LINE_STYLES["guide"])
         _frame(axes, 1.75)
         self.block = Polygon(joint.block[0], facecolor="none" if joint.hollow else LIGHT, linewidth=1.6)
         axes.add_patch(self.block)

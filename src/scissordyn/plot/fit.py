@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.style import BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, dress, legend, literal, panels, small
+from scissordyn.plot.style import BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, dress, legend, literal, panels, signed, small
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def fit_correlation(fit: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
         for column in range(len(names)):
             strong = abs(values[row, column]) > 0.6
             color = "white" if strong else "black"
-            panel.text(column, row, f"{values[row, column]:.2f}", ha="center", va="center", size=small(), color=color)
+            panel.text(column, row, signed(f"{values[row, column]:.2f}"), ha="center", va="center", size=small(), color=color)
     panel.set_xticks(range(len(names)), names, rotation=35, ha="right")
     panel.set_yticks(range(len(names)), names)
     dress(panel)

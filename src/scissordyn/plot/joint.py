@@ -50,6 +50,7 @@ from scissordyn.plot.style import (
     legend,
     literal,
     normal,
+    number_decades,
     panels,
     small,
     wrap_text,
@@ -340,5 +341,6 @@ def film(
     draw_curves(drawn[2], "force of the film", [(_size(here["film_force"]), {"color": BLUE})], time)
     finish_time_axes(drawn, run, time)
     drawn[0].set_yscale("log")
+    number_decades(drawn[0].yaxis)
     legend(drawn, above=axes is None)
     return drawn

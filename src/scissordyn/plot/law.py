@@ -31,6 +31,7 @@ from scissordyn.plot.style import (
     legend,
     literal,
     normal,
+    number_decades,
     panels,
 )
 from scissordyn.plugin.element import pointers, row_of
@@ -94,6 +95,7 @@ def _draw_friction(friction: Friction, axes: Canvas, joint: JointContact) -> lis
     sliding, sticking = panels(axes, 1, 2, size=(8.0, 3.4), share=False)
     sliding.semilogx(SLIP_SPEEDS, steady_coefficient(friction, joint, SLIP_SPEEDS), color=BLUE, linewidth=LINE_WIDTH)
     sliding.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force", ylim=(0.0, None))
+    number_decades(sliding.xaxis)
     sliding.set_title(literal(f"{friction.name}: steady sliding"), loc="left", fontsize=normal())
     amplitude, frequency = OSCILLATION
     history = oscillation(friction, joint, amplitude=amplitude, frequency=frequency)
@@ -145,6 +147,7 @@ def draw_gallery(
             SLIP_SPEEDS, steady_coefficient(law(), joint, SLIP_SPEEDS), linewidth=LINE_WIDTH, label=name, **_line_style(index)
         )
     friction.set(xlabel="slip speed [m/s]", ylabel="friction force / normal force")
+    number_decades(friction.xaxis)
     friction.set_title("friction, in steady sliding", loc="left", fontsize=normal())
     for panel in (elastic, damping, friction):
         legend([panel])

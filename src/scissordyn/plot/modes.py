@@ -8,13 +8,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
 
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import picture_corners, scene_of
 from scissordyn.plot.drawing import Drawing
-from scissordyn.plot.style import Canvas, figure_size, legend, panels, small
+from scissordyn.plot.style import Canvas, figure_size, legend, number_decades, panels, small
 from scissordyn.record.placement import Placement
 
 
@@ -34,8 +33,7 @@ def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
     drawn.set_ylabel("natural frequency [Hz]")
     if float(eigenmodes["frequency"].min()) > 0.0:
         drawn.set_yscale("log")
-        for place in (drawn.yaxis.set_major_formatter, drawn.yaxis.set_minor_formatter):
-            place(ScalarFormatter())
+        number_decades(drawn.yaxis)
     legend([drawn])
     return drawn
 

@@ -30,6 +30,7 @@ from scissordyn.plot.style import (
     GREEN,
     LINE_WIDTH,
     ORANGE,
+    OUTSIDE,
     PURPLE,
     SKY,
     VERMILION,
@@ -275,7 +276,7 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
         if tolerance is not None:
             outside, limit = values > tolerance, scale.factor * tolerance
             draw_limit(panel, limit, "tolerance")
-            look: dict[str, Any] = {"facecolor": VERMILION, "alpha": 0.15, "linewidth": 0.0, "interpolate": True}
+            look: dict[str, Any] = {"facecolor": OUTSIDE, "alpha": 0.15, "linewidth": 0.0, "interpolate": True}
             panel.fill_between(at, limit, deviation, where=outside, label="outside" if outside.any() else None, **look)
         panel.set_ylim(bottom=0.0)
         panel.set_ylabel(scale.label("deviation"))

@@ -23,7 +23,9 @@ from scissordyn.plot.style import (
     legend,
     literal,
     normal,
+    number_decades,
     panels,
+    signed,
     small,
 )
 
@@ -131,6 +133,7 @@ def power_spectrum(spectrum: xr.Dataset, *, peaks: int = 3, axes: Canvas = None)
         drawn.annotate(f"{where:.4g}", (where, high), (0.0, 5.0), **look)
     lowest = float(np.min(np.maximum(density, floor), initial=top))
     drawn.set_ylim(0.5 * lowest, top * (top / lowest) ** 0.12)
+    number_decades(drawn.yaxis)
     drawn.set_xlim(0.0, float(frequency[-1]))
     unit = spectrum["frequency"].attrs["units"]
     density_unit = spectrum["power_density"].attrs["units"].replace("^2", "²").replace("(1)²", "").strip()
@@ -164,7 +167,7 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     values = _select_series(diagram, chosen, 0, joint).transpose("value", "cycle")
     value = diagram["value"]
     across, up = scale_of(value), scale_of(values)
-    look: dict[str, Any] = {"markersize": _dot_size(values.size, 2.0, 5.0), "rasterized": values.size > 20_000, **DOT_STYLE}
+    look: dict[str, Any] = {"markersize": _dot_size(values.size, 3.0, 7.0), "rasterized": values.size > 20_000, **DOT_STYLE}
     x = np.repeat(across.factor * value.values, values.shape[1])
     drawn.plot(x, up.factor * values.values.ravel(), color=BLUE, **look)
     drawn.set(xlabel=across.label(_long_name(value, "parameter")), ylabel=up.label(_long_name(values, chosen)))
@@ -191,7 +194,7 @@ def zero_one(test: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     if finite:
         spread.axvline(float(test["K"]), color=VERMILION, linewidth=1.5)
     spread.set(xlim=(-1.0, 1.05), xlabel="growth at one angle", ylabel="angles")
-    title = f"median K = {float(test['K']):.3f}" if finite else "K undecided: only round-off varies"
+    title = signed(f"median K = {float(test['K']):.3f}") if finite else "K undecided: only round-off varies"
     spread.set_title(title, loc="left", fontsize=normal(), color=VERMILION)
     return [plane, spread]
 
@@ -264,6 +267,7 @@ def distribution(run: xr.Dataset, *, variable: str = "peak_force", joint: str = 
     drawn.hist(shown, bins=edges.tolist(), color=BLUE)
     if decades:
         drawn.set_xscale("log")
+        number_decades(drawn.xaxis)
     drawn.axvline(float(np.median(shown)), color=VERMILION, linewidth=1.5, label="median")
     drawn.yaxis.set_major_locator(MaxNLocator(integer=True))
     legend([drawn], above=axes is None)

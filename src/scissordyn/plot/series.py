@@ -12,7 +12,7 @@ import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE_WIDTH, VERMILION, normal, small, wrap_text
+from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE_WIDTH, OUTSIDE, normal, small, wrap_text
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 from scissordyn.warning import LISTED_MAX
 
@@ -161,7 +161,7 @@ def mark_largest(axes: Axes, when: float, value: float) -> None:
 
 def draw_limit(axes: Axes, value: float, label: str) -> None:
     """Draw a dotted line that a curve should not cross."""
-    axes.axhline(value, color=VERMILION, linewidth=0.8, linestyle=(0, (1, 1.5)), label=label)
+    axes.axhline(value, color=OUTSIDE, linewidth=0.8, linestyle=(0, (1, 1.5)), label=label)
 
 
 def finish_time_axes(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:

@@ -50,6 +50,7 @@ from scissordyn.plot.style import (
     is_column,
     legend,
     literal,
+    signed,
     small,
     wrap_text,
 )
@@ -237,7 +238,7 @@ def _draw_channel(axes: Axes, channel: Channel, scene: Scene) -> None:
 
 def _write_caption(axes: Axes, text: str) -> None:
     width, letters = figure_of(axes).get_figwidth() * axes.get_position(original=True).width, small()
-    lines = [wrap_text(line, 1.35 * width, letters) for line in text.split("\n")]
+    lines = [wrap_text(line, 1.1 * width, letters) for line in text.split("\n")]
     axes.set_title("\n".join(lines), fontsize=letters, color=BLACK)
 
 
@@ -296,8 +297,7 @@ def bending(
         if diagram.coloured:
             colour_bar([axes], diagram)
         most, where = diagram.most()
-        value = diagram.scale.with_unit(most, 3).replace("-", "\N{MINUS SIGN}")  # as on the axes
-        caption = f"{diagram.quantity}, {title}: {value} in {where}"
+        caption = f"{diagram.quantity}, {title}: {signed(diagram.scale.with_unit(most, 3))} in {where}"
         axes.set_title(wrap_text(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))

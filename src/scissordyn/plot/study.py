@@ -14,7 +14,7 @@ from matplotlib.axis import Axis, XAxis
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import MaxNLocator
 
 from scissordyn.errors import InputError
 from scissordyn.plot.file import figure_of
@@ -22,15 +22,19 @@ from scissordyn.plot.scale import Scale, engineering, scale_of
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
+    CLEARANCE_MAP,
     GREY,
     LINE_WIDTH,
     ORANGE,
+    OUTSIDE,
     SIZES,
     VERMILION,
     Canvas,
     legend,
     literal,
+    number_decades,
     panels,
+    signed,
     small,
 )
 
@@ -145,7 +149,7 @@ def feasibility_map(
     norm: Normalize = (
         Normalize(0.0, 1.0) if colour == "met" else LogNorm() if _ratio(finite) > SIZES.logarithm_ratio else Normalize()
     )
-    look: dict[str, Any] = {"cmap": MET_COLOURS if colour == "met" else "viridis", "norm": norm, "rasterized": True}
+    look: dict[str, Any] = {"cmap": MET_COLOURS if colour == "met" else CLEARANCE_MAP, "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
     on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
@@ -153,7 +157,7 @@ def feasibility_map(
         drawn: Any = panel.pcolormesh(ua, ub, table, shading="nearest", **look)
         if limit is not None and not (sx.labels or sy.labels) and np.nanmin(table) < limit * sc.factor < np.nanmax(table):
             lines = panel.contour(ua, ub, table, levels=[limit * sc.factor], colors=[BLACK], linewidths=LINE_WIDTH)
-            panel.clabel(lines, fmt=lambda value: f"{value:g} {sc.unit}", fontsize=small())
+            panel.clabel(lines, fmt=lambda value: signed(f"{value:g} {sc.unit}"), fontsize=small())
     else:
         drawn = _draw_scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
     if (unmet := np.isinf(c)).any():  # points without a value do not meet the requirement
@@ -168,7 +172,9 @@ def feasibility_map(
     bar = figure_of(panel).colorbar(drawn, ax=panel)
     bar.set_label(label, fontsize=small())
     bar.ax.tick_params(labelsize=small())
-    if colour != "met" and _is_whole(finite):
+    if isinstance(norm, LogNorm):
+        number_decades(bar.ax.yaxis)
+    elif colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
     panel.grid(visible=False)
     return [panel]
@@ -236,7 +242,6 @@ def _grid_means(a: np.ndarray, b: np.ndarray, c: np.ndarray, ua: np.ndarray, ub:
 
 def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = None, axes: Canvas = None) -> list[Axes]:
     """Draw each response over each factor: all points, and the median and middle 80 % over the other factors."""
-    short = 300.0  # ratio below which a logarithmic axis also has numbers between powers of ten
     every, names = (_with_role(points, role) for role in ("factor", "response"))
     if not every or not names:
         raise InputError("the study has no factor or no response", "at least one of each for response curves")
@@ -264,17 +269,14 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             marked = points["disagrees"].values
             if marked.any():
                 larger = max(dot, 4.0 if np.count_nonzero(marked) <= SIZES.edged_points_max else 1.0)
-                panel.plot(x[marked], values[marked], **DOTS, color=VERMILION, markersize=larger, label="members disagree")
+                panel.plot(x[marked], values[marked], **DOTS, color=BLACK, markersize=larger, label="members disagree")
             if limits and name in limits:
-                panel.axhline(limits[name] * sy.factor, color=ORANGE, linewidth=LINE_WIDTH, label="required")
+                panel.axhline(limits[name] * sy.factor, color=OUTSIDE, linewidth=LINE_WIDTH, label="required")
             _scale_axis(panel.xaxis, sx, points[factor].values)
             finite = values[np.isfinite(values)]
-            if (ratio := _ratio(finite)) > SIZES.logarithm_ratio:
+            if _ratio(finite) > SIZES.logarithm_ratio:
                 panel.set_yscale("log")
-                if ratio < short:  # numbers at 1, 2 and 5 of each decade
-                    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-                    panel.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-                    panel.yaxis.set_minor_formatter(NullFormatter())
+                number_decades(panel.yaxis)
             elif _is_whole(finite):
                 panel.yaxis.set_major_locator(MaxNLocator(nbins="auto", steps=[1, 2, 5, 10], integer=True))
             if row == len(names) - 1:
@@ -312,6 +314,7 @@ def _scale_axis(axis: Axis, scale: Scale, values: np.ndarray) -> None:
     across = isinstance(axis, XAxis)
     if _is_logarithmic(values):
         (axis.axes.set_xscale if across else axis.axes.set_yscale)("log")
+        number_decades(axis)
     if not scale.labels:
         return
     axis.set_ticks(range(len(scale.labels)), [literal(label) for label in scale.labels])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from textwrap import wrap
@@ -17,6 +18,7 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.colors import Colormap
     from matplotlib.legend import Legend
 
@@ -28,7 +30,7 @@ LINE_WIDTH = 1.0  # [pt] width of a curve
 
 TIME_MAP = "plasma"  # Colour map of instants
 CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
-DARK_PART = 0.85  # Part of both maps that is used: the rest is too light on white paper
+DARK_PART = 0.65  # Part of both maps that is used: the rest is too light on white paper, and too dark on dark pages
 OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
 
 
@@ -160,6 +162,28 @@ def literal(name: str) -> str:
 
     shown = printable(name)
     return shown.translate(LATEX_ESCAPES) if rcParams["text.usetex"] else shown.replace("$", r"\$")
+
+
+def signed(text: str) -> str:
+    """Return a text whose negative numbers have the minus sign of the axes instead of a hyphen."""
+    from matplotlib import rcParams
+
+    return re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text) if rcParams["axes.unicode_minus"] else text
+
+
+def number_decades(axis: Axis) -> None:
+    """Number a logarithmic axis at powers of ten, and also at 2 and 5 times them where it has fewer than two decades."""
+    from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter
+
+    two_decades = 100.0  # ratio of the ends of the axis
+    plain = 1e-3, 1e4  # range of numbers that are written without powers of ten
+    most = 5  # largest number of powers of ten; more would touch each other in a narrow panel
+    low, high = sorted(axis.get_view_interval())
+    fine = high < two_decades * low
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fine else (1.0,), numticks=None if fine else most))
+    in_words = low >= plain[0] and high <= plain[1]
+    axis.set_major_formatter(StrMethodFormatter("{x:g}") if fine or in_words else LogFormatterMathtext())
+    axis.set_minor_formatter(NullFormatter())
 
 
 def small() -> float:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import engineering
+from scissordyn.plot.series import draw_limit
 from scissordyn.plot.style import (
     BLACK,
     BLUE,
@@ -27,6 +28,7 @@ from scissordyn.plot.style import (
     literal,
     normal,
     panels,
+    shades,
     small,
 )
 
@@ -76,7 +78,7 @@ def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = No
     deepest = float(largest[-1]) or 1.0
     at = sorted({int(np.argmin(np.abs(largest - share * deepest))) for share in np.linspace(0.0, 1.0, CURVES + 1)[1:]})
     axes.plot(angle, np.ones(angle.size), color=GREY, linestyle="--", linewidth=0.8, label="round bearing")
-    for colour, k in zip(repeated(COLOURS), at, strict=False):
+    for colour, k in zip(shades(len(at)), at, strict=True):
         if largest[k] == 0.0:
             continue
         radius = 1.0 + DEPTH_FRACTION * np.append(depths[k], depths[k, 0]) / deepest
@@ -99,7 +101,7 @@ def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = No
 def history(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """Draw the largest clearance of each joint and the deviation of each tracked point over the cycles.
 
-    Bands are 95 % intervals; dashed lines are limits.
+    Bands are 95 % intervals; dotted lines are limits.
 
     Parameters
     ----------
@@ -153,5 +155,5 @@ def _curves(
         axes.fill_between(cycles, low, high, color=colour, alpha=0.2, linewidth=0.0)
         axes.plot(cycles, scale.factor * curve.values, color=colour, marker="o", markersize=2.5, label=literal(str(name)))
     for limit in limits:
-        axes.axhline(scale.factor * limit, color=BLACK, linestyle="--", linewidth=0.8)
+        draw_limit(axes, scale.factor * limit, "limit")
     axes.set_ylabel(f"{label} [{scale.unit}]", fontsize=normal())

@@ -8,13 +8,25 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
 from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.regularity import bifurcation, stroboscopic_map
 from scissordyn.plot.regularity import velocity_acceleration as scatter
-from scissordyn.plot.style import BLUE, GREEN, GREY, IDEAL, LINE_WIDTH, ORANGE, VERMILION, legend, normal, panels, small
+from scissordyn.plot.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    IDEAL,
+    LINE_WIDTH,
+    ORANGE,
+    VERMILION,
+    legend,
+    normal,
+    number_decades,
+    panels,
+    small,
+)
 from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn_paper.measures import JOINT
@@ -151,9 +163,7 @@ def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
                 )
                 axes.plot([k - 0.35, k + 0.35], [np.median(values)] * 2, color=VERMILION, linewidth=1.6, label="median")
             axes.set_yscale("log")
-            axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
-            axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-            axes.yaxis.set_minor_formatter(NullFormatter())
+            number_decades(axes.yaxis)
             axes.set_xticks(range(len(cases)), [name for name, _ in cases], fontsize=small())
             axes.grid(visible=False, axis="x")
             axes.set_xlabel(title if row else "")

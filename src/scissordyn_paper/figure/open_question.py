@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from scissordyn.plot.file import figure_of
-from scissordyn.plot.style import normal, panels
+from scissordyn.plot.style import normal, number_decades, panels
 from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 
 if TYPE_CHECKING:
@@ -41,7 +41,8 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
         axes.set_title(title, loc="left", fontsize=normal())
         axes.set_yticks(range(len(names)), names if axes is drawn[0] else [])
         axes.set_ylim(len(names) - 0.4, -0.6)
-        axes.set_xlabel("over rigid and dry [1]")
+        axes.set_xlabel("ratio to rigid and dry")
+        number_decades(axes.xaxis)
     for name, colour in COLOURS.items():
         drawn[0].plot([], [], "o", color=colour, ms=4.0, label=name)
     figure = figure_of(drawn)

@@ -225,7 +225,8 @@ function render({ model, el }) {
   function drawChannel(channel, frame, cx, cy, r, color) {
     const long = channel.edge * r, level = (height, look) => trace(context, [[cx - long, cy - height], [cx + long, cy - height]], look);
     for (const [side, height] of channel.surfaces) {
-      context.fillStyle = colors.fill; context.fillRect(cx - long, cy - r * Math.max(height, height + 0.25 * side), 2 * long, 0.25 * r);
+      const deep = channel.hollow ? -2 * height * side : 0.25;  // a pole is solid, a channel has a strip on each side
+      context.fillStyle = colors.fill; context.fillRect(cx - long, cy - r * Math.max(height, height + deep * side), 2 * long, deep * r);
       level(r * height, { color: channel.joint === model.get("selected") ? colors.trail : colors.ink, width: 1.4 });
     }
     level(0, { color: colors.faint, width: 0.8, dash: GUIDE });

@@ -174,7 +174,8 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
     ]
     print_table({"measured": "text", **dict.fromkeys(curves, "number")}, rows)
     statistics = json.loads(fitted.attrs["statistics"])
-    say(f"{statistics['runs']} runs in {statistics['seconds']:.1f} s")
+    count = int(statistics["runs"])
+    say(f"{count} run{'s' * (count != 1)} in {statistics['seconds']:.1f} s")
     say(*(f"Warning: {line}" for line in json.loads(fitted.attrs["warnings"])))
 
 

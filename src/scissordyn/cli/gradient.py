@@ -93,7 +93,8 @@ def _show(found: xr.Dataset) -> None:
         heads = {"parameter": "text", "value": "numbers", "derivative (SI)": "numbers", "% per %": "numbers", "until": "text"}
         print_table(heads, rows)
     statistics = json.loads(found.attrs["statistics"])
-    say(f"{statistics['runs']} runs in {statistics['seconds']:.1f} s")
+    count = int(statistics["runs"])
+    say(f"{count} run{'s' * (count != 1)} in {statistics['seconds']:.1f} s")
     left_out = json.loads(found.attrs["left_out"])
     if left_out:
         say(f"{len(left_out)} parameters do not act or cannot change alone")

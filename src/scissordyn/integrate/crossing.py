@@ -34,7 +34,7 @@ def can_cross(s, w):
 
 @kernel
 def step_across(problem, T, t, h, error, s, w, S):
-    """Repeat the step with its rising guards in mode 1; return its error, or -1 if it cannot be stepped across."""
+    """Repeat the step with its rising guards in mode 1 (acting); return its error, or -1 if the step must end on an event."""
     w.rise_count[0] = 0
     if not can_cross(s, w):
         return -1.0

@@ -20,8 +20,11 @@ from scissordyn.tolerance import NEWTON_STEPS_MAX
 
 PROBE_INTERVALS = 6  # Number of intervals of a step, at whose ends guards are evaluated
 
-# [-] a guard that cannot reach zero within this fraction of the step, at its larger end rate, is not searched
 ROOT_REACH_FRACTION = 0.75
+"""Fraction of a step that limits the search for roots of guards.
+
+If no guard can reach zero within this fraction, at the larger of its rates at both ends, roots are not searched.
+"""
 
 CUBIC_ERROR_FACTOR = 4.0  # Safety factor on the cubic's error at the middle
 

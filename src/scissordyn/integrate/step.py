@@ -20,12 +20,13 @@ NOTHING, OUTPUTS, EVERYTHING = range(3)
 """Values available at the start of a step: none, guards and monitored values, or these and the slope."""
 
 
-EVEN, AFTER_START, BEFORE_END = range(3)  # Kinds of time inside a step
+EVEN, AFTER_START, BEFORE_END = range(3)
+"""Stretching of the time inside a step: none, or slow after its start or before its end, as a square."""
 
 
 @kernel
 def fraction(scaling, s):
-    """Return the fraction of the step's time that has passed at s."""
+    """Return the fraction of the step's duration that has passed at the stretched time s (0 to 1)."""
     if scaling == EVEN:
         return s
     return s * s if scaling == AFTER_START else s * (2.0 - s)
@@ -41,7 +42,7 @@ def speed(scaling, s):
 
 @kernel
 def place(scaling, part):
-    """Return the s at which a fraction of the step's time has passed."""
+    """Return the stretched time s (0 to 1) at which the fraction `part` of the step's duration has passed."""
     if scaling == EVEN:
         return part
     return math.sqrt(part) if scaling == AFTER_START else 1.0 - math.sqrt(max(0.0, 1.0 - part))

@@ -76,7 +76,7 @@ def explicit_tableau(
     further: Rows = (),
     idle: Sequence[int] = (),
 ) -> Tableau:
-    """Return an explicit Runge-Kutta method whose last stage of the step is the slope at its end.
+    """Return an explicit Runge-Kutta method whose last stage is the slope at the end of the step (first same as last).
 
     The `further` rows of stages, errors and the dense output omit the `idle` stages.
     """

@@ -55,7 +55,10 @@ ANGLE, APPROACH, MASS, IMPULSE, RESTITUTION_LOSS, FRICTION_LOSS, REBOUND, CLOSED
 
 # [-] penetration over that of the whole step, above which an impact elsewhere has made the located gap jump
 JUMP_FRACTION = 1e-3
-FORCED_STEP_FRACTION = 1.0 / 64.0  # A step that is too long is made anyway below this fraction of the chosen size
+
+FORCED_STEP_FRACTION = 1.0 / 64.0
+"""Fraction of the chosen step size. A step of this size or less is accepted with any indentation at its end."""
+
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)  # Step requests and step status, see `mechanics.hard_rows`
 
 
@@ -423,7 +426,7 @@ def keep_linear(record, t, h, s, w, S):
 
 @kernel
 def happens_inside(t, now, s, w, K):
-    """Return whether a contact starts or ends inside a step, or a value is largest there."""
+    """Return whether a contact ends in the step from t to `now`, or a monitored value has its largest value inside it."""
     for i in range(K.which.size):
         if contact_ends(i, w, K):
             return True

@@ -66,14 +66,14 @@ def friction_at(i, slip, normal, y, S, H):
 
 @kernel
 def rate_of(i, at, u, H):
-    """Return the indentation rate [m/s] at which the laws are evaluated, for U_N+ = u."""
+    """Return the indentation rate [m/s] for the laws: a weighted mean over the step, which ends with the normal rate u."""
     later = H.work.later[i]
     return -later * (u - H.work.turn[i]) - (1.0 - later) * (H.work.before[at] + H.work.turn[i])
 
 
 @kernel
 def slip_of(i, at, u, H):
-    """Return the slip speed [m/s] at which the laws are evaluated, for U_T+ = u."""
+    """Return the slip speed [m/s] for the laws: a weighted mean over the step, which ends with the tangential rate u."""
     return -H.work.later_slip[i] * u - (1.0 - H.work.later_slip[i]) * H.work.before[at]
 
 

@@ -14,8 +14,9 @@ from scissordyn.mechanics.time_function import motion_at, piece_time, prescribe
 from scissordyn.tolerance import CONSTRAINT_TOL, DIFFERENCE_FRACTION
 
 MONITORED_RATIO_MAX = 0.1
-"""Square root of the smallest pivot of Phi Phi^T, relative to its largest value so far, below which a singular position may be
-near and the time until it is estimated.
+"""Ratio below which the time until a singular position is estimated.
+
+The ratio is the square root of the smallest pivot of Phi Phi^T over its largest value so far.
 """
 
 

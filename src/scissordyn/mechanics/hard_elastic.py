@@ -23,6 +23,7 @@ from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 
 # [clearances] the law is linear at smaller indentations, and a closed contact stays in the equations up to this gap
 TOUCHING_DEPTH_MAX = 1e-3
+
 MISFIT_TOL = 1e-2  # Accepted error of a linearised law, relative to its force
 NEGLIGIBLE_FRACTION = 1e-4  # Accepted error of a linearised law, relative to the largest force of the step
 

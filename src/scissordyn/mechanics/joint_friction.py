@@ -170,7 +170,10 @@ def press(S):
 
 @kernel
 def press_at(R):
-    """Write the workless forces of teeth and belts for the current reactions, and their derivatives by the multipliers."""
+    """Write the force between the wheels of each pair of teeth or belt, and its derivative by the multiplier of the coupling.
+
+    The force does no work. The multiplier includes the effect of the current friction.
+    """
     for e in range(R.maps.pressure.shape[0]):
         multiplier = R.pressing[e, 0]
         for k in range(R.component.size):

@@ -93,7 +93,7 @@ def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
 
 @kernel
 def constraint_forces(S, target):
-    """Write the forces of the drives on the entries of b, except the constant one, into target[0:nb]."""
+    """Write the generalised force of the drives on each time-dependent entry b[i] to target[i]; b[0] = 1 is not driven."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
     for i in range(1, nb):

@@ -22,7 +22,7 @@ PIVOTS_MAX = 20  # Largest number of pivots per variable
 
 
 def table_shape(contacts: int) -> tuple[int, int]:
-    """Return rows and columns of the table for a number of contacts."""
+    """Return the numbers of rows and columns of the pivoting table of some contacts."""
     return 3 * contacts, 3 * contacts + 2
 
 

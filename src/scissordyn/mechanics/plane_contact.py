@@ -37,7 +37,7 @@ def plane_gap(j, S, maps):
 
 @kernel
 def plane_kinematics(j, S, maps):
-    """Write delta, delta', slip speed, n and the distance to the surface into Work.contact."""
+    """Write delta, delta', slip speed and n to Work.contact, and the distance delta + clearance."""
     p, contact = S.parameters.contact[j], S.work.contact[j]
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     radius = p.radius

@@ -159,7 +159,7 @@ def sides_of_one(B, gravity, direction, position, acceleration, angular_accelera
 
 @kernel
 def solve_sides(reach, matrix, load):
-    """Solve the equations of `sides_of_one` in place, in the order of `solve_lanes`."""
+    """Solve banded equations with several right-hand sides in place; the order of operations is that of `solve_lanes`."""
     size, sides = load.shape[0], load.shape[1]
     for j in range(size):
         for below in range(1, min(reach, size - 1 - j) + 1):

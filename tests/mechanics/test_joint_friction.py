@@ -262,7 +262,7 @@ def test_friction_next_to_an_open_contact() -> None:
     [
         (
             sd.PinFriction("f", "rod", 0.01, 0.1),
-            "pin friction 'f': no ideal pin between 'rod' and 'ground'; expected bodies that one ideal pin joins: 'crank' and "
+            "pin friction 'f': no ideal pins join 'rod' and 'ground'; expected bodies that one ideal pin joins: 'crank' and "
             "'ground', 'crank' and 'rod', 'rod' and 'slider'",
         ),
         (

@@ -237,7 +237,7 @@ def _assembled(mechanism: Mechanism, names: Iterable[str]) -> Mechanism:
 
 
 def _with_angular_velocity(mechanism: Mechanism, body: Body) -> Body:
-    """Return a free bar with an explicit angular velocity, zero if only its velocity is given."""
+    """Return the bar; an unconnected bar with a given velocity gets the angular velocity 0 if none is given."""
     tied = {drive.body for drive in mechanism.drives}
     tied.update(name for joint in mechanism.ideal_joints for name in joint.bodies)
     tied.update(end[0] for weld in mechanism.welds for end in (weld.start, weld.end))

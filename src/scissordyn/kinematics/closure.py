@@ -144,7 +144,7 @@ class Closure:
         return np.asarray(last + beyond - math.tau * np.floor(beyond / math.tau + 0.5))
 
     def _slopes(self, maps: np.ndarray) -> np.ndarray:
-        """Return the derivative of each part of a constraint by the part's vector."""
+        """Return the gradient of each part of a constraint by its vector: of half its square, its length or its angle."""
         if not self._has_other_kinds:
             return maps
         slopes, square = maps.copy(), np.sum(maps * maps, axis=-1)[..., None]

@@ -52,7 +52,10 @@ def given_places(plan: Plan) -> Given | None:
 
 
 def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
-    """Return the equations of the given velocities and angular velocities at [x; b]; None if none is given."""
+    """Return linear equations for the velocities and angular velocities that bodies are given; None if no body has any.
+
+    `full` contains the positions [x; b].
+    """
     if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
         return None
     directions: list[tuple[float, float] | None] = []

@@ -77,7 +77,7 @@ def add_to_sums(column, value, entries, sums):
 
 @kernel
 def resolve(columns, values, start, count, solved, sums, round_off):
-    """Write a row into `sums` in terms of columns that are not solved; return the number of entries in `touched`.
+    """Write a row to `sums` with its solved columns replaced; return the number of columns that `sums.touched` lists.
 
     A solved column is replaced by its expression, in the order of solution: an expression contains only columns solved later or
     not at all.

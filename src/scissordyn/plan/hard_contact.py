@@ -22,7 +22,10 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, pointers, row_of
 
 SPEED_INDEPENDENT = ("beam", "force", "torque", "constant_force_spring")
-"""Components without damping rows: their force does not depend on a speed, or their damping is weak (beams)."""
+"""Sections of the components that have no damping rows in the step equations of hard contacts.
+
+Their force does not depend on a speed, or their damping is weak (beams).
+"""
 
 ROW_FIELDS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields of `HardWork` by rows of equations
 STATE_FIELDS = ("kept_slope", "slope", "middle", "scratch")  # Fields of `HardState` and `HardWork` by entries of the state y

@@ -91,7 +91,7 @@ def _reactions_of(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[in
     if len(pins) != 1:
         names = ", ".join(f"'{a}' and '{b}'" for a, b in (joint.bodies for joint in mechanism.ideal_joints))
         raise InputError(
-            f"{label}: {len(pins) or 'no'} ideal pin{'s' if len(pins) > 1 else ''} between '{part.body}' and '{part.base}'",
+            f"{label}: {len(pins) or 'no'} ideal pins join '{part.body}' and '{part.base}'",
             f"bodies that one ideal pin joins: {names or 'none'}",
         )
     first = balance.joints[0] + 2 * pins[0]

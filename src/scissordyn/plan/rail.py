@@ -72,7 +72,10 @@ def rail_tables(
 
 
 def _polynomials(axis: Axis) -> tuple[np.ndarray, int]:
-    """Return places of the cross-sections and Legendre coefficients (span, shape, order), and the number of orders."""
+    """Return one row with the places of the cross-sections and the Legendre coefficients of the bar's shapes.
+
+    The coefficients are in the order (span, shape, coefficient). The second result is the number of coefficients per shape.
+    """
     shapes = axis.shapes
     size = shapes.degree + 1
     points, weights = legendre.leggauss(size)

@@ -162,8 +162,8 @@ def _from_bearing(mechanism: Mechanism, part: Coupling, distance: Distance, cent
     apart = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
     if min(apart) > ASSEMBLY_TOL * mechanism.size:
         raise InputError(
-            f"coupling '{part.name}': the bearing of the screw is {min(apart):.4g} m away from both ends of its distance",
-            "a distance that begins or ends at the thrust bearing",
+            f"coupling '{part.name}': both ends of its distance are {min(apart):.4g} m or more from the screw's thrust bearing",
+            "a distance with one end at the thrust bearing",
         )
     return Distance(centre, distance.end) if apart[0] <= apart[1] else Distance(distance.start, centre)
 

@@ -390,7 +390,7 @@ def arms_with(**parts: object) -> Callable[[], object]:
         (lambda: sd.Distance(("a", "end"), ("a", "start")), "the distance between two points of body 'a'"),
         (
             lambda: sd.CoordinateDrive("d", sd.Slide(("a", "end")), sd.ConstantSpeed(1.0)),
-            "drive 'd': a ConstantSpeed of a distance; expected another time function",
+            "drive 'd': a ConstantSpeed is an angular velocity and cannot prescribe a length; expected another time function",
         ),
         (
             arms_with(couplings=(sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0),)),

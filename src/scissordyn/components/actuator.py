@@ -51,8 +51,11 @@ class Actuator:
         if self.sensor is None and (self.controller.uses_sensor or self.sensor_origin is not None):
             raise InputError(f"{what} requires a sensor", "sensor=(BODY, POINT)")
         if self.start_on_reference and (self.base != GROUND or self.reference is None):
-            how = "without a reference" if self.reference is None else f"with the base '{self.base}'"
-            raise InputError(f"actuator '{self.name}': start_on_reference = True {how}", "a reference, and the ground as base")
+            how = "it has no reference" if self.reference is None else f"its base is '{self.base}'"
+            raise InputError(
+                f"actuator '{self.name}' cannot start on its reference: {how}",
+                "a reference and the ground as base, or start_on_reference = False",
+            )
 
     @property
     def states(self) -> tuple[State, ...]:

@@ -117,7 +117,7 @@ class Cam:
         self._pitch()
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Return K, n, xi, the number of nodes of the pitch curve, and their radii and slopes."""
+        """Return stiffness K, exponent n, damping factor xi, and the number, radii and slopes of the pitch curve's nodes."""
         angle, radius = self._pitch()
         from scipy.interpolate import CubicSpline
 

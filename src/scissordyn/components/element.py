@@ -1,4 +1,4 @@
-"""Provide the decorator of laws and controllers after all its slots are defined."""
+"""Export the decorator of laws and controllers, and the base classes whose import defines its slots."""
 
 from __future__ import annotations
 

@@ -326,7 +326,7 @@ class GuideClearance:
 
     @property
     def surfaces(self) -> JointContact:
-        """Rounded corner and its guide surface, as input of the laws."""
+        """Radii, materials and gap of a rounded corner on its guide surface, for the contact laws."""
         return JointContact(
             clearance=math.inf,
             journal_radius=self.corner_radius,

@@ -215,7 +215,9 @@ class CoordinateDrive:
         check_quantities(self, f"drive '{self.name}'")
         if isinstance(self.motion, ConstantSpeed) and self.coordinate.unit == "m":
             raise InputError(
-                f"drive '{self.name}': a ConstantSpeed of a distance", "another time function", "Polynomial((0.5, 0.1))"
+                f"drive '{self.name}': a ConstantSpeed is an angular velocity and cannot prescribe a length",
+                "another time function",
+                "Polynomial((0.5, 0.1))",
             )
 
     @property

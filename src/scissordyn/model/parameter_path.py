@@ -215,7 +215,7 @@ def _kinds(mechanism: Mechanism) -> dict[str, None]:
 
 
 def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
-    """Yield the route of each part that a parameter path can select, with the remaining fields."""
+    """Yield the route to each part that a parameter path names, extended by the field names at the end of the path."""
     parts = list(_named(mechanism))
     kind, _, rest = parameter.partition(".")
     if kind == DRIVE and rest:

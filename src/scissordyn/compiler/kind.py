@@ -19,7 +19,7 @@ class TranslationError(InputError):
     placed = False
 
     def at(self, node: ast.AST, place: str) -> TranslationError:
-        """Return the error with file and line, unless it has them."""
+        """Return the error with the node's file and line added, unless it has them already."""
         if self.placed:
             return self
         error = type(self)(f"{place.format(getattr(node, 'lineno', '?'))}: {self.what}", self.expected)
@@ -140,7 +140,7 @@ Kind = Scalar | Record | Array | Tuple | Struct | Called | Functions
 
 
 def is_empty(kind: Kind) -> bool:
-    """Return whether a type has no representation in C."""
+    """Return whether values of a type are not passed in C: functions, modules and empty tuples."""
     return isinstance(kind, Called | Functions) or (isinstance(kind, Tuple) and not kind.items)
 
 

@@ -309,7 +309,7 @@ def _struct(name: str, fields: Iterable[tuple[str, Kind]]) -> str:
 
 
 def python_of(function: Any) -> Any:
-    """Return the Python function of an entry."""
+    """Return the Python function that an entry wraps; other functions are returned unchanged."""
     return function.python if isinstance(function, Entry) else function
 
 

@@ -90,7 +90,7 @@ class Continued(Protocol):
 
 
 class TangentElastic(Elastic):
-    """Base of elastic laws with a tangent beyond the indentation that their kernels call `deepest`."""
+    """Base of elastic laws whose force continues along its tangent beyond the indentation `deepest` [m], a kernel parameter."""
 
     def deepest(self, joint: JointContact) -> float:
         """Return the indentation [m] beyond which the law continues along its tangent."""

@@ -35,7 +35,8 @@ PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION = range(5)
 # Gauss's rule of 16 points on [0, 1]
 _NODES = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
 _WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
-_DIFFERENCE = 1e-3  # relative step of the slope of the force, by differences of fourth order
+
+_DIFFERENCE = 1e-3  # [indentations] step of the fourth-order differences that give the stiffness
 
 
 @lru_cache(64)

@@ -65,5 +65,5 @@ class FeedForward(PID):
 
     @property
     def uses_sensor(self) -> bool:
-        """True if k_s, the damping of the eccentricity's rate, is not zero."""
+        """True if k_s, the gain of the rate of the sensor's distance, is not zero."""
         return self.eccentricity_rate_damping != 0.0

@@ -34,7 +34,7 @@ def feedback_numbers(described: Any) -> dict[str, float]:
 
 @kernel
 def add_integral(time, command, error, integral_torque, integral, limit, ramp, back_calculation):
-    """Return the limited torque [N m] of a command plus the integral part z, and the rate of z [N m/s]."""
+    """Return the limited sum [N m] of a command and the integral part z, and z' [N m/s] with anti-windup."""
     command += integral_torque
     torque = limited(command, limit if ramp == 0.0 else limit * ramped(time, 0.0, ramp))
     return torque, integral * error + back_calculation * (torque - command)

@@ -49,7 +49,7 @@ class Persson(TangentElastic):
     """
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the scale pi L_b E* c [N], c [m], and the tangent's indentation [m], force [N] and stiffness [N/m]."""
+        """Return Persson's scale pi L_b E* c [N] and c [m], and indentation, force and stiffness where the tangent begins."""
         q, c = ARC_MAX, joint.clearance
         scale = math.pi * joint.length * joint.modulus * c
         below = 2.0 - math.log1p(q) - 2.0 * q * q

@@ -30,7 +30,7 @@ class Radzimovsky(Logarithmic):
     )
 
     def parameters(self, joint: JointContact) -> tuple[float, ...]:
-        """Return the kernel's parameters for delta = A F ln(G/F)."""
+        """Return the kernel's parameters; A [m/N] and G [N] of the form delta = A F ln(G/F) determine them."""
         softness = 1.0 / (math.pi * joint.modulus * joint.length)
         # 16 R_B R_J / b^2 = 16 c / (k_b^2 f/E*), since R_B R_J = R c; with k_b^2 = 4/pi the bracket is 2/3 + ln(4 pi E* c/f)
         argument = 16.0 * joint.clearance * joint.modulus * joint.length / self.half_width**2

@@ -30,8 +30,9 @@ STEP_MIN = 1e-9  # [s] step size below which the descent is given up
 STEPS_MAX = 5000  # Largest number of steps of a descent
 DISPLACEMENT_MAX = 100.0  # [mechanism sizes] displacement of a descent above which nothing holds the mechanism
 STEP_DISPLACEMENT_MAX = 0.3  # Largest displacement in one step, as a fraction of the mechanism's size
-# [-] round-off of a mechanism without weight, relative to that of its coordinates: angles and references are rounded too
+
 UNLOADED_ROUND_OFF_FACTOR = 100.0
+"""Factor on the round-off of forces in a mechanism without loads, in which angles and references are rounded too."""
 
 
 class At(NamedTuple):

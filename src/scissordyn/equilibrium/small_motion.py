@@ -72,7 +72,7 @@ def along(still: Still, inputs: Inputs, times: Iterable[float], position: Positi
 
 
 def _reached(still: Still, position: Position, place: At | None, before: float, time: float) -> tuple[At, At]:
-    """Return the position at a time, in halved steps where a gear turns a body too far to count its turns."""
+    """Return both equilibria of `placed` at a time; steps are halved if a body turns too far for its turns to be counted."""
     shortest, end = 1e-3 * (time - before), time
     while True:
         whole = still(end, place.turned if place else NO_TURNS)

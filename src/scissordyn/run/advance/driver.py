@@ -159,9 +159,10 @@ class Driver:
         crosses: int = ENDS,
         initial_events: Sequence[Sequence[float]] = (),
     ) -> None:
-        """Begin a case of the same model and method; with delays, only one case can begin.
+        """Begin to integrate a case of the same model and method from the state y; with delays, only one case can begin.
 
-        The parameters of the case must already be in the system.
+        The parameters of the case must already be in the system. `crosses` is `ENDS`, `CROSSES` or `IGNORES`. `initial_events`
+        are the rows of the event log for events at the start.
         """
         self.plan, content = plan, self.integration.content
         state, work = content.state, content.work
@@ -397,7 +398,10 @@ def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
 
 
 def _fill_history(system: Handle, y: np.ndarray) -> None:
-    """Fill the history before the start with the constant S = y + R S, from the recorded signals for S = 0 and S = 1."""
+    """Fill the history of delayed signals before the start with the constant S that satisfies S = y + R S.
+
+    The right side is linear in S; its values at S = 0 and S = 1 determine the solution.
+    """
     past = system.content.state.initial_history
     answers = np.zeros((2, past.size))
     for value, answer in enumerate(answers):

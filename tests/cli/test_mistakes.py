@@ -17,6 +17,8 @@ import scissordyn as sd
 from scissordyn.cli.main import COMMANDS, status_of
 from scissordyn.cli.study import addressed
 from scissordyn.errors import ScissordynError
+from scissordyn.plan.plan import plan
+from scissordyn.run import sample_memory
 from scissordyn.studies.ask.design import Design, design_size, design_values
 from scissordyn.studies.ask.distribution import Interval, Levels
 
@@ -177,6 +179,21 @@ def test_what_is_wrong_is_said(
     assert says in line, line
     assert len(line) < 600
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.name != "paper"} == files
+
+
+def test_samples_fit_into_the_free_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]) -> None:
+    """Limit: as many samples as the free memory holds twice, as arrays and as a file; one more is refused before the run."""
+    case = EXAMPLES / "paper.toml"
+    (tmp_path / "meminfo").write_text("MemTotal: 8000000 kB\nMemAvailable: 1000000 kB\n")
+    monkeypatch.setattr(sample_memory, "MEMORY_INFO", tmp_path / "meminfo")
+    monkeypatch.setattr("scissordyn.run.simulate.open_checkpoint", None)
+    monkeypatch.setattr("scissordyn.run.simulate.compute", None)
+    assert sample_memory.free_memory() == 1_024_000_000
+    most = 1_024_000_000 // (2 * 8 * (25 + 14 * 5 + (2 + 6) * 7))
+    for command in ("run", "check"):
+        line = refused(command, str(case), "--set", f"run.samples={most + 1}")
+        assert f"this machine has 1.02 GB free; expected at most {most} samples" in line
+    sample_memory.check_samples(plan(sd.read_case(case).mechanism), most)
 
 
 def test_size_of_a_grid() -> None:

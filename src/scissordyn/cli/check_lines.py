@@ -28,13 +28,14 @@ from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
+from scissordyn.model.options import AUTO, Options
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
 from scissordyn.run.bristle_recoil import recoil_warnings
 from scissordyn.run.ideal import IDEAL_SAMPLES
+from scissordyn.run.sample_memory import check_samples
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import make_driver
 from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
@@ -57,6 +58,8 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
     check_tables(planned, until)
+    if read.run.samples != AUTO:
+        check_samples(planned, read.run.count)
     driver, start, choice = make_driver(planned, read.run)
 
     rods: tuple[Any, ...] = mechanism.rods  # for type checkers, which do not see that rods are components

@@ -25,6 +25,7 @@ from scissordyn.run.deviation import deviation_variables
 from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.instants import add_recorded_samples, sample_times, select_samples
 from scissordyn.run.predictability import compute_comparable, predictability
+from scissordyn.run.sample_memory import check_samples
 from scissordyn.run.trajectory import FAILED, compute, record_trajectory
 from scissordyn.run.trajectory_warnings import trajectory_warnings
 from scissordyn.units import Meaning, checked
@@ -183,6 +184,8 @@ def compute_results(
     """Return the `Results` of `simulate`, before they become a Dataset; `curves` adds finer curves without a checkpoint."""
     tables = plan(mechanism)
     check_tables(tables, options.until)
+    if options.samples != AUTO:
+        check_samples(tables, options.count)
     configuration = write_configuration(mechanism, options)
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
     ideal = ideal_path(tables, options) if tables.mechanism.tracks and can_deviate(mechanism) else None

@@ -151,7 +151,7 @@ def test_names_of_scipy() -> None:
         ("triang(c=2, loc=0.2, scale=0.4) mm", "triang(c=2, loc=0.0002, scale=0.0004) is not a distribution"),
         ("weibull_min(scale=2) mm", "weibull_min with loc, scale"),
         ("norm(mean=0.1, scale=0.02) mm", "norm with loc, scale, mean"),
-        ("norm(loc=0.1 mm, scale=0.02) mm", "'0.1 mm' with a unit"),
+        ("norm(loc=0.1 mm, scale=0.02) mm", "'0.1 mm' has a unit"),
         ("norm(loc=0.1, scale=0.02)", "missing unit"),
         ("gauss(loc=0.1, scale=0.02) mm", "distribution 'gauss'"),
         ("triangular(0.2, 0.2, 0.2) mm", "triangular of zero width"),

@@ -36,10 +36,11 @@ def check(
 def preview(
     case: CaseFile,
     output: Annotated[
-        Path | None, Option("-o", "--output", metavar="FILE", help="Draw the assembled mechanism: .svg or .png.")
+        Path | None, Option("-o", "--output", metavar="FILE", help="Draw the assembled mechanism to this .svg or .png file.")
     ] = None,
     curves: Annotated[
-        Path | None, Option(metavar="FILE", help="Draw output, transmission angles, torque and reactions with ideal joints.")
+        Path | None,
+        Option(metavar="FILE", help="Draw output, transmission angles, torque and reactions with ideal joints to this file."),
     ] = None,
     change: Changes = None,
 ) -> int:

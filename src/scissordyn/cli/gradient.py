@@ -36,7 +36,9 @@ def gradient(
     output: Annotated[
         Path | None, Option("-o", "--output", metavar="FILE", help="Save the derivatives to this NetCDF file.")
     ] = None,
-    plot: Annotated[Path | None, Option(metavar="FILE", help="Draw a bar chart of elasticities: .svg or .png.")] = None,
+    plot: Annotated[
+        Path | None, Option(metavar="FILE", help="Draw a bar chart of elasticities to this .svg or .png file.")
+    ] = None,
     change: Changes = None,
     as_json: AsJson = False,
 ) -> int:

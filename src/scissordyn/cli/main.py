@@ -44,22 +44,22 @@ COMMANDS = {
     ),
     "statics": (
         "response",
-        "Forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia.",
+        "Compute the forces in pins, guides, drives, rods, springs and bars over the stroke, without inertia.",
         "scissordyn statics case.toml --plot forces.png -o forces.csv",
     ),
     "gradient": (
         "gradient",
-        "Exact derivatives of measures of a run by parameters, through all contacts.",
+        "Compute exact derivatives of measures of a run by parameters, through all contacts.",
         "scissordyn gradient case.toml --of 'A.peak_force' --by 'A.clearance' --by 'drive.speed'",
     ),
     "modes": (
         "response",
-        "Natural frequencies and mode shapes at the start or along the motion.",
+        "Compute natural frequencies and mode shapes at the start or along the motion.",
         "scissordyn modes case.toml --until '1 s' --plot figures",
     ),
     "motor": (
         "response",
-        "Torque and speed that a case needs, what of a motor's curve that is, and the least limit that is enough.",
+        "Report the required motor torque and speed, the share of the motor curve used, and the smallest sufficient limit.",
         "scissordyn motor case.toml --point '0 rpm, 60 N m' --point '300 rpm, 0 N m' --plot motor.png",
     ),
     "explore": (
@@ -80,7 +80,7 @@ COMMANDS = {
     ),
     "import": (
         "explore",
-        "Write a case file of a linkage that was drawn elsewhere, and say what was not understood.",
+        "Convert a linkage drawn in another program to a case file; unused parts are reported.",
         "scissordyn import linkage.dxf --unit mm -o case.toml",
     ),
     "cite": (
@@ -90,12 +90,12 @@ COMMANDS = {
     ),
     "fit": (
         "fit",
-        "Fit numbers of a case to measured curves; say how well they are known, and which the data cannot distinguish.",
+        "Fit parameters of a case to measured curves; report their uncertainty and which cannot be distinguished.",
         "scissordyn fit case.toml --data decay.csv --free arm.inertia --free pivot.damping --segment '2 s' -o fit.nc",
     ),
     "export": (
         "saved",
-        "Write a saved run as a table or its pin forces, or the mechanism of a case as a drawing, a model or an FMU.",
+        "Export a saved run as a table or its pin forces, or the mechanism of a case as a drawing, a model or an FMU.",
         "scissordyn export run.nc table.csv",
     ),
     "new": (
@@ -106,7 +106,7 @@ COMMANDS = {
     "examples": ("catalogue", "List the examples, print one, or copy them.", "scissordyn examples paper > case.toml"),
     "zoo": (
         "catalogue",
-        "List the named mechanisms, or show one: what it is, its source, its numbers, its case file.",
+        "List the named mechanisms, or show one with its description, source, reference values and case file.",
         "scissordyn zoo peaucellier --case > case.toml",
     ),
     "schema": (
@@ -127,12 +127,12 @@ COMMANDS = {
     ),
     "wear": (
         "wear",
-        "Wear the joints of a case over many cycles, and tell when a requirement fails.",
+        "Compute the wear of joints over many cycles, and the cycle at which a requirement fails.",
         "scissordyn wear case.toml --cycles 10000 -o life.nc --plot pictures",
     ),
     "sweep": (
         "study",
-        "Vary numbers of a case, keep all results in a store, and say where requirements are met.",
+        "Vary parameters of a case, store all results, and report where the requirements are met.",
         "scissordyn sweep case.toml --vary A.clearance='0.1..0.4 mm' --points 16 -o sweep.db",
     ),
     "study": (

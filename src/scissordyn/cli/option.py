@@ -35,7 +35,7 @@ OwnCode = Annotated[
 ]
 Quiet = Annotated[bool, Option("--quiet", "-q", help="Print nothing but errors.")]
 AsJson = Annotated[bool, Option("--json", help="Print one line of JSON, in SI units, instead of text.")]
-PictureFormat = Annotated[str, Option("--format", metavar="FORMAT", help="png, svg or pdf.")]
+PictureFormat = Annotated[str, Option("--format", metavar="FORMAT", help="Format of the pictures: png, svg or pdf.")]
 BlockSize = Annotated[int | None, Option(help="Number of cases in a block of a new store.", min=1)]
 Magnified = Annotated[
     float, Option(metavar="FACTOR", help="Factor by which deflections of bars are magnified.", min=1e-3, max=1e6)

@@ -149,13 +149,13 @@ def modes(
     ] = None,
     count: Annotated[int, Option(help="Number of modes, beginning with the lowest.", min=1)] = 10,
     position: Annotated[
-        str, Option(help="static: in equilibrium with the loads; concentric: as assembled, with undeformed bars.")
+        str, Option(help="Position: static (in equilibrium with the loads) or concentric (as assembled, undeformed bars).")
     ] = "static",
     joints: Annotated[
-        str, Option(help="ideal; contact: clearance joints have the contact stiffness at the static force.")
+        str, Option(help="Clearance joints: ideal, or contact (with the contact stiffness at the static force).")
     ] = "ideal",
     drive: Annotated[
-        str, Option(help="locked; released: driven bodies move under the constant torque that holds the position.")
+        str, Option(help="Drives: locked, or released (driven bodies move under the constant torque that holds the position).")
     ] = "locked",
     until: Annotated[
         str | None,

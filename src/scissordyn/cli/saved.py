@@ -37,7 +37,12 @@ def plot(
     last: End = None,
     form: PictureFormat = "png",
     look: Annotated[
-        str, Option("--style", metavar="STYLE", help="screen, slides, or single-column or double-column of a journal.")
+        str,
+        Option(
+            "--style",
+            metavar="STYLE",
+            help="Style of the pictures: screen, slides, or single-column or double-column of a journal.",
+        ),
     ] = "screen",
     magnify: Magnified = 1.0,
     bars: BarQuantity = None,

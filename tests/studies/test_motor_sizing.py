@@ -154,9 +154,9 @@ def test_least_value() -> None:
     ends = sd.simulate_many(arm(), {"A.clearance": np.array([found.fails_at, found.value])}, until=UNTIL)["peak_force"]
     assert ends.values.ravel()[0] <= bound < ends.values.ravel()[1]
     assert all(met == (value >= found.value) for value, met in found.tried.items())
-    with pytest.raises(sd.InputError, match=r"not met at 'A\.clearance' = 0.0001 m"):
+    with pytest.raises(sd.InputError, match=r"not met at the largest value, 'A\.clearance' = 0.0001 m"):
         sd.least_value(case, "A.clearance", 0.05e-3, 0.1e-3, ["peak_force > 1e9 N"])
-    with pytest.raises(sd.InputError, match="already"):
+    with pytest.raises(sd.InputError, match="all requirements are met at the smallest value"):
         sd.least_value(case, "A.clearance", 0.05e-3, 0.1e-3, ["peak_force > 1 N"])
 
 

@@ -311,7 +311,7 @@ def test_users_law_gives_the_same_run(array, clearance_run):
 def test_users_function_is_recorded_but_not_executed(array, tmp_path):
     """Contract: a saved run holds the source of a user's function; to run it again the error asks for a file."""
     run = sd.simulate(array.with_clearance("A", users_clearance()), until=0.001, samples=11)
-    with pytest.warns(UserWarning, match=r"cannot be run again .* is not defined in a file"):
+    with pytest.warns(UserWarning, match=r"cannot be run again: .* is not defined in a file"):
         loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     assert "Written by a user" in loaded.attrs["configuration"]
     with pytest.raises(InputError, match=r"mine\.py:foundation"):

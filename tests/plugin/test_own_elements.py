@@ -247,7 +247,7 @@ def test_class_in_no_file(tmp_path: Path) -> None:
         sd.case_text(arm)
     run = sd.simulate(arm, until=1e-3, samples=3)
     with pytest.warns(
-        UserWarning, match=r"cannot be run again .* class 'test_class_in_no_file.*Smooth' is not defined in a file"
+        UserWarning, match=r"cannot be run again: its class 'test_class_in_no_file.*Smooth' is not defined in a file"
     ) as told:
         saved = sd.save(run, tmp_path / "run.nc")
     assert "\n" not in str(told[0].message)

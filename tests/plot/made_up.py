@@ -1,16 +1,22 @@
 """Made-up runs with the names, shapes and sizes of real ones, and helpers to read the texts of figures."""
 
+import base64
 import itertools
+import json
 import math
+import re
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
+from scissordyn.plot.animation import Film
+from scissordyn.plot.animation_scene import scene_of
 
 INSTANTS, END = 2001, 0.05
 CLEARANCE = 0.5e-3
@@ -145,3 +151,23 @@ def overlaps(figure: Figure) -> list[tuple[str, str]]:
         for a, one in boxes
         if one.x0 < frame.x0 - 1 or one.y0 < frame.y0 - 1 or one.x1 > frame.x1 + 1 or one.y1 > frame.y1 + 1
     ]
+
+
+def data_of(text: str) -> dict:
+    """Return the scene of a page."""
+    found = re.search(r'<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found[1])
+
+
+def floats(pack_scene: str) -> np.ndarray:
+    """Return packed numbers of a page."""
+    return np.frombuffer(base64.b64decode(pack_scene), np.float32)
+
+
+def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) -> Axes:
+    """Return the panel of a joint in a film that begins at one sample."""
+    guides = [guide.name for guide in mechanism.guides if guide.name == joint]
+    film = Film(
+        scene_of(run, mechanism, np.array([sample, -1]), [joint] if not guides else [], guides=guides, between=False), 1.0
+    )
+    return film.panels[0]

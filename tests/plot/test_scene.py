@@ -1,11 +1,9 @@
-"""Stills and films of the structure: bodies in place, clearance joints and guides magnified, and film files."""
+"""Scenes and films of the structure: bodies in place, clearance joints magnified, and film files."""
 
-import base64
 import dataclasses
 import html
 import itertools
 import json
-import math
 import re
 import shutil
 import subprocess
@@ -16,30 +14,22 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.animation import FFMpegWriter
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgba
 from PIL import Image
 
 import scissordyn as sd
 from scissordyn.components.spring import Spring
 from scissordyn.errors import InputError
-from scissordyn.laws.elastic.linear import Linear
-from scissordyn.model.body import Body, bar, point_mass
-from scissordyn.model.clearance import Clearance, GuideClearance
+from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film, animate
-from scissordyn.plot.animation_scene import Scene, guides_for_contacts, outline, scene_of
-from scissordyn.plot.canvas import pack_scene, page
-from scissordyn.plot.drawing import BAR_FILLS, block_walls
-from scissordyn.plot.joint import orbit
-from scissordyn.plot.report import draw_all
+from scissordyn.plot.animation_scene import Scene, outline, scene_of
+from scissordyn.plot.canvas import page
+from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.still import structure
-from scissordyn.plot.style import SIZES, SKY, VERMILION
+from scissordyn.plot.style import SIZES
 from scissordyn.record.placement import Placement
-from scissordyn.run.simulate import simulate
-from scissordyn.warning import LISTED_MAX
 
-from .made_up import CLEARANCE, CLEARANCE_JOINTS, INSTANTS, made_up, mechanism_with
+from .made_up import CLEARANCE, INSTANTS, data_of, floats, made_up, mechanism_with
 
 FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -169,16 +159,6 @@ def test_failing_ffmpeg(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None
     assert [found.name for found in tmp_path.iterdir()] == ["bin"]
 
 
-def data_of(text: str) -> dict:
-    found = re.search(r'<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
-    return json.loads(found[1])
-
-
-def floats(pack_scene: str) -> np.ndarray:
-    """Return packed numbers of a page."""
-    return np.frombuffer(base64.b64decode(pack_scene), np.float32)
-
-
 def test_pages_are_self_contained(run: xr.Dataset, scene: Scene) -> None:
     """Contract: nothing is fetched, the page is reproducible, and every point is there in single precision."""
     text = page(scene, run, 6.0)
@@ -287,230 +267,3 @@ def test_notebook_shows_the_scene_of_a_run() -> None:
     assert "http" not in shown.html.replace("http://www.w3.org", "")
     with pytest.raises(sd.InputError, match="fewer than two samples"):
         sd.view(run.isel(time=[0]))
-
-
-GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02
-
-
-def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) -> Axes:
-    """Return the panel of a joint in a film that begins at one sample."""
-    guides = [guide.name for guide in mechanism.guides if guide.name == joint]
-    film = Film(
-        scene_of(run, mechanism, np.array([sample, -1]), [joint] if not guides else [], guides=guides, between=False), 1.0
-    )
-    return film.panels[0]
-
-
-def test_positions_of_bars(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
-    axes = structure(run, arm, times=[0.025])[0]
-    theta = math.pi / 6 + 5.0 * math.pi * 0.025
-    tip = 2.0 * np.array([math.cos(theta), math.sin(theta)])
-    first, second = [np.array(line.get_xydata()) for line in axes.lines if line.get_color() in BAR_FILLS][:2]
-    np.testing.assert_allclose(first, [(0.0, 0.0), tip], atol=1e-12)
-    np.testing.assert_allclose(second, [(0.0, tip[1]), (tip[0], 0.0)], atol=1e-12)
-    assert axes.get_title(loc="left") == "t = 25 ms"
-    assert [text.get_text() for text in axes.texts] == ["0.5 m", "A"]
-    assert len(axes.patches) == 3  # slider, and the two parts of the ground pin
-
-
-def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: a quarter turn of a body rotates its points about its mass centre."""
-    placed = Placement.at(arm, run, [0])
-    turned = placed.angles.copy()
-    turned[:, placed.index["unit 1/bar 1"]] = math.pi / 2
-    quarter = dataclasses.replace(placed, angles=turned)
-    middle = placed.centre("unit 1/bar 1")
-    np.testing.assert_allclose(quarter.place(("unit 1/bar 1", "end")), np.add(middle, [[0.0, 1.0]]), atol=1e-15)
-    aside = quarter.points("unit 1/bar 1", np.array([[1.0, 0.5]]))
-    np.testing.assert_allclose(aside, [np.add(middle, [[-0.5, 0.0]])], atol=1e-15)
-    np.testing.assert_array_equal(quarter.place(("ground", "origin")), [[0.0, 0.0]])
-
-
-def test_outlines() -> None:
-    """Contract: a bar is the line between its extreme points, a bent body a polygon, a point mass a point."""
-    np.testing.assert_array_equal(outline(bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
-    np.testing.assert_array_equal(outline(point_mass("p", mass=1.0)), [[0.0, 0.0]])
-    bent = Body("k", 1.0, 1.0, {"a": (0.0, 0.0), "c": (2.0, 0.0), "b": (1.0, 0.5), "d": (1.0, -0.5)})
-    corners = outline(bent).tolist()
-    start = corners.index([0.0, 0.0])
-    assert corners[start:] + corners[:start] == [[0.0, 0.0], [1.0, -0.5], [2.0, 0.0], [1.0, 0.5]]
-
-
-def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
-    """Closed form: in units of R_J the clearance is 0.35, so that a journal in contact overlaps the bearing by delta only."""
-    sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
-    axes = magnified(run, arm, sample, "A")
-    bearing, journal = axes.patches
-    away = math.hypot(*journal.center)
-    assert bearing.radius == 1.0 + SIZES.magnified_clearance
-    assert away == pytest.approx(
-        SIZES.magnified_clearance * (1.0 + run["indentation"].sel(joint="A").values[sample] / CLEARANCE), rel=1e-12
-    )
-    assert journal.get_edgecolor() == to_rgba(VERMILION)
-    assert axes.get_xlabel() == "clearance magnified 7\ntimes"
-    flying = magnified(run, arm, 0, "A")
-    assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
-    with pytest.raises(InputError, match="joint 'O'"):
-        structure(run, arm, joint="O")
-
-
-def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: Mechanism) -> None:
-    """Contract: each number's mark is at the journal's place at its instant, and a turned picture turns it with the bars."""
-    samples = [100, 900, 1700]
-    drawn = structure(run, arm, times=[float(run["time"][k]) for k in samples])
-    assert [axes.get_title(loc="left")[:2] for axes in drawn[:3]] == ["1:", "2:", "3:"]
-    marks = [line.get_xydata()[0] for line in drawn[3].lines if line.get_zorder() == 5.0]
-    place = 1e3 * run["eccentricity"].sel(joint="A").values[samples]
-    directions = [np.arctan2(*mark) for mark in marks]
-    np.testing.assert_allclose(np.sort(directions), np.sort(np.arctan2(*place.T)), atol=1e-12)
-    assert {text.get_text() for text in drawn[3].texts} >= {"1", "2", "3"}
-    upwards = dataclasses.replace(arm, gravity=9.81, gravity_direction=math.pi)
-    turned = [line.get_xydata()[0] for line in structure(run, upwards, times=[0.001])[1].lines if line.get_label() == "start"]
-    first = 1e3 * run["eccentricity"].sel(joint="A").values[0]
-    np.testing.assert_allclose(turned, [[-first[1], first[0]]], atol=1e-12)
-    assert "x ↑, y ←" in structure(run, upwards, times=1)[0].texts[0].get_text()
-
-
-@pytest.mark.parametrize("joint", ["A", None])
-def test_rings_of_stills_show_contact(run: xr.Dataset, arm: Mechanism, joint: str | None) -> None:
-    """Contract: the ring of a joint in a still has the colour of `in_contact` at its sample."""
-    touched = run["in_contact"].sel(joint="A").values.astype(bool)
-    samples = [int(np.argmax(touched)), int(np.argmin(touched))]
-    drawn = structure(run, arm, joint=joint, times=[float(run["time"][k]) for k in samples])
-    stills = [axes for axes in drawn if "t =" in axes.get_title(loc="left")]
-    rings = [
-        line.get_color() for axes in stills for line in axes.lines if line.get_markersize() > 5.0 and line.get_zorder() == 5.0
-    ]
-    assert touched[samples].tolist() == [True, False]
-    assert rings == [VERMILION, SKY]
-
-
-def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
-    """Contract: one panel per instant and clearance joint, with the same axes for all structures."""
-    drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
-    assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
-    assert len(drawn) == 4
-    assert drawn[0].get_xlim() == drawn[1].get_xlim()
-    with pytest.raises(InputError, match="times"):
-        structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
-
-
-def test_stills_name_the_joints_that_they_magnify() -> None:
-    """Contract: the clearance joints with the largest forces are magnified and named, the others have a ring only."""
-    arm = sd.scissor(units=4)
-    names = [joint.name for joint in arm.joints]
-    for name in names:
-        arm = arm.with_clearance(name, Clearance(CLEARANCE))
-    started = simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
-    drawn = structure(started, arm, times=1)
-    titles = [axes.get_title().replace("joint ", "").split("\n")[0] for axes in drawn[1:]]
-    shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
-    assert len(titles) == LISTED_MAX
-    assert shown & set(names) == set(titles)
-    figure = drawn[0].get_figure(root=True)
-    assert figure.get_supxlabel() == f"{len(names) - LISTED_MAX} more clearance joints with smaller forces"
-
-
-def test_height_of_wide_structures() -> None:
-    """Contract: structures of six and twenty units are at least 0.7 in high, with titles inside the figure."""
-    for units in (6, 20):
-        arm = sd.scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=math.radians(30.0))
-        arm = arm.with_clearance("all", Clearance(5e-4))
-        drawn = structure(simulate(arm, until=1e-4, samples=2), arm, times=2)
-        figure = drawn[0].get_figure(root=True)
-        figure.draw_without_rendering()
-        assert drawn[0].bbox.height > 0.7 * figure.dpi
-        assert max(axes.title.get_window_extent().y1 for axes in drawn) <= figure.bbox.y1 + 1.0
-
-
-@pytest.fixture(scope="module")
-def linkage() -> Mechanism:
-    """Return a slider-crank at rest whose slider falls on the lower guide surface."""
-    linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
-    return linkage.with_clearance("guide", GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
-
-
-@pytest.fixture(scope="module")
-def fallen(linkage: Mechanism) -> xr.Dataset:
-    return simulate(linkage, until=0.05, samples=501)
-
-
-def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is 0.35 delta/c beyond its surface."""
-    below = fallen["indentation"].sel(joint="guide/corner 1")
-    sample = int(np.argmax(below.values))
-    axes = magnified(fallen, linkage, sample, "guide")
-    right, left = sorted(float(line.get_ydata()[0]) for line in axes.lines if line.get_linestyle() == "-")
-    assert (right, left) == (pytest.approx(-1.0 - SIZES.magnified_clearance), pytest.approx(1.0 + SIZES.magnified_clearance))
-    block = axes.patches[-1]
-    tips = block.get_xy()[:4]
-    for number, side in ((1, -1), (2, -1), (3, 1), (4, 1)):
-        delta = float(fallen["indentation"].sel(joint=f"guide/corner {number}").values[sample])
-        wanted = side * (1.0 + SIZES.magnified_clearance + SIZES.magnified_clearance * delta / GUIDE_CLEARANCE)
-        assert np.min(np.abs(tips[:, 1] - wanted)) < 1e-12
-    assert block.get_edgecolor() == to_rgba(VERMILION)
-    gain = SIZES.magnified_clearance * 0.5 * WIDTH / GUIDE_CLEARANCE
-    assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
-
-
-def test_panel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
-    """Contract: four corners share a panel; there is no orbit without a journal; an ideal guide is refused."""
-    assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
-    assert len(structure(fallen, linkage, times=2)) == 3
-    drawn = draw_all(fallen, None, tmp_path, linkage)
-    assert [path.stem for path in drawn] == ["response", "force", "torque", "energy", "structure"]
-    with pytest.raises(InputError, match="without clearance joints"):
-        orbit(fallen)
-    with pytest.raises(InputError, match="'guide' is ideal"):
-        scene_of(fallen, linkage.ideal(), np.array([0]), [], guides=["guide"])
-
-
-def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path: Path) -> None:
-    """Cross-check: block and contacts of each frame are those of the still and of the page."""
-    frames = np.array([0, 150, 500])
-    film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
-    stills = structure(fallen, linkage, times=fallen["time"].values[frames])[-1]
-    outlines = [line.get_xydata() for line in stills.lines if line.get_zorder() == 2.5]
-    for frame, outline_ in enumerate(outlines):
-        film.show(frame)
-        assert np.allclose(film.joints[0].block.get_xy(), outline_)
-    assert len(outlines) == 3
-    begins = [0, 1, 151]
-    names = [point.name for point in linkage.contact_points]
-    touched = np.logical_or.reduceat(fallen["in_contact"].sel(joint=names).values, begins).any(axis=1)
-    view = film.scene.channels[0]
-    assert view.touching.any(axis=1).tolist() == touched.tolist()
-    peaks = fallen["peak_force"].values[(fallen["contact_start"] + fallen["peak_time"]).values > fallen["time"].values[150]]
-    assert view.force[2] == max(float(fallen["normal_force"].sel(joint=names)[151:].max()), *peaks.tolist())
-    text = animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
-    (drawn,) = data_of(text)["channels"]
-    assert drawn["name"] == "guide"
-    assert len(drawn["surfaces"]) == 2
-    block = floats(drawn["block"]).reshape(-1, drawn["count"], 2)
-    # the film begins and ends where the run does
-    assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)
-
-
-def test_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
-    """Contract: film and page do not fill a ring around a pole; a block in a channel is filled."""
-    ring = GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
-    for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
-        run = simulate(mechanism, until=1e-3, samples=3)
-        scene = scene_of(run, mechanism, np.arange(3), [], guides=["guide"])
-        assert (Film(scene, 1.0).joints[0].block.get_facecolor()[3] == 0.0) is hollow
-        [drawn] = json.loads(pack_scene(scene, run))["channels"]
-        assert drawn["hollow"] is hollow
-        walls = block_walls(scene.channels[0], 0)
-        assert len(walls) == (2 if hollow else 1)
-        pole = max(scene.channels[0].surfaces.values())
-        assert not hollow or all(np.all(np.abs(wall[:, 1]) > pole - 1e-9) for wall in walls)
-
-
-def test_title_of_a_film_is_inside(fallen: xr.Dataset, linkage: Mechanism) -> None:
-    """Contract: the title stays in the figure when equal scales move the panel after the first layout."""
-    scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
-    for height in (0.8, 0.9, 1.0, 1.2):
-        film = Film(dataclasses.replace(scene, low=np.array([0.0, 0.0]), high=np.array([1.0, height])), 1.0)
-        title = film.axes._left_title.get_window_extent()
-        assert title.y1 <= film.figure.bbox.height

@@ -99,12 +99,15 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
     session.worker.close()
 
 
-def test_long_run_is_preceded_by_a_coarse_one(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_long_run_is_preceded_by_a_coarse_one(case: Case) -> None:
     """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
-    monkeypatch.setattr("scissordyn.explore.session.ESTIMATE_AFTER", 0.0)
-    monkeypatch.setattr("scissordyn.explore.session.LONG_RUN", 0.0)
     found: list[Outcome] = []
-    worker = Worker(lambda outcome: found.append(outcome) if outcome.fine is None else None, lambda number, fraction: None)
+
+    def take(outcome: Outcome) -> None:
+        if outcome.fine is None:
+            found.append(outcome)
+
+    worker = Worker(take, lambda number, fraction: None, estimate_seconds=0.0, long_run_seconds=0.0)
     number = worker.order(case, staged=True)
     until(lambda: bool(found) and not found[-1].note)
     worker.close()

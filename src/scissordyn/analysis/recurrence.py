@@ -12,8 +12,6 @@ from scipy.spatial.distance import cdist
 from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 
-MATRIX_SAMPLES_MAX = 5000  # Largest number of samples n; it limits the memory of the n x n recurrence matrix
-
 
 def recurrence(
     values: ArrayLike,
@@ -23,6 +21,7 @@ def recurrence(
     delay: int = 1,
     shortest: int = 2,
     apart: int = 1,
+    most: int = 5000,
 ) -> xr.Dataset:
     r"""Compute the recurrence plot, its recurrence rate and its determinism.
 
@@ -50,6 +49,8 @@ def recurrence(
         Number of points of the shortest line.
     apart : int
         Smallest difference of indices of a recurrence (Theiler 1986).
+    most : int
+        Largest number of samples n; it limits the memory of the n x n recurrence matrix.
 
     Returns
     -------
@@ -59,7 +60,7 @@ def recurrence(
     Raises
     ------
     InputError
-        If there are fewer than 10 samples or more than 5000, or an option is out of bounds.
+        If there are fewer than 10 samples or more than `most`, or an option is out of bounds.
 
     References
     ----------
@@ -72,8 +73,8 @@ def recurrence(
         )
     table = finite_numbers(values, least=10 + (dimension - 1) * delay, dimensions=2)
     count = table.shape[0] - (dimension - 1) * delay
-    if count > MATRIX_SAMPLES_MAX:
-        raise InputError(f"a recurrence plot of {count} samples", f"at most {MATRIX_SAMPLES_MAX} samples", "values[-2000:]")
+    if count > most:
+        raise InputError(f"a recurrence plot of {count} samples", f"at most {most} samples", "values[-2000:]")
     if apart >= count:
         raise InputError(f"apart = {apart!r} for {count} embedded states", f"an index difference of at most {count - 1}")
     near = 0.2 * math.sqrt(float(np.sum(np.var(table, axis=0)))) if threshold is None else threshold

@@ -13,12 +13,17 @@ from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.errors import InputError
 from scissordyn.units import checked
 
-DOMINANCE_MIN = 10.0  # Smallest power density of a dominant frequency, relative to the median density
-
 
 @checked
 def spectrum(
-    values: ArrayLike, *, spacing: float, segments: int = 4, peaks: int = 5, window: str = "hann", unit: str = "1"
+    values: ArrayLike,
+    *,
+    spacing: float,
+    segments: int = 4,
+    peaks: int = 5,
+    window: str = "hann",
+    unit: str = "1",
+    dominance: float = 10.0,
 ) -> xr.Dataset:
     """Compute the one-sided power spectral density by Welch's method, and its dominant frequencies.
 
@@ -36,6 +41,8 @@ def spectrum(
         Number of segment lengths in the signal; more segments give less scatter and less resolution.
     peaks : int
         Largest number of dominant frequencies.
+    dominance : float
+        Smallest power density of a dominant frequency, relative to the median density.
     window : str
         Name of a window of scipy.signal.
     unit : str
@@ -78,7 +85,7 @@ def spectrum(
         # keeps round-off of a pure tone and exact zeros out of the geometric mean
         floored = np.maximum(inside, top * np.finfo(float).eps ** 2)
         flatness = float(np.exp(np.mean(np.log(floored))) / np.mean(floored))
-    where, _ = signal.find_peaks(density, height=max(DOMINANCE_MIN * float(np.median(inside)), 1e-12 * top))
+    where, _ = signal.find_peaks(density, height=max(dominance * float(np.median(inside)), 1e-12 * top))
     where = where[np.argsort(-density[where], kind="stable")][:peaks]
     left, middle, right = (np.log(np.maximum(density[where + k], 1e-300)) for k in (-1, 0, 1))
     bend = left - 2.0 * middle + right

@@ -24,15 +24,9 @@ from scissordyn.units import checked
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
-MAP_SAMPLES_MIN = 200  # Smallest number of samples for the 0-1 test; its largest lag is a tenth of that number
 
 REGULAR, CHAOTIC = 0.2, 0.8
 """Limits of K of the 0-1 test: regular motion below 0.2, irregular above 0.8; in between a longer run is needed."""
-
-REPETITIONS_MIN = 4  # Smallest number of repetitions that prove a period
-
-SPREAD_RATIO_MAX = 4.0
-"""Largest factor by which the spread of the samples may differ between first and last quarter in a settled motion."""
 
 
 @dataclass(frozen=True)
@@ -140,12 +134,17 @@ def classify_samples(
     return Verdict(kind, period, tuple(evidence), measures)
 
 
-def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[str], measures: dict[str, float]) -> int | None:
-    """Return the smallest number of samples after which the second half repeats; None if it does not repeat."""
+def _period(
+    scaled: np.ndarray, tolerance: float, longest: int, evidence: list[str], measures: dict[str, float], repetitions: int = 4
+) -> int | None:
+    """Return the smallest number of samples after which the second half repeats; None if it does not repeat.
+
+    `repetitions`: smallest number of repetitions that prove a period.
+    """
     tail = scaled[len(scaled) // 2 :]
     misses = [
         float(np.max(np.abs(tail[p:] - tail[:-p])))
-        for p in range(1, min(longest, len(tail) // REPETITIONS_MIN) + 1)
+        for p in range(1, min(longest, len(tail) // repetitions) + 1)
         if len(tail) > p
     ]
     if not misses:
@@ -169,13 +168,25 @@ def _period(scaled: np.ndarray, tolerance: float, longest: int, evidence: list[s
 
 
 def _classify_aperiodic(
-    scaled: np.ndarray, longest: int, seed: int, evidence: list[str], measures: dict[str, float]
+    scaled: np.ndarray,
+    longest: int,
+    seed: int,
+    evidence: list[str],
+    measures: dict[str, float],
+    least_samples: int = 200,
+    spread_ratio: float = 4.0,
 ) -> Literal["quasi-periodic", "irregular", "transient only"]:
-    """Classify samples that do not repeat, by their drift and the 0-1 test; add the evidence and its numbers."""
-    if len(scaled) < MAP_SAMPLES_MIN:
+    """Classify samples that do not repeat, by their drift and the 0-1 test; add the evidence and its numbers.
+
+    `least_samples`: smallest number of samples for the 0-1 test; its largest lag is a tenth of that number.
+
+    `spread_ratio`: largest factor by which the spread of the samples may differ between first and last quarter in a settled
+    motion.
+    """
+    if len(scaled) < least_samples:
         evidence.append(
             f"{len(scaled)} samples are too few to distinguish quasi-periodic from irregular motion; "
-            f"{MAP_SAMPLES_MIN} are needed."
+            f"{least_samples} are needed."
         )
         return "transient only"
     quarter = len(scaled) // 4
@@ -185,7 +196,7 @@ def _classify_aperiodic(
     moved = np.abs(scaled[-quarter:].mean(axis=0) - scaled[:quarter].mean(axis=0))
     drift = float(np.max(np.divide(moved, whole, out=np.zeros_like(whole), where=whole > 0.0)))
     measures["spread_change"], measures["drift"] = change, drift
-    if not 1.0 / SPREAD_RATIO_MAX < change < SPREAD_RATIO_MAX or drift > 1.0:
+    if not 1.0 / spread_ratio < change < spread_ratio or drift > 1.0:
         evidence.append(
             f"From the first to the last quarter of the samples the spread changes by a factor of {change:.3g} and the mean by "
             f"{drift:.2g} standard deviations: the motion has not settled."

@@ -25,9 +25,6 @@ PLACES = ("journal", "booktitle", "publisher", "school", "institution")
 
 UMLAUTS = str.maketrans({umlaut: f"{plain}e" for umlaut, plain in zip("äöü", "aou", strict=True)})
 
-COMPARED_LETTERS = 9  # Number of letters of a family name that are compared; a particle or another author may follow
-DOI_PLACES_MIN = 2  # A DOI found at this number of places is verified
-
 
 @dataclass(frozen=True)
 class Reference:
@@ -55,7 +52,7 @@ class Reference:
     @property
     def verified(self) -> bool:
         """True if the DOI was found at two places."""
-        return bool(self.doi) and len(self.seen) >= DOI_PLACES_MIN
+        return bool(self.doi) and len(self.seen) > 1
 
     @property
     def text(self) -> str:
@@ -168,11 +165,14 @@ def _by_name() -> dict[tuple[str, int], Reference]:
     return by_name
 
 
-def _plain(name: str) -> tuple[str, str]:
-    """Return a family name in ASCII letters, in both usual spellings: umlauts without dots, or with an e."""
+def _plain(name: str, compared: int = 9) -> tuple[str, str]:
+    """Return a family name in ASCII letters, in both usual spellings: umlauts without dots, or with an e.
+
+    `compared`: number of letters of a family name that are compared; a particle or another author may follow.
+    """
     german = name.lower().translate(UMLAUTS)
     both = (re.sub(r"[^a-z]", "", unicodedata.normalize("NFD", spelt)) for spelt in (name.lower(), german))
-    first, second = (letters[:COMPARED_LETTERS] for letters in both)
+    first, second = (letters[:compared] for letters in both)
     return first, second
 
 

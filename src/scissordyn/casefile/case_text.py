@@ -51,7 +51,6 @@ CONTROL_CHARACTER = re.compile(r"[\x00-\x1f\x7f]")  # not allowed in a TOML comm
 SURROGATE = "[\ud800-\udfff]"  # half of a surrogate pair
 
 NO_CODE = Code()  # for tables that cannot contain user-defined classes
-DEFAULT_UNTIL = 0.05  # [s] default end of the simulated time, as in the files that ``scissordyn new`` prints
 
 Entries = dict[str, Any]  # keys and values of a table as in parsed TOML
 
@@ -85,7 +84,7 @@ def case_text(described: Mechanism | Case, run: Options | None = None, *, folder
         raise InputError(
             f"cannot write a {type(mechanism).__name__} as a case", "a Mechanism or a Case", "write_case(arm, 'arm.toml')"
         )
-    options = run or (described.run if isinstance(described, Case) else Options(DEFAULT_UNTIL))
+    options = run or (described.run if isinstance(described, Case) else Options(until=0.05))
     wear = described.wear if isinstance(described, Case) else None
     worn = {} if wear is None else {"wear": _fields(wear, NO_CODE)}
     text = "\n".join([FIRST_LINE, *_lines(_tables(mechanism, Code(folder)) | _run(options) | worn), ""])

@@ -264,18 +264,18 @@ def si_value(text: str) -> float:
     return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
 
 
-SHORT_DIGITS = 12  # numbers with more digits are written in SI units, others in a unit such as mm if that is shorter
+def exact(values: Iterable[float], unit: str, digits_max: int = 12) -> str:
+    """Return numbers as text with a unit; reading the text gives the same numbers to the last bit.
 
-
-def exact(values: Iterable[float], unit: str) -> str:
-    """Return numbers as text with a unit; reading the text gives the same numbers to the last bit."""
+    `digits_max`: numbers with more digits are written in SI units, others in a unit such as mm if that is shorter.
+    """
     numbers = tuple(map(float, values))
     candidates = []
     for name in dict.fromkeys((*USUAL_UNITS.get(unit, ()), unit)):
         factor = 1.0 if name == unit else unit_factor(name, unit)
         digits = [_digits(number, factor) for number in numbers]
         longest = max(len(text or "") for text in digits)
-        if None not in digits and (name == unit or unit not in USUAL_UNITS.get(unit, ()) or longest <= SHORT_DIGITS):
+        if None not in digits and (name == unit or unit not in USUAL_UNITS.get(unit, ()) or longest <= digits_max):
             candidates.append(f"{', '.join(map(str, digits))} {name}")
     return min(candidates, key=len)  # the SI unit, with factor 1, is always a candidate
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
-from scissordyn.cli.output import DONE, UNFINISHED, check_folder, check_picture, console, print_table, say
+from scissordyn.cli.output import DONE, PLAIN_COLUMNS, UNFINISHED, check_folder, check_picture, console, print_table, say
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.units import short
@@ -20,7 +20,6 @@ from scissordyn.units import short
 if TYPE_CHECKING:
     from scissordyn.collection.catalogue import Entry
 
-NARROW_COLUMNS = 90  # [characters] on a narrower terminal, the bounds of a parameter are in the column of its meaning
 
 CATALOGUE_COLUMNS = {"name": "name", "description": "text", "source": "text"}  # heading -> column style
 
@@ -222,7 +221,7 @@ def print_parameters(element: type) -> list[str]:
     from scissordyn.casefile.table import table_of
 
     keys, rows = table_of(element).declared_keys(), []
-    narrow = console().width < NARROW_COLUMNS
+    narrow = console().width < PLAIN_COLUMNS
     for name, key in keys.items():
         quantity = key.quantity
         allowed = quantity.bounds if quantity else "true or false"

@@ -47,10 +47,6 @@ if TYPE_CHECKING:
     from scissordyn.components.declaration import Component
     from scissordyn.studies.compute.convergence import Convergence
 
-IDEAL_SECONDS_MAX = 2.0  # [s] time limit for the motion with ideal joints; after it, lines about that motion are left out
-
-STATICS_TURNS = 2  # [revolutions] rotation of a drive for which forces without inertia are computed
-
 
 def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes: bool) -> tuple[list[str], dict[str, Any]]:
     """Return mechanism, drives, clearances, method and warnings of a case, as lines and as plain data."""
@@ -157,10 +153,13 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
     return [f"{subject(those)}: {text}" for text, those in names.items()]
 
 
-def _ideal(mechanism: Mechanism, until: float, samples: int) -> Results | str:
-    """Return the motion with ideal joints; a text with the reason if it is impossible, or "" if it is not complete in time."""
+def _ideal(mechanism: Mechanism, until: float, samples: int, seconds: float = 2.0) -> Results | str:
+    """Return the motion with ideal joints; a text with the reason if it is impossible, or "" if it is not complete in time.
+
+    `seconds`: [s] time limit for the motion with ideal joints; after it, lines about that motion are left out.
+    """
     try:
-        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(IDEAL_SECONDS_MAX))
+        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(seconds))
     except TimeIsOverError:
         return ""
     except InputError as error:  # the case itself may run, because clearances may permit a motion that ideal joints do not
@@ -294,14 +293,17 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
     return lines
 
 
-def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
-    """Return a line with the largest forces of a quasi-static motion with rigid bars; no line if there are no loads."""
+def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float, revolutions: int = 2) -> list[str]:
+    """Return a line with the largest forces of a quasi-static motion with rigid bars; no line if there are no loads.
+
+    `revolutions`: [revolutions] rotation of a drive for which forces without inertia are computed.
+    """
     if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
         return []
     turned = rotations(mechanism, until)
-    turns, shown = "", np.searchsorted(turned, STATICS_TURNS * 2.0 * math.pi, side="right")
+    turns, shown = "", np.searchsorted(turned, revolutions * 2.0 * math.pi, side="right")
     if shown < turned.size:
-        turns, until = f" in {STATICS_TURNS} turns", until * float(shown - 1) / (turned.size - 1)
+        turns, until = f" in {revolutions} turns", until * float(shown - 1) / (turned.size - 1)
     try:
         peaks = static_peaks(rigid(mechanism), until)
     except InputError as error:

@@ -18,7 +18,6 @@ from scissordyn.units import cell
 if TYPE_CHECKING:
     import xarray as xr
 
-MULTIPLE_RATIO_MIN = 10.0  # [-] a change by a larger ratio is written as a multiple instead of in percent
 
 LAST_VALUES = {
     "slider_position": ("position at the end", "m"),
@@ -119,14 +118,15 @@ def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
     return compared
 
 
-def change(value: float, other: float) -> str:
-    """Return the change from one value to another: in percent, or as a factor if it is large."""
+def change(value: float, other: float, large: float = 10.0) -> str:
+    """Return the change from one value to another: in percent, or as a factor if it is large.
+
+    `large`: [-] a change by a larger ratio is written as a multiple instead of in percent.
+    """
     if not value:
         return "0 %" if other == value else "-"
     ratio = other / value
-    return (
-        f"{float(f'{ratio:.3g}'):g} times" if ratio >= MULTIPLE_RATIO_MIN else f"{100.0 * (other - value) / abs(value):+.3g} %"
-    )
+    return f"{float(f'{ratio:.3g}'):g} times" if ratio >= large else f"{100.0 * (other - value) / abs(value):+.3g} %"
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:

@@ -33,7 +33,6 @@ COLUMN_STYLES: dict[str, dict[str, Any]] = {
     "numbers": {"justify": "right", "overflow": "fold"},
     "long name": {"overflow": "fold"},
 }
-NAME_LETTERS_MIN = 10  # [characters] smallest width of a column of names; longer names are wrapped
 
 PROGRESS_TEXT = "{task.description}"  # Column of a progress bar that shows the text of its task
 
@@ -127,11 +126,14 @@ def print_table(
     *,
     spare: Sequence[str] = (),
     to: Console | None = None,
+    name_letters: int = 10,
 ) -> list[str]:
     """Print a table; `columns` gives the heading and the style, a key of `COLUMN_STYLES`, of each column.
 
     Numbers are never truncated. If the table is too wide, the columns `spare` are left out in their order, then long names are
     wrapped. Return the first lines of the headings of the columns that are left out.
+
+    `name_letters`: [characters] smallest width of a column of names; longer names are wrapped.
     """
     from rich import box
     from rich.table import Table
@@ -141,7 +143,7 @@ def print_table(
     for k, texts in enumerate(zip(heads, *cells, strict=True)):
         width = max(len(line) for text in texts for line in text.split("\n"))
         if looks[k] in ("number", "long name"):
-            least[k] = width if looks[k] == "number" else min(width, NAME_LETTERS_MIN)
+            least[k] = width if looks[k] == "number" else min(width, name_letters)
     kept = [*range(len(heads))]
     for unwanted in spare:
         if sum(width + 1 for k, width in least.items() if k in kept) <= to.width - 2:

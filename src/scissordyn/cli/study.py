@@ -47,8 +47,6 @@ ACTIONS_OF_OPTION = {
 
 RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # text and seconds, for cases per time
 
-FRONT_ROWS_MAX = 12  # largest number of rows in a table of a Pareto front or of causes of failure
-PROGRESS_SECONDS = 30.0  # [s] between two lines of progress without a terminal
 
 VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
 
@@ -276,12 +274,15 @@ def compute(
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that shows progress: a bar on a terminal, otherwise a line at intervals."""
+def _progress(seconds: float = 30.0) -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that shows progress: a bar on a terminal, otherwise a line at intervals.
+
+    `seconds`: [s] between two lines of progress without a terminal.
+    """
     last = [time.monotonic()]
 
     def line(state: Progress) -> None:
-        if time.monotonic() - last[0] > PROGRESS_SECONDS:
+        if time.monotonic() - last[0] > seconds:
             last[0] = time.monotonic()
             print(_words(state), file=sys.stderr)
 
@@ -323,7 +324,7 @@ def _status(result: StudyResult) -> int:
             f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it outside the integration; "
             f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
         )
-    for part in (*cause_sections(result, store, FRONT_ROWS_MAX), damage_section(result, store)):
+    for part in (*cause_sections(result, store, ROWS_MAX), damage_section(result, store)):
         _show(part)
     if counts["pending"]:
         print(f"To go on: {command('scissordyn', 'study', 'resume', store)}")
@@ -366,7 +367,7 @@ def show_answers(result: StudyResult) -> None:
     """Print the results of a study, section by section."""
     from scissordyn.studies.answer.page import page
 
-    for part in page(result, result.store.path, FRONT_ROWS_MAX):
+    for part in page(result, result.store.path, ROWS_MAX):
         _show(part)
 
 

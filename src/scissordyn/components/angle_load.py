@@ -15,7 +15,8 @@ from scissordyn.units import Meaning, Pairs, Quantity
 
 CURVE = Pairs(("angles", "torques"), ("rad", "N m"), help="the torque over the angle against the base, turns counted")
 
-FIRST_KNOT = 4  # Index of the first knot among the parameters
+SCALARS = ("acts", "transition", "periodic", "count")  # parameters before those of the knots
+FIRST_KNOT = len(SCALARS)
 
 
 @kernel

@@ -14,7 +14,8 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Pairs, Quantity
 
-FIRST_PAIR = 4  # Index of the first table among the parameters
+SCALARS = ("free_angle", "straight", "negative", "positive")  # parameters before those of the tables
+FIRST_PAIR = len(SCALARS)
 
 
 @kernel

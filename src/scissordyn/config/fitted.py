@@ -6,16 +6,19 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
-from scissordyn.casefile.quantity import read_quantity, written
-from scissordyn.casefile.table import instance
+from scissordyn.casefile.part import PARTS
+from scissordyn.casefile.quantity import exact, written
+from scissordyn.casefile.structure import ControlTable, PanelsTable, PayloadTable
+from scissordyn.casefile.table import Table, instance
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.components.time_function import Cycloidal
+from scissordyn.control.catalogue import controller
 from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.kinematics.path import Path, drive_inertia, drive_rate, path_of
@@ -24,14 +27,11 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.inverse_dynamics import feed_forward
-from scissordyn.units import Quantity
+from scissordyn.units import Pairs, extras, quantities
 
 Given = Mapping[str, Any]  # values of a table by key
 # function(table name, values) that returns the values with the user's changes
 Changes = Callable[[str, Given], Given]
-LOAD_FRACTION = 0.1  # [of the mechanism's mass, weight or size] size of payloads and loads
-MOTION_MIN = 0.01  # [mechanism sizes] points with a smaller motion get no load and no measurement
-STOP_MARGIN = 0.02  # [of the stroke] distance of end stops beyond the end of the motion
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,9 @@ class Stroke:
 
     mechanism: Mechanism
     motion: Cycloidal  # angle of the driven body over time
+    margin: float = 0.02  # [of the stroke] distance of end stops beyond the end of the motion
+    least_motion: float = 0.01  # [mechanism sizes] points with a smaller motion get no load and no measurement
+    load: float = 0.1  # [of the mechanism's mass, weight or size] size of payloads and loads
 
     @cached_property
     def path(self) -> Path:
@@ -99,7 +102,7 @@ class Stroke:
             (body.name, point)
             for body in self.mechanism.bodies
             for point in body.points
-            if np.linalg.norm(self.way((body.name, point))) > MOTION_MIN * self.size and body.name != self.anchor[0]
+            if np.linalg.norm(self.way((body.name, point))) > self.least_motion * self.size and body.name != self.anchor[0]
         ]
         from_anchor = [np.linalg.norm(self.place(point, 1) - self.place(self.anchor, 1)) for point in points]
         return points[int(np.argmax(np.round(from_anchor, 9)))]
@@ -109,30 +112,49 @@ class Stroke:
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
 
-def _rounded(value: float, unit: str) -> str:
-    """Return a number as text with two significant digits and its unit."""
-    return written(float(f"{value:.2g}"), unit)
+def _rounded(value: float, digits: int = 2) -> float:
+    """Return a number with a few digits."""
+    return float(f"{value:.{digits}g}")
 
 
-def _exact(value: float, unit: str) -> str:
-    """Return a number as text with twelve decimals and its unit."""
-    return written(round(value, 12) + 0.0, unit)  # adding 0.0 removes the sign of -0
+def _exact(value: float) -> float:
+    """Return a number to twelve digits, the precision of a case file."""
+    return round(value, 12) + 0.0  # adding 0.0 removes the sign of -0
 
 
-def _list(values: Iterable[float], unit: str) -> str:
-    return ", ".join(f"{value:.4g}" for value in values) + f" {unit}"
+def _curve(pairs: Iterable[tuple[float, float]]) -> list[tuple[float, ...]]:
+    """Return pairs of increasing numbers with four digits."""
+    return [tuple(_rounded(number, 4) for number in pair) for pair in sorted(pairs)]
 
 
-def _curve(pairs: Iterable[tuple[float, float]], **units: str) -> dict[str, str]:
-    """Return the columns of a curve as texts by name; `units` has name and unit of both columns, `pairs` the points."""
-    return {
-        name: _list(numbers, unit)
-        for (name, unit), numbers in zip(units.items(), zip(*sorted(pairs), strict=True), strict=True)
-    }
+def _in_units(section: str, values: Given) -> Given:
+    """Return the values of a table as text, with the units that its keys declare; other values stay."""
+    units = {key: declared.quantity.unit for key, declared in _table(section).declared_keys().items() if declared.quantity}
+    written_values = dict(values)
+    for key, value in values.items():
+        if isinstance(value, float) and units[key] != "1":
+            written_values[key] = written(value, units[key])
+        elif isinstance(value, list):
+            hint = get_type_hints(COMPONENTS[section], include_extras=True)[key]
+            pairs = next(extra for extra in extras(hint) if isinstance(extra, Pairs))
+            columns = zip(pairs.names, zip(*value, strict=True), pairs.units, strict=True)
+            written_values[key] = {name: exact(column, unit) for name, column, unit in columns}
+        elif key == "controller":
+            kind: Any = controller(value["name"])
+            gains = quantities(kind)
+            written_values[key] = {
+                name: written(number, gains[name].unit) if name in gains else number for name, number in value.items()
+            }
+    return written_values
 
 
-def _move(start: str, end: str, duration: float = 2.0) -> dict[str, Any]:
-    return {"cycloidal": {"start": start, "end": end, "duration": written(duration, "s")}}
+def _table(section: str) -> type[Table]:
+    """Return the table of a part of a case file."""
+    return ControlTable if section == "control" else LOAD_TABLES[section] if section in LOAD_TABLES else PARTS[section].table
+
+
+def _move(start: float, end: float, unit: str, duration: float = 2.0) -> dict[str, Any]:
+    return {"cycloidal": {"start": written(start, unit), "end": written(end, unit), "duration": written(duration, "s")}}
 
 
 Values = Mapping[str, Given]  # values of the tables of parts, by name of the part
@@ -145,29 +167,29 @@ def _servo(stroke: Stroke) -> Values:
     torque = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
     gains = {
         "name": "feed-forward",
-        "proportional": _rounded(inertia * bandwidth**2, "N m/rad"),
-        "derivative": _rounded(2.0 * 0.7 * inertia * bandwidth, "N m s/rad"),
-        "limit": _rounded(1.5 * float(torque.max()), "N m"),
+        "proportional": _rounded(inertia * bandwidth**2),
+        "derivative": _rounded(2.0 * 0.7 * inertia * bandwidth),
+        "limit": _rounded(1.5 * float(torque.max())),
     }
     return {"servo": {"controller": gains, "feed_forward": "ideal", "name": "servo"}}
 
 
 def _parts_at_tip(stroke: Stroke) -> Values:
     body, point = stroke.tip
-    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), LOAD_FRACTION * stroke.weight
+    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), stroke.load * stroke.weight
     length = float(np.linalg.norm(way))
     along = way / length
     direction = math.atan2(along[1], along[0])
     start, limit = (
-        float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + STOP_MARGIN * way)
+        float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + stroke.margin * way)
     )
     load = [(start - 0.2 * length, 0.0), (start + 0.5 * length, -force), (start + 1.2 * length, -0.5 * force)]
     return {
-        "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size, "m")},
-        "payload": {"at": tip, "mass": _rounded(LOAD_FRACTION * stroke.mass, "kg")},
+        "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size)},
+        "payload": {"at": tip, "mass": _rounded(stroke.load * stroke.mass)},
         "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
-        "stroke_load": {"point": tip, "direction": _exact(direction, "rad"), "curve": _curve(load, travels="m", forces="N")},
-        "travel_stop": {"point": tip, "direction": _exact(direction, "rad"), "limit": _exact(limit, "m")},
+        "stroke_load": {"point": tip, "direction": _exact(direction), "curve": _curve(load)},
+        "travel_stop": {"point": tip, "direction": _exact(direction), "limit": _exact(limit)},
     }
 
 
@@ -175,25 +197,25 @@ def _parts_along_line(stroke: Stroke) -> Values:
     """Return springs, cables and other parts that act along the line from the anchor to the tip."""
     start, end = (float(np.linalg.norm(stroke.place(stroke.tip, k) - stroke.place(stroke.anchor, k))) for k in (0, 1))
     low, high = 0.9 * min(start, end), 1.1 * max(start, end)  # the range of the motion, extended by a tenth
-    force, middle = LOAD_FRACTION * stroke.weight, 0.5 * (low + high)
+    force, middle = stroke.load * stroke.weight, 0.5 * (low + high)
     pushed, speed = math.copysign(force, end - start), 2.0 * (end - start) / stroke.motion.duration
     progressive = [(low, 0.0), (middle, 0.3 * force), (high, force)]
     drive = [(-20.0 * speed, pushed), (0.0, pushed), (speed, 0.0), (20.0 * speed, -pushed)]
     parts: dict[str, Given] = {
         "spring": {
-            "stiffness": _rounded(stroke.weight / stroke.size, "N/m"),
-            "free_length": _rounded(0.5 * (start + end), "m"),
+            "stiffness": _rounded(stroke.weight / stroke.size),
+            "free_length": _rounded(0.5 * (start + end)),
         },
-        "constant_force_spring": {"tension": _rounded(force, "N")},
-        "nonlinear_spring": {"curve": _curve(progressive, lengths="m", forces="N")},
+        "constant_force_spring": {"tension": _rounded(force)},
+        "nonlinear_spring": {"curve": _curve(progressive)},
         "gas_spring": {
-            "force": _rounded(force, "N"),
-            "extended_length": f"{high:.4g} m",
-            "stroke": f"{high - low:.4g} m",
+            "force": _rounded(force),
+            "extended_length": _rounded(high, 4),
+            "stroke": _rounded(high - low, 4),
         },
-        "cable": {"free_length": _rounded(1.01 * max(start, end), "m")},
-        "linear_motor": {"curve": _curve(drive, speeds="m/s", forces="N")},
-        "rod": {"motion": _move(_exact(start, "m"), _rounded(end, "m"), stroke.motion.duration)},
+        "cable": {"free_length": _rounded(1.01 * max(start, end))},
+        "linear_motor": {"curve": _curve(drive)},
+        "rod": {"motion": _move(_exact(start), _rounded(end), "m", stroke.motion.duration)},
     }
     line = {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
     return {name: {**line, **values} for name, values in parts.items()}
@@ -207,7 +229,7 @@ def _rod(stroke: Stroke) -> Values:
     cos, sin = rate[first + 2 : first + 4] if path.closure.natural.rotates(name) else (0.0, 0.0)
     velocity = rate[first : first + 2] + np.array([cos * x - sin * y, sin * x + cos * y])
     line = stroke.place(stroke.tip, 0) - stroke.place(stroke.anchor, 0)
-    if abs(np.dot(line, velocity) / np.linalg.norm(line)) < MOTION_MIN * stroke.size:
+    if abs(np.dot(line, velocity) / np.linalg.norm(line)) < stroke.least_motion * stroke.size:
         raise InputError(
             f"a rod from {'.'.join(stroke.anchor)} to {'.'.join(stroke.tip)} cannot drive this structure at its start",
             "a motor, or a rod elsewhere",
@@ -227,27 +249,27 @@ def _parts_at_pin(stroke: Stroke) -> Values:
     angle += mechanism.body(driven).placed_angle - mechanism.body(base).placed_angle - angle[stroke.ends[0]]
     start, end = (float(angle[k]) for k in stroke.ends)
     turned = mechanism.body(pin.bearing[0]).placed_angle - mechanism.body(pin.journal[0]).placed_angle
-    moment = LOAD_FRACTION * stroke.weight * stroke.size
+    moment = stroke.load * stroke.weight * stroke.size
     shares = {"peak_moment": 1.0, "steady_moment": 0.15, "peak_moment_equal": 0.4, "steady_moment_equal": 0.1}
-    moments = {name: _rounded(share * moment, "N m") for name, share in shares.items()}
-    friction = {"radius": _rounded(0.01 * stroke.size, "m"), "kinetic": 0.1}
+    moments = {name: _rounded(share * moment) for name, share in shares.items()}
+    friction = {"radius": _rounded(0.01 * stroke.size), "kinetic": 0.1}
     hinges: dict[str, Given] = {
-        "torsion_spring": {"stiffness": _rounded(moment, "N m/rad"), "free_angle": _exact(end, "rad")},
-        "tape_spring": {"stiffness": _rounded(10.0 * moment, "N m/rad"), **moments, "free_angle": _exact(end, "rad")},
-        "clutch": {"capacity": _rounded(moment, "N m")},
+        "torsion_spring": {"stiffness": _rounded(moment), "free_angle": _exact(end)},
+        "tape_spring": {"stiffness": _rounded(10.0 * moment), **moments, "free_angle": _exact(end)},
+        "clutch": {"capacity": _rounded(moment)},
         "pin_friction": friction,
         "pin_lugre": friction,
-        "angle_stop": {"angle": _exact(end + STOP_MARGIN * (end - start), "rad")},
-        "latch": {"angle": _exact(end - 0.01 * (end - start), "rad")},
+        "angle_stop": {"angle": _exact(end + stroke.margin * (end - start))},
+        "latch": {"angle": _exact(end - 0.01 * (end - start))},
     }
     ends = {"start": ".".join(pin.journal), "end": ".".join(pin.bearing)}
     return {
         **{name: {"body": driven, "base": base, **values} for name, values in hinges.items()},
         "panels": {
             "bodies": "unit */bar 1" if "unit 1/bar 1" in names else base,
-            "mass": _rounded(LOAD_FRACTION * stroke.mass, "kg"),
+            "mass": _rounded(stroke.load * stroke.mass),
         },
-        "bushing": {**ends, "free_angle": _exact(turned, "rad")},
+        "bushing": {**ends, "free_angle": _exact(turned)},
     }
 
 
@@ -262,19 +284,19 @@ def _parts_with_friction(stroke: Stroke) -> Values:
 
 
 def _parts_on_driven_body(stroke: Stroke) -> Values:
-    torque = LOAD_FRACTION * stroke.weight * stroke.size
+    torque = stroke.load * stroke.weight * stroke.size
     forward, speed = math.copysign(torque, stroke.turn), 2.0 * stroke.turn / stroke.motion.duration
     motor = [(-2.0 * speed, forward), (0.0, forward), (0.8 * speed, 1.2 * forward), (speed, 0.0), (5.0 * speed, -forward)]
-    cogging = [torque * share for share in (0.0, 1.0, 0.0, -1.0, 0.0)]
+    cogging = [(0.5 * math.pi * k, _rounded(torque * share, 4)) for k, share in enumerate((0.0, 1.0, 0.0, -1.0, 0.0))]
     parts: Values = {
-        "torque": {"torque": _rounded(torque, "N m")},
-        "angle_load": {"curve": {"angles": "0, 90, 180, 270, 360 deg", "torques": _list(cogging, "N m")}, "periodic": True},
+        "torque": {"torque": _rounded(torque)},
+        "angle_load": {"curve": cogging, "periodic": True},
         "motor": {
-            "stall_torque": _rounded(forward, "N m"),
-            "no_load_speed": _rounded(abs(speed), "rad/s"),
-            "limit": _rounded(0.8 * torque, "N m"),
+            "stall_torque": _rounded(forward),
+            "no_load_speed": _rounded(abs(speed)),
+            "limit": _rounded(0.8 * torque),
         },
-        "tabulated_motor": {"curve": _curve(motor, speeds="rad/s", torques="N m")},
+        "tabulated_motor": {"curve": _curve(motor)},
     }
     return {name: {"body": stroke.mechanism.input_body, **values} for name, values in parts.items()}
 
@@ -311,7 +333,8 @@ assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "
 )
 
 
-LOADING_PARTS = ("payload", "panels")  # parts that increase the mass of the structure
+LOAD_TABLES: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
+"""Tables of the parts that increase the mass of the structure."""
 
 
 def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
@@ -334,18 +357,18 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     if "latch" in names and not drives:
         raise InputError("a latch cannot lock against a prescribed drive", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
-    drive = changes("drive", _move(_exact(start, "rad"), _exact(start + turn, "rad")))
+    drive = changes("drive", _move(_exact(start), _exact(start + turn), "rad"))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}
     for name in sorted(
-        names, key=lambda part: part not in LOADING_PARTS
+        names, key=lambda part: part not in LOAD_TABLES
     ):  # loads first, because the servo and springs depend on the mass of the structure
         section = SECTIONS[name]
-        tables[section] = changes(section, PART_VALUES[name](Stroke(mechanism, motion))[name])
-        if name in LOADING_PARTS:
-            mass = read_quantity(tables[section]["mass"], Quantity("kg"))
+        tables[section] = changes(section, _in_units(section, PART_VALUES[name](Stroke(mechanism, motion))[name]))
+        if name in LOAD_TABLES:
             add, where = (with_payload, "at") if name == "payload" else (with_panels, "bodies")
+            mass = LOAD_TABLES[name].declared_keys()["mass"].read(tables[section]["mass"], {})
             mechanism = add(mechanism, tables[section][where], mass)
     if not set(names) & set(DRIVING_PARTS):
         tables["drive"] = drive

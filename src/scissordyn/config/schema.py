@@ -157,8 +157,6 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
-SYMBOL_LENGTH_MAX = 3  # [letters] unit names with more letters are words, which may be in the plural
-
 UNSIGNED_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 NEGATIVE_ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
 ANY_NUMBER = rf"[+-]?{UNSIGNED_NUMBER}"
@@ -191,9 +189,12 @@ def _prefixed(names: list[str]) -> str:
     return "|".join(alternatives)
 
 
-def _either(names: Iterable[str]) -> str:
-    """Return a regular expression of unit names; words may be in the plural, symbols not, because "ms" is a millisecond."""
-    return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > SYMBOL_LENGTH_MAX else '') for name in names)})"
+def _either(names: Iterable[str], symbol_letters: int = 3) -> str:
+    """Return a regular expression of unit names; words may be in the plural, symbols not, because "ms" is a millisecond.
+
+    `symbol_letters`: [letters] unit names with more letters are words, which may be in the plural.
+    """
+    return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > symbol_letters else '') for name in names)})"
 
 
 @cache

@@ -15,13 +15,11 @@ from scissordyn.casefile.structure import (
     ClearanceTable,
     ControlTable,
     GuideClearanceTable,
-    PanelsTable,
-    PayloadTable,
 )
 from scissordyn.casefile.table import Table, table_of, toml, toml_entries
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.config.file import apply_changes, make_case
-from scissordyn.config.fitted import Given, fit_parts
+from scissordyn.config.fitted import LOAD_TABLES, Given, fit_parts
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.body import Body
 from scissordyn.model.commanded import rigid
@@ -75,9 +73,6 @@ REST_VALUES: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}
 """Values of [structure] with which a structure starts at rest, for structures that do not by default."""
 
 
-LOAD_TABLES: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": PanelsTable}
-
-COMMENT_COLUMN_MAX = 44  # [characters] longer lines have their comment in the line above
 RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table [run]
 
 OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
@@ -197,8 +192,11 @@ def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
     return dataclasses.replace(bar, mass=mass, inertia=inertia)
 
 
-def _section(heading: str, table: type[Table], given: Given, *, out: bool = False) -> str:
-    """Return the text of a table with a comment on every key; with `out`, the whole table is commented out."""
+def _section(heading: str, table: type[Table], given: Given, *, out: bool = False, columns: int = 44) -> str:
+    """Return the text of a table with a comment on every key; with `out`, the whole table is commented out.
+
+    `columns`: [characters] longer lines have their comment in the line above.
+    """
     name, keys = heading.strip("[]"), table.declared_keys()
     for key in given:
         if key not in keys:
@@ -210,8 +208,8 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
         comment = out or (key not in given and key in OPTIONAL_KEYS.get(table, ()))
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if out else heading
-    width = max(len(row) for row, _ in rows if len(row) <= COMMENT_COLUMN_MAX)
-    lines = [f"{row:{width}}  # {note}" if len(row) <= COMMENT_COLUMN_MAX else f"# {note}\n{row}" for row, note in rows]
+    width = max(len(row) for row, _ in rows if len(row) <= columns)
+    lines = [f"{row:{width}}  # {note}" if len(row) <= columns else f"# {note}\n{row}" for row, note in rows]
     return "\n".join((f"{heading:{width}}  # {meaning}", *lines))
 
 

@@ -38,7 +38,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import checked, rpm
 
 PIN_TOL = 0.5e-3  # [length units] A force this close to a pin acts on the pin; half the last digit of a position
-RAMP_FRACTION = 0.05  # [strokes] Part of a stroke in which an oscillating input decelerates
 
 
 @checked
@@ -195,8 +194,11 @@ def _with_loads(drawing: Drawing, near: float) -> Drawing:
     return replace(drawing, pins=pins, bars=tuple(bars.values()), loads=tuple(loads))
 
 
-def _with_oscillation(mechanism: Mechanism, notes: list[str]) -> Mechanism:
-    """Return the mechanism with an oscillating input if its input locks at two positions; PMKS+ reverses it there."""
+def _with_oscillation(mechanism: Mechanism, notes: list[str], ramp: float = 0.05) -> Mechanism:
+    """Return the mechanism with an oscillating input if its input locks at two positions; PMKS+ reverses it there.
+
+    `ramp`: [strokes] Part of a stroke in which an oscillating input decelerates.
+    """
     swing = 0.98  # amplitude as a fraction of half the range between the locking positions
     from scissordyn.plan.plan import plan
     from scissordyn.run.ideal import motion_range
@@ -212,11 +214,11 @@ def _with_oscillation(mechanism: Mechanism, notes: list[str]) -> Mechanism:
         return mechanism
     mean, first = 0.5 * (low + high), mechanism.body(body).angle or 0.0
     amplitude = math.copysign(max(swing * 0.5 * (high - low), abs(first - mean)), speed)
-    duration = 2.0 * amplitude / speed / (1.0 - RAMP_FRACTION)
-    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, RAMP_FRACTION, POINTS_MAX)
+    duration = 2.0 * amplitude / speed / (1.0 - ramp)
+    strokes = Trapezoidal(mean - amplitude, mean + amplitude, duration, ramp, POINTS_MAX)
     notes.append(
         f"the input '{body}' locks at {math.degrees(low):.6g} and {math.degrees(high):.6g} deg, where PMKS+ reverses it: here "
-        f"it stops a hundredth of the range before each and reverses within {2.0 * RAMP_FRACTION * duration:.3g} s, "
+        f"it stops a hundredth of the range before each and reverses within {2.0 * ramp * duration:.3g} s, "
         f"for {POINTS_MAX} strokes"
     )
     return replace(mechanism, drives=(Drive(body, replace(strokes, begin=min(strokes.after(first), 0.999999 * duration))),))

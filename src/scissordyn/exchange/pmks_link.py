@@ -28,8 +28,6 @@ EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
 EXPECTED_LINK = "a link from 'Share' in PMKS+"
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 
-LINK_LENGTH_MAX = 50_000  # [characters] Length of the longest link; such a link has about a thousand joints
-NUMBER_DIGITS_MAX = 12  # Largest number of base-64 digits of a number in a link, including its sign
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
 CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings
@@ -82,10 +80,13 @@ class Sketch:
     scale: float  # Length unit [m]
 
 
-def read_link(link: str, notes: list[str]) -> Sketch:
-    """Parse a link of either format; parts that are left out are added to the notes."""
-    if len(link) > LINK_LENGTH_MAX:
-        raise InputError(f"the link of PMKS+ has more than {LINK_LENGTH_MAX} characters", EXPECTED_LINK, EXAMPLE)
+def read_link(link: str, notes: list[str], letters_max: int = 50_000) -> Sketch:
+    """Parse a link of either format; parts that are left out are added to the notes.
+
+    `letters_max`: [characters] Length of the longest link; such a link has about a thousand joints.
+    """
+    if len(link) > letters_max:
+        raise InputError(f"the link of PMKS+ has more than {letters_max} characters", EXPECTED_LINK, EXAMPLE)
     return (_read_earlier if link.partition("?")[2].startswith("j=") else _read_present)(link.strip(), notes)
 
 
@@ -218,9 +219,12 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
     notes += [f"{kinds[entry]} of the drawing: left out" for entry in sorted(letters)]
 
 
-def _unsigned(text: str, what: str) -> int:
-    """Return an unsigned integer in base 64."""
-    if not 0 < len(text) <= NUMBER_DIGITS_MAX:
+def _unsigned(text: str, what: str, digits_max: int = 12) -> int:
+    """Return an unsigned integer in base 64.
+
+    `digits_max`: largest number of base-64 digits of a number in a link, including its sign.
+    """
+    if not 0 < len(text) <= digits_max:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
         raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", EXAMPLE)
     value = 0

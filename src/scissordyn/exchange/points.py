@@ -33,16 +33,13 @@ COLUMNS = "name", "x", "y", "bars", "support"
 HEADING_EXAMPLE = "name,x,y,bars,support"
 
 
-BLOCK_MASS = 0.1  # Mass of a sliding block [kg]
-
-
 SLIDE_TEXT = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")  # Sliding support: "slide", or "slide 30 deg"
 
 SEPARATOR = re.compile(r"\A(?:sep=(.)\s*\n)")  # First line of tables saved by Excel, which declares the separator
 
 
 @checked
-def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DENSITY) -> Imported:
+def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DENSITY, block_mass: float = 0.1) -> Imported:
     """Return the mechanism of a table of points.
 
     Parameters
@@ -55,6 +52,8 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
         Unit of the coordinates.
     linear_density : float
         Mass per length of the bars [kg/m].
+    block_mass : float
+        Mass of a sliding block [kg].
 
     Returns
     -------
@@ -70,7 +69,7 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
     notes: list[str] = []
     table = _Table(_rows(text), UNITS[unit], notes)
     taken = {*table.pins, *table.bars}
-    blocks = [Block(plain_name(f"block {name}", taken), name, angle, BLOCK_MASS) for name, angle in table.slides.items()]
+    blocks = [Block(plain_name(f"block {name}", taken), name, angle, block_mass) for name, angle in table.slides.items()]
     bars = tuple(uniform(bar, tuple(points), table.pins, linear_density) for bar, points in table.bars.items())
     notes += _bent(bars, table.pins)
     notes += [
@@ -78,7 +77,7 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
         "no gravity and no drive: add [drive] to the case",
     ]
     if blocks:
-        notes.append(f"blocks that slide have {BLOCK_MASS:g} kg each")
+        notes.append(f"blocks that slide have {block_mass:g} kg each")
     if not table.fixed and not blocks:
         notes.append("nothing is grounded: write 'fixed' in the column 'support' of each fixed point")
     return imported(assembled(Drawing(table.pins, tuple(table.fixed), bars, tuple(blocks))), notes)

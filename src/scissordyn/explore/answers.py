@@ -47,7 +47,6 @@ ENERGY_COLOURS = ("blue", "green", "purple", "vermilion", "orange", "sky")  # in
 
 # Largest number of points of a curve in the browser; longer curves are reduced to the extremes of intervals
 CURVE_POINTS_MAX = 100_000
-LIMIT_SHOWN_RATIO = 5.0  # A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve
 
 ENERGY_LINES = {
     "kinetic_energy": ("kinetic", "kinetic energy"),
@@ -252,17 +251,20 @@ class Chosen:
         present = (name for figure in self.figures.values() for name in figure.lines if name in values)
         return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
-    def levels(self, figure: str, data: Columns) -> list[float]:
-        """Return the limits that are drawn in a figure: those that its curves reach to at least a fifth."""
+    def levels(self, figure: str, data: Columns, nearest: float = 5.0) -> list[float]:
+        """Return the limits that are drawn in a figure: those that its curves reach to at least a fifth.
+
+        `nearest`: A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve.
+        """
         point = self.point
         if figure == "track" and point is not None and point.tolerance is not None:
-            return [point.tolerance] if LIMIT_SHOWN_RATIO * point.deviation >= point.tolerance else []
+            return [point.tolerance] if nearest * point.deviation >= point.tolerance else []
         limits = self.torques if figure == "torque" else {}
         near = (
             side * source.limit
             for name, source in limits.items()
             for side in (1.0, -1.0)
-            if source.limit is not None and LIMIT_SHOWN_RATIO * np.nanmax(side * data[name], initial=0.0) >= source.limit
+            if source.limit is not None and nearest * np.nanmax(side * data[name], initial=0.0) >= source.limit
         )
         return list(dict.fromkeys(near))
 

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-DIAGRAM_PERIODS = 4  # [periods of the drive] Duration of the run for a point of a diagram
 POINT_RADIUS, BEST_POINT_RADIUS = 3.0, 6.0  # Radius of a point, and of the recommended point [pixel]
 
 Figure = dict[str, Any]
@@ -289,14 +288,17 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
     return Points(axes, lambda axis: _figures(result, axis, best), opened, "; ".join(filter(None, notes))).case(max(best, 0))
 
 
-def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] = ()) -> Case:
-    """Return the case at the first point of a bifurcation diagram; it contains all points of the diagram."""
+def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] = (), periods: int = 4) -> Case:
+    """Return the case at the first point of a bifurcation diagram; it contains all points of the diagram.
+
+    `periods`: [periods of the drive] Duration of the run for a point of a diagram.
+    """
     configuration = read_configuration(diagram)
     mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])
     parameter, values = str(diagram.attrs["parameter"]), diagram["value"].values
     usable = [str(name) for name in diagram if set(diagram[name].dims) == {"value", "cycle"}][:LISTED_MAX]
     across = scale_of(diagram["value"])
-    until = DIAGRAM_PERIODS * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
+    until = periods * float(diagram.attrs["period"]) if "period" in diagram.attrs else 1.0
 
     def opened(point: int) -> Case:
         value, options = float(values[point]), configuration.options or Options(until)

@@ -49,8 +49,7 @@ FILE_TYPES = {
 }
 """File ending and MIME type of each kind of file that the page can save."""
 
-FILES_AT_ONCE_MAX = 2  # Largest number of files that all pages create at the same time; each occupies one processor
-_slots = threading.BoundedSemaphore(FILES_AT_ONCE_MAX)  # acquired while a file is created
+_slots = threading.BoundedSemaphore(2)  # acquired while a file is created
 
 log = logging.getLogger(__name__)
 
@@ -288,14 +287,12 @@ class Page:
             self.session.pin(replace(self.shown, run=self.shown.curves))
 
     def _save(self, message: Message) -> None:
-        """Create a file: one at a time for this page, and at most `FILES_AT_ONCE_MAX` for all pages."""
+        """Create a file: one at a time for this page, and at most two for all pages."""
         what, time = read_text(message, "type"), read_number(message, "time")
         if self._making:
             raise InputError(f"cannot make '{what}' while another file is being made", "one file at a time", "wait for it")
         if not _slots.acquire(blocking=False):
-            raise InputError(
-                f"cannot make '{what}' while other pages make {FILES_AT_ONCE_MAX} files", "two files at a time", "try again"
-            )
+            raise InputError(f"cannot make '{what}' while other pages make two files", "two files at a time", "try again")
         self._making = True
         shown, joint = self.shown, self.selected
         magnify = 1.0 if shown is None else self._factor(shown)

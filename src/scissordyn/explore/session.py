@@ -23,11 +23,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 
-SLOW_RUN_SECONDS = 2.0  # [s] After a run that takes longer, later runs are preceded by the ideal motion and a coarse run
 COARSE_TOL = 1e-5  # Relative and absolute tolerance of a coarse run
-
-ESTIMATE_SECONDS = 1.0  # [s] Computing time after which the total time of an accurate run is estimated
-LONG_RUN_SECONDS = 5.0  # [s] An accurate run with a longer estimated time is preceded by a coarse run
 
 
 @dataclass(eq=False)
@@ -65,11 +61,21 @@ class Worker:
 
     `done` is called with the outcomes of an order unless a newer order has replaced it. Preliminary outcomes come first, with
     smaller numbers. `progress` is called with the number of the order and the simulated fraction of its time. Numbers up to
-    `earlier` are already used.
+    `earlier` are already used. The total time of an accurate run is estimated after `estimate_seconds`; if it is longer than
+    `long_run_seconds`, a coarse run precedes it.
     """
 
-    def __init__(self, done: Callable[[Outcome], None], progress: Callable[[int, float], None], *, earlier: int = 0) -> None:
+    def __init__(
+        self,
+        done: Callable[[Outcome], None],
+        progress: Callable[[int, float], None],
+        *,
+        earlier: int = 0,
+        estimate_seconds: float = 1.0,
+        long_run_seconds: float = 5.0,
+    ) -> None:
         self._done, self._progress = done, progress
+        self.estimate_seconds, self.long_run_seconds = estimate_seconds, long_run_seconds
         self._changed = threading.Condition()
         self._order: tuple[int, Case, bool] | None = None
         self.number = earlier
@@ -159,8 +165,8 @@ class Worker:
 
         def is_long(done: float) -> bool:
             spent = spent_since()
-            if not judged and spent > ESTIMATE_SECONDS:
-                judged.append(spent > LONG_RUN_SECONDS * done)
+            if not judged and spent > self.estimate_seconds:
+                judged.append(spent > self.long_run_seconds * done)
             return judged == [True]
 
         accurate = self._outcome(number, case, is_long if case.options.rtol < COARSE_TOL else None)
@@ -220,9 +226,13 @@ class Session:
 
     `updated` is called, also from another thread, with the part that has changed: "fields", "run", "fine" (curves of the run),
     "status" or "pins". `computed` is the run of the opened case, if another session has computed it.
+    After a run that takes longer than `slow_run_seconds`, later runs are preceded by the ideal motion and a coarse run.
     """
 
-    def __init__(self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None) -> None:
+    def __init__(
+        self, case: Case, updated: Callable[[str], None], computed: Outcome | None = None, *, slow_run_seconds: float = 2.0
+    ) -> None:
+        self.slow_run_seconds = slow_run_seconds
         self.opened = self.case = case
         self.updated = updated
         self._undo: list[Case] = []
@@ -323,7 +333,7 @@ class Session:
 
     def _compute(self) -> None:
         """Order the run of the present case, in stages if runs take long."""
-        self._slow |= self._lasting() > SLOW_RUN_SECONDS
+        self._slow |= self._lasting() > self.slow_run_seconds
         self.fraction, self.message = 0.0, ""
         self._began = self._stage = self._reported = time.monotonic()
         self.worker.order(self.case, staged=self._slow)
@@ -351,7 +361,7 @@ class Session:
             self.updated("fine")
             return
         if not outcome.note:
-            self._slow, self.fraction = self._lasting() > SLOW_RUN_SECONDS, None
+            self._slow, self.fraction = self._lasting() > self.slow_run_seconds, None
             # an interrupted run is not a complete run of the case
             if self.first is None and outcome.case is self.opened and (run is None or run.attrs["status"] != "interrupted"):
                 self.first = outcome

@@ -19,8 +19,7 @@ from scissordyn.sensitivity.forward import SAMPLED, Forward, forward
 from scissordyn.sensitivity.gradient import check_derivable
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives
-
-DIFFERENCE_STEP = 1e-5  # [parameter scales] Step of the central differences of curves along exact state derivatives
+from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 
 def has_events(problem: Problem) -> bool:
@@ -58,9 +57,9 @@ def _slopes(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.n
         for k, free in enumerate(problem.free[first : first + DERIVATIVES]):
             value = float(values[first + k])
             ends = [
-                _moved_curves(problem, run, k, fitted, free, value, sign * DIFFERENCE_STEP, options) for sign in (1.0, -1.0)
+                _moved_curves(problem, run, k, fitted, free, value, sign * DIFFERENCE_FRACTION, options) for sign in (1.0, -1.0)
             ]
-            slopes.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE_STEP))
+            slopes.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE_FRACTION))
     return np.stack(slopes, axis=2)
 
 

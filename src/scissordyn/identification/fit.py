@@ -22,8 +22,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-SEARCH_TOL = 1e-8  # Relative change of the sum of squares, or of the unknowns, at which the search ends
-
 
 def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
     """Return the SI unit of each quantity that a run of a mechanism has over time, by its column heading."""
@@ -95,8 +93,6 @@ def _solved(
             jac=problem.jacobian,
             bounds=problem.bounds(),
             x_scale="jac",
-            ftol=SEARCH_TOL,
-            xtol=SEARCH_TOL,
             gtol=None,
             max_nfev=most,
         )
@@ -170,9 +166,6 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
 
 TITLE = "scissordyn fit"
 
-CORRELATION_MAX = 0.98  # Two parameters with a larger correlation are reported as hardly distinguishable
-DEPENDENCE_MAX = 2.0  # Ratio of errors with and without dependent residuals above which a warning is given
-
 
 def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:
     """Return the result of a fit: parameters, their errors and correlations, and measured and fitted curves."""
@@ -231,8 +224,20 @@ def _refused(problem: Problem) -> list[str]:
     )
 
 
-def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: np.ndarray) -> list[str]:
-    """Return warnings about parameters: not determined, not distinguishable, at a bound, or with dependent residuals."""
+def _warnings(
+    free: Sequence[Free],
+    failure: str,
+    errors: Uncertainty,
+    values: np.ndarray,
+    correlation_max: float = 0.98,
+    dependence: float = 2.0,
+) -> list[str]:
+    """Return warnings about parameters: not determined, not distinguishable, at a bound, or with dependent residuals.
+
+    `correlation_max`: two parameters with a larger correlation are reported as hardly distinguishable.
+
+    `dependence`: ratio of errors with and without dependent residuals above which a warning is given.
+    """
     warnings = [f"the search did not end: {failure}"] if failure else []
     for direction in errors.undetermined:
         names = [f"'{free[k].path}'" for k in direction]
@@ -244,7 +249,7 @@ def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: n
                 f"{' and '.join(names)} cannot be distinguished: changes of {together} leave the measured curves unchanged; "
                 "fix one of them at a value measured in another way"
             )
-    if errors.dependence > DEPENDENCE_MAX:
+    if errors.dependence > dependence:
         warnings.append(
             f"neighbouring residuals depend on each other and widen the intervals by a factor of {errors.dependence:.1f}: "
             "the mechanism or its start differs from what was measured"
@@ -253,7 +258,7 @@ def _warnings(free: Sequence[Free], failure: str, errors: Uncertainty, values: n
     for i in range(len(free)):
         for j in range(i):
             both = np.isfinite(errors.error[[i, j]]).all()
-            if both and abs(correlation[i, j]) > CORRELATION_MAX:
+            if both and abs(correlation[i, j]) > correlation_max:
                 warnings.append(
                     f"'{free[j].path}' and '{free[i].path}' can hardly be distinguished: correlation {correlation[i, j]:.4f}"
                 )

@@ -11,8 +11,6 @@ from scipy.stats import t as student
 from scissordyn.identification.problem import Problem
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-SHARE_MIN = 0.2  # [of the largest entry] Smallest entry of an undetermined direction whose parameter is reported
-
 
 @dataclass(frozen=True)
 class Uncertainty:
@@ -66,7 +64,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
     )
     scale = problem.scale
-    lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > SHARE_MIN * 0.05
+    lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > 0.01
     factor = np.maximum(1.0, ratio)
     covariance = plain * np.outer(factor, factor)
     return Uncertainty(
@@ -91,8 +89,11 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
     return np.array(scores)
 
 
-def _direction(row: np.ndarray) -> dict[int, float]:
-    """Return the main entries of a direction by parameter index, relative to the largest entry."""
+def _direction(row: np.ndarray, least: float = 0.2) -> dict[int, float]:
+    """Return the main entries of a direction by parameter index, relative to the largest entry.
+
+    `least`: [of the largest entry] Smallest entry of an undetermined direction whose parameter is reported.
+    """
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]
-    return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= SHARE_MIN}
+    return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= least}

@@ -132,14 +132,11 @@ BENDING_STIFFNESS = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead
 AXIAL_STIFFNESS = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
 ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
 NODE = "node"  # Name of the only point of a cross-section where the rigid bar has no point of its own
-SLENDERNESS_MIN = 5.0  # Smallest length over depth of a bar; shear, which beam theory neglects, deflects shorter ones
 PARTS_OF_BODIES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
     ("latches", "latch", ("body", "base")),
 )
 """Parts that refer to bodies: field of the mechanism, name in messages, fields that may name a flexible bar."""
-
-MASS_TOL = 0.05  # Largest relative difference between a bar's given mass and that of its section and material
 
 
 @documented
@@ -304,8 +301,15 @@ def _with_section_mass(body: Body, per_length: float) -> Body:
     return dataclasses.replace(body, mass=mass, inertia=uniform_inertia(length, mass))
 
 
-def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
-    """Return the mass per length of a bar [kg/m]; raise `InputError` if it is not uniform, too short or of another mass."""
+def _mass_per_length(
+    body: Body, wanted: float | None, depth: float, slenderness: float = 5.0, tolerance: float = 0.05
+) -> float:
+    """Return the mass per length of a bar [kg/m]; raise `InputError` if it is not uniform, too short or of another mass.
+
+    `slenderness`: smallest length over depth of a bar; shear, which beam theory neglects, deflects shorter ones.
+
+    `tolerance`: largest relative difference between a bar's given mass and that of its section and material.
+    """
     if not _is_bar(body):
         raise InputError(
             f"body '{body.name}' cannot bend: it is not a uniform bar",
@@ -313,16 +317,16 @@ def _mass_per_length(body: Body, wanted: float | None, depth: float) -> float:
             "each with uniform mass; add payloads after bending",
         )
     length = max(x for x, _ in body.points.values()) - min(x for x, _ in body.points.values())
-    if depth and length < SLENDERNESS_MIN * depth:
+    if depth and length < slenderness * depth:
         raise InputError(
             f"bar '{body.name}' is too short for beam theory: length {length:g} m, depth of the section {depth:g} m",
-            f"a bar of at least {SLENDERNESS_MIN * depth:g} m, or a rigid one",
+            f"a bar of at least {slenderness * depth:g} m, or a rigid one",
         )
     mass_per_length = body.mass / length
-    if wanted is not None and abs(wanted - mass_per_length) > MASS_TOL * wanted:
+    if wanted is not None and abs(wanted - mass_per_length) > tolerance * wanted:
         raise InputError(
             f"bar '{body.name}' has a mass of {body.mass:g} kg; its section and material give {wanted * length:.4g} kg",
-            f"masses that differ by at most {MASS_TOL:.0%}",
+            f"masses that differ by at most {tolerance:.0%}",
             f'bar_mass = "{wanted * length:.4g} kg", or mass = "section"',
         )
     return mass_per_length

@@ -32,7 +32,6 @@ SAMPLE_ROTATION_MAX = 0.2
 With a larger rotation, the path of a driven mechanism is computed instead.
 """
 
-SAMPLES_MIN = 9  # Smallest number of samples between which singular positions are searched
 
 SEARCHED_EQUATIONS_MAX = 300
 """Largest number of closure equations of a mechanism whose singular positions are searched.
@@ -53,11 +52,13 @@ class PositionWarning(NamedTuple):
 CHANCE = "which one the real structure takes is a matter of chance"  # End of each warning about a change point
 
 
-def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
+def passing_warnings(plan: Plan, run: Any, until: float, least_samples: int = 9) -> list[str]:
     """Return warnings for the singular positions that a run passes; `run` is a Dataset or the record it is made of.
 
     Recorded samples show cheaply where singular positions may be. Where the drives determine the motion, the path of the ideal
     mechanism then locates them; otherwise the samples do.
+
+    `least_samples`: smallest number of samples between which singular positions are searched.
     """
     if _equations(plan) > SEARCHED_EQUATIONS_MAX:
         return [_size_warning(plan)]
@@ -68,12 +69,12 @@ def passing_warnings(plan: Plan, run: Any, until: float) -> list[str]:
     if closure is None or not closure.chosen.size or not len(angle):
         return []
     driven = bool(closure.inputs.count)
-    if driven and (np.max(rotation, initial=0.0) > SAMPLE_ROTATION_MAX or len(angle) < SAMPLES_MIN):
+    if driven and (np.max(rotation, initial=0.0) > SAMPLE_ROTATION_MAX or len(angle) < least_samples):
         return _driven(closure, run, until)
     square = closure.chosen.size == closure.free.shape[1]
     if not square and start_of(closure) is None:
         return []
-    count = max(SAMPLES_MIN, int(rotated[-1] / 0.05))  # samples about 0.05 rad apart
+    count = max(least_samples, int(rotated[-1] / 0.05))  # samples about 0.05 rad apart
     wanted = np.linspace(0.0, rotated[-1], count) if rotated[-1] > 0.0 else np.zeros(1)
     chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
     position = run.variables["position"].values

@@ -19,14 +19,8 @@ from scissordyn.warning import NAMES_MAX
 
 CHANGE_KIND, LOCKING_KIND, NEAR_KIND = "change point", "locking position", "near change point"  # Kinds of singular positions
 
-SVD_EQUATIONS_MAX = 24  # Largest number of equations with singular values at each sample; for more, a factorization is cheaper
-
-ZERO_FRACTION = 1e-5
-"""Ratio of a singular value to its typical value below which it counts as zero at a position interpolated on the path."""
 
 Places = tuple[float, float, float]  # Path parameter at the sample before a suspected position, near it and after it
-
-CONCERNED_FRACTION = 0.2  # Amplitude, relative to the largest, above which a body or joint is named in the warning
 
 
 @dataclass(frozen=True)
@@ -49,18 +43,20 @@ class SingularPosition:
         return f"{'bodies' if len(self.bodies) > 1 else 'body'} {bodies}{at}" if self.bodies else bodies
 
 
-def measure(closure: Closure, z: np.ndarray) -> np.ndarray:
+def measure(closure: Closure, z: np.ndarray, few_equations: int = 24) -> np.ndarray:
     """Return how far the gradients of the closure equations are from dependent; zero if they are dependent.
 
     The measure is the smallest singular value. With many equations it is the volume of the gradients as a fraction of the
     largest.
 
     Shapes: `z` (samples, nZ); returns (samples,).
+
+    `few_equations`: largest number of equations with singular values at each sample; for more, a factorization is cheaper.
     """
     rows = closure.jacobian(z)
     if not rows.shape[1]:
         return np.ones(len(z))
-    if rows.shape[1] <= SVD_EQUATIONS_MAX:
+    if rows.shape[1] <= few_equations:
         return np.asarray(np.linalg.svd(rows, compute_uv=False)[:, -1])
     # the square root of the Gram determinant is known to 1e-8 only, enough to choose samples
     if rows.shape[1] == rows.shape[2]:
@@ -93,14 +89,19 @@ def smallest(closure: Closure, z: np.ndarray) -> float:
     return float(values[-1]) if values.size else 1.0
 
 
-def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Places, typical: float) -> float | None:
-    """Return the path parameter between `places` at which the gradients are dependent; None if there is none."""
+def locate(
+    closure: Closure, position: Callable[[float], np.ndarray], places: Places, typical: float, zero: float = 1e-5
+) -> float | None:
+    """Return the path parameter between `places` at which the gradients are dependent; None if there is none.
+
+    `zero`: ratio of a singular value to its typical value below which it counts as zero at a position interpolated on the path.
+    """
     from scipy.optimize import minimize_scalar  # imported here: it takes a tenth of a second, and most runs do not need it
 
     # three pairs of singular vectors: a singular value may also fall to zero quadratically, without a change of sign
     for pair in range(1, 1 + min(3, closure.chosen.size)):
         crossing = _zero(closure, position, places, pair)
-        if crossing is not None and smallest(closure, position(crossing)) < ZERO_FRACTION * typical:
+        if crossing is not None and smallest(closure, position(crossing)) < zero * typical:
             return crossing
 
     def value(place: float) -> float:
@@ -108,7 +109,7 @@ def locate(closure: Closure, position: Callable[[float], np.ndarray], places: Pl
 
     low, _, high = places  # without a change of sign the minimum is searched
     result = minimize_scalar(value, bounds=(low, high), method="bounded", options={"xatol": 1e-8 * (high - low)})
-    return float(result.x) if result.fun < ZERO_FRACTION * typical else None
+    return float(result.x) if result.fun < zero * typical else None
 
 
 def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Places, pair: int) -> float | None:
@@ -145,10 +146,12 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
     return zero
 
 
-def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def concerned(closure: Closure, z: np.ndarray, typical: float, least: float = 0.2) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the bodies that can move to first order at a singular position, and the joints that turn in that motion.
 
     Shapes: `z` (nZ,).
+
+    `least`: amplitude, relative to the largest, above which a body or joint is named in the warning.
     """
     rows = closure.jacobian(z)
     _, values, right = np.linalg.svd(rows, full_matrices=False)
@@ -164,14 +167,14 @@ def concerned(closure: Closure, z: np.ndarray, typical: float) -> tuple[tuple[st
             speed[body.name] = cos * dy - sin * dx
         size[body.name] = float(np.sqrt(np.sum(motion[p : p + 2] ** 2) + np.sum(speed[body.name] ** 2)))
     most = max(size.values())
-    bodies = [name for name, value in size.items() if value > CONCERNED_FRACTION * most and np.any(speed[name])]
-    bodies = bodies or [name for name, value in size.items() if value > CONCERNED_FRACTION * most]
+    bodies = [name for name, value in size.items() if value > least * most and np.any(speed[name])]
+    bodies = bodies or [name for name, value in size.items() if value > least * most]
     turning = {
         joint.name: float(np.linalg.norm(speed[joint.bodies[0]] - speed[joint.bodies[1]]))
         for joint in closure.plan.mechanism.joints
     }
     largest = max(turning.values(), default=0.0)
-    joints = [name for name, value in turning.items() if value > CONCERNED_FRACTION * largest and largest > 0.0]
+    joints = [name for name, value in turning.items() if value > least * largest and largest > 0.0]
     return (
         tuple(sorted(bodies, key=lambda name: -round(size[name], 6))),
         tuple(sorted(joints, key=lambda name: -round(turning[name], 6))),

@@ -26,21 +26,17 @@ from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.plugin.element import pointers, row_of
 
-PIECES_PER_FACTOR = 8  # pieces of the table for each factor of e in the indentation
 # [clearances] smallest and largest indentation of the table; its first and last power laws continue beyond them
 INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX = 1e-8, 2.0
 PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION = range(5)
 """Columns of the table: p at the start of a piece, exponent of p in the piece, first and second integral of p, w there."""
 
-# Gauss's rule of 16 points on [0, 1]
-_NODES = 0.5 * (np.polynomial.legendre.leggauss(16)[0] + 1.0)
-_WEIGHTS = 0.5 * np.polynomial.legendre.leggauss(16)[1]
-
-_DIFFERENCE = 1e-3  # [indentations] step of the fourth-order differences that give the stiffness
+# Gauss's rule of 16 points on [-1, 1]
+GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
 @lru_cache(64)
-def pressure_table(law: Elastic, joint: JointContact) -> np.ndarray:
+def pressure_table(law: Elastic, joint: JointContact, density: int = 8) -> np.ndarray:
     """Return the pressure of an elastic law by indentation, as pieces of power laws with equal ratios of indentations.
 
     Shapes: returns (pieces, 5) with the columns above [Pa, 1, Pa m, Pa m^2, m].
@@ -49,8 +45,10 @@ def pressure_table(law: Elastic, joint: JointContact) -> np.ndarray:
     ------
     InputError
         If the law's force does not follow from a pressure that grows with the indentation.
+
+    `density`: pieces of the table for each factor of e in the indentation.
     """
-    pieces = math.ceil(PIECES_PER_FACTOR * math.log(INDENTATION_RATIO_MAX / INDENTATION_RATIO_MIN))
+    pieces = math.ceil(density * math.log(INDENTATION_RATIO_MAX / INDENTATION_RATIO_MIN))
     w = joint.clearance * np.geomspace(INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX, pieces + 1)
     p = _pressures(law, joint, w)
     if not (np.all(np.isfinite(p)) and np.all(p > 0.0) and np.all(np.diff(p) > 0.0)):
@@ -88,12 +86,12 @@ def _pressures(law: Elastic, joint: JointContact, w: np.ndarray) -> np.ndarray:
         return (c + delta) * force / (joint.length * joint.bearing_radius)
 
     # S = s - (s - c^2) x^2 and x = sin(pi u / 2) remove the singularities at both ends
-    angle = 0.5 * math.pi * _NODES
+    angle = 0.5 * math.pi * (0.5 * (GAUSS_NODES + 1.0))
     span = w * (2.0 * c + w)
     delta = span[:, None] * np.cos(angle) ** 2
     delta = delta / (np.sqrt(c * c + delta) + c)
-    h = _DIFFERENCE * delta
+    h = 1e-3 * delta  # step of differences of fourth order
     near, far = scaled(delta + h) - scaled(delta - h), scaled(delta + 2.0 * h) - scaled(delta - 2.0 * h)
     slope = (8.0 * near - far) / (12.0 * h) / (2.0 * (c + delta))
-    integral = 0.5 * math.pi * (slope * np.cos(angle)) @ _WEIGHTS
+    integral = 0.5 * math.pi * (slope * np.cos(angle)) @ (0.5 * GAUSS_WEIGHTS)
     return np.asarray(2.0 / math.pi * np.sqrt(span) * integral)

@@ -16,8 +16,6 @@ TEMPERATURE_RANGE = 253.15, 423.15  # Range of temperatures [K]; outside it oils
 VISCOSITY_BOUNDS = {"minimum": 2e-6, "maximum": 1e-1}  # [m^2/s]; below 2 mm^2/s the equation of ASTM D341 has further terms
 
 
-VISCOSITY_MIN = 2.0  # [mm^2/s] viscosity at 100 deg C below which the index is not defined
-
 INDEX_COEFFICIENTS = (
     (3.8, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
     (4.4, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
@@ -59,20 +57,23 @@ def viscosity_index(cold: float, hot: float) -> float:
     return 100.0 + (math.pow(10.0, power) - 1.0) / 0.00715
 
 
-def hot_viscosity(cold: float, index: float) -> float:
-    """Return the viscosity at 100 deg C of an oil from its viscosity at 40 deg C and its index [mm^2/s]."""
+def hot_viscosity(cold: float, index: float, least: float = 2.0) -> float:
+    """Return the viscosity at 100 deg C of an oil from its viscosity at 40 deg C and its index [mm^2/s].
+
+    `least`: [mm^2/s] viscosity at 100 deg C below which the index is not defined.
+    """
 
     def error(hot: float) -> float:
         return viscosity_index(cold, hot) - index
 
-    if not (0.9 * cold > VISCOSITY_MIN and error(VISCOSITY_MIN) < 0.0 < error(0.9 * cold)):
+    if not (0.9 * cold > least and error(least) < 0.0 < error(0.9 * cold)):
         raise InputError(
             f"an oil of {cold:g} mm^2/s at 40 deg C with the viscosity index {index:g}",
-            f"an index with which it has at least {VISCOSITY_MIN:g} mm^2/s at 100 deg C and is thinner there",
+            f"an index with which it has at least {least:g} mm^2/s at 100 deg C and is thinner there",
         )
     from scipy.optimize import brentq  # takes longer to import than most of the package
 
-    return float(brentq(error, VISCOSITY_MIN, 0.9 * cold, xtol=1e-12))
+    return float(brentq(error, least, 0.9 * cold, xtol=1e-12))
 
 
 @documented

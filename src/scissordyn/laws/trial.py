@@ -25,8 +25,6 @@ SPEEDS = (*(-np.logspace(1, -9, 11)).tolist(), 0.0, *np.logspace(-9, 1, 11).toli
 DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspace(0.0, 1.0, 65)[1:]]))
 """Test indentations of a stiffness law, in clearances (in corner radii at a plane guide surface)."""
 
-COEFFICIENT_MAX = 10.0  # [-] ratio F_t/F_n above which there is a warning; the bound of the package's laws
-
 
 def _largest_depth(joint: JointContact) -> tuple[float, str]:
     """Return the largest test indentation of a law in a joint [m]: the clearance or the corner radius, and which of them."""
@@ -119,9 +117,12 @@ def _damping_doubts(force: np.ndarray) -> list[str]:
     return [f"it {what} ({FORCES[at[0]]:g} N at {RATES[at[2]]:g} m/s), so that contacts may gain energy"]
 
 
-def _friction_doubts(force: np.ndarray) -> list[str]:
-    """Return reasons to doubt a friction law, from the magnitudes of its forces [N], shape (SPEEDS, FORCES)."""
+def _friction_doubts(force: np.ndarray, coefficient_max: float = 10.0) -> list[str]:
+    """Return reasons to doubt a friction law, from the magnitudes of its forces [N], shape (SPEEDS, FORCES).
+
+    `coefficient_max`: [-] ratio F_t/F_n above which there is a warning; the bound of the package's laws.
+    """
     without = ["it gives a force where the normal force is zero"] if np.any(force[:, 0] > 0.0) else []
     largest = float(np.max((force[:, 1:] - force[:, :1]) / np.array(FORCES[1:])))
-    high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > COEFFICIENT_MAX else []
+    high = [f"its friction coefficient reaches {largest:.3g} at 10 m/s or less"] if largest > coefficient_max else []
     return without + high

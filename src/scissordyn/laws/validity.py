@@ -15,15 +15,7 @@ from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_built_in, pointers, row_of
 from scissordyn.warning import RunWarning, warning
 
-ELASTIC_IMPACT_RATIO_MAX = 1e-5
-"""Largest approach speed over the wave speed sqrt(E/rho) of an elastic impact; faster ones are plastic (Love's rule; Johnson
-1985, doi:10.1017/CBO9781139171731).
-"""
-
 LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
-
-DEPTH_RATIO_MAX = 0.2  # [-] indentation over clearance above which a contact is not small compared with the radii
-RESTITUTION_TOL = 0.05  # [-] difference of the given and the obtained restitution coefficient above which there is a warning
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
@@ -103,17 +95,28 @@ def contact_warnings(
     *,
     approach_speed: Sequence[float],
     indentation: float,
+    plastic: float = 1e-5,
+    deep: float = 0.2,
+    restitution_error: float = 0.05,
 ) -> list[RunWarning]:
-    """Return warnings about the laws of one joint after a run."""
+    """Return warnings about the laws of one joint after a run.
+
+    `plastic`: largest approach speed over the wave speed sqrt(E/rho) of an elastic impact; faster ones are plastic (Love's
+    rule; Johnson 1985, doi:10.1017/CBO9781139171731).
+
+    `deep`: [-] indentation over clearance above which a contact is not small compared with the radii.
+
+    `restitution_error`: [-] difference of the given and the obtained restitution coefficient above which there is a warning.
+    """
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
-    limit = ELASTIC_IMPACT_RATIO_MAX * slowest_wave
+    limit = plastic * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]
     what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
     name, warnings = stiffness.name, list[RunWarning]()
     if fast:
         warnings.append(warning("fast", joint, fast=len(fast), contacts=len(approach_speed), limit=limit, speed=max(fast)))
-    if stiffness.small_contact and indentation > DEPTH_RATIO_MAX * size:
-        warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=DEPTH_RATIO_MAX))
+    if stiffness.small_contact and indentation > deep * size:
+        warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=deep))
     if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
         deepest = 1e3 * stiffness.deepest(contact)
         warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
@@ -132,6 +135,6 @@ def contact_warnings(
         if claimed is not None and not claimed[0] <= wanted <= claimed[1]:
             low, high = claimed
             warnings.append(warning("restitution range", joint, law=damping.name, low=low, high=high, restitution=wanted))
-        if abs(returned - wanted) > RESTITUTION_TOL:
+        if abs(returned - wanted) > restitution_error:
             warnings.append(warning("restitution", joint, law=damping.name, returned=returned, restitution=wanted))
     return warnings

@@ -25,8 +25,6 @@ TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIV
 ARGUMENT_STEP = 1e-7
 """Step of the central differences, relative to an argument or to one unit: round-off of 1e-9, and fine enough for a stop."""
 
-ARGUMENT_STEP_MIN = 1e-2 * ARGUMENT_STEP  # [m, rad, m/s, rad/s] smallest step of coordinates and rates
-
 
 @kernel
 def factor_of(t, i, S):
@@ -162,9 +160,9 @@ def port_slopes(t, i, S, z):
         else:
             argument, place, least = z, k - 2 * coordinates, 0.0
             if k < coordinates:
-                argument, place, least = W.coordinates[i], k, ARGUMENT_STEP_MIN
+                argument, place, least = W.coordinates[i], k, 1e-2 * ARGUMENT_STEP
             elif k < 2 * coordinates:
-                argument, place, least = W.coordinate_rates[i], k - coordinates, ARGUMENT_STEP_MIN
+                argument, place, least = W.coordinate_rates[i], k - coordinates, 1e-2 * ARGUMENT_STEP
             else:
                 least = DIFFERENCE_FRACTION * S.parameters.state_scale[M.state_start[S.parameters.contact.size + i] + place]
             here = argument[place]

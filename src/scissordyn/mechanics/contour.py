@@ -18,6 +18,7 @@ import math
 
 from scissordyn.kernel import F1, F2, entry, kernel
 from scissordyn.laws.foundation import EXPONENT, FIRST, INDENTATION, PRESSURE, SECOND
+from scissordyn.tolerance import EVENT_TOL, NEWTON_STEPS_MAX
 
 DEPTH, COS, SIN = range(3)  # columns of a contour
 
@@ -27,8 +28,6 @@ FLAT_FRACTION = 1e-3
 Its error is 1e-13 there. The closed form loses the square of this fraction by cancellation.
 """
 
-PLACE_TOL = 1e-9  # relative residual of the force at which Newton's method accepts the eccentricity of a journal under a load
-PLACE_STEPS_MAX = 60  # Newton steps, and bisections before them
 
 SUBSTEP_FRACTION = 0.25
 """Largest change of a contour in a substep of wear, as a fraction of the elastic indentation of the same load.
@@ -148,12 +147,12 @@ def press(ex, ey, contour, table, clearance, area, shares):
 def bracket_place(nx, ny, force, contour, table, clearance, area, shares):
     """Return the eccentricity [m] along the direction (nx, ny) at which the force along it is `force` [N], by bisection."""
     low, high = clearance, 1.001 * clearance
-    for _ in range(PLACE_STEPS_MAX):
+    for _ in range(NEWTON_STEPS_MAX):
         fx, fy, _ = press(high * nx, high * ny, contour, table, clearance, area, shares)
         if fx * nx + fy * ny >= force:
             break
         low, high = high, clearance + 2.0 * (high - clearance)
-    for _ in range(PLACE_STEPS_MAX):
+    for _ in range(NEWTON_STEPS_MAX):
         middle = 0.5 * (low + high)
         fx, fy, _ = press(middle * nx, middle * ny, contour, table, clearance, area, shares)
         if fx * nx + fy * ny < force:
@@ -172,8 +171,8 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
     size = math.sqrt(px * px + py * py)
     fx, fy, _ = press(ex, ey, contour, table, clearance, area, shares)
     rest = math.hypot(px - fx, py - fy)
-    for _ in range(PLACE_STEPS_MAX):
-        if rest <= PLACE_TOL * size:
+    for _ in range(NEWTON_STEPS_MAX):
+        if rest <= EVENT_TOL * size:
             break
         depth, _ = deepest(ex, ey, contour, clearance)
         h = 1e-4 * max(depth, 1e-9 * clearance)
@@ -186,7 +185,7 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
         dx = (yy * (px - fx) - xy * (py - fy)) / determinant
         dy = (xx * (py - fy) - yx * (px - fx)) / determinant
         share, found = 1.0, False
-        for _ in range(PLACE_STEPS_MAX):
+        for _ in range(NEWTON_STEPS_MAX):
             gx, gy, _ = press(ex + share * dx, ey + share * dy, contour, table, clearance, area, shares)
             new = math.hypot(px - gx, py - gy)
             if new < rest:

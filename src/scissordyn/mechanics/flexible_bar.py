@@ -20,8 +20,6 @@ from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.lanes import LANES, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
 
-_PAIRS = LANES // 2  # Number of plane vectors that fill the processor's vector unit
-
 EA, EI, TAU, STRAIN, CURVATURE, LENGTH = range(6)  # Columns of a bar's parameters
 
 QX, QY, VX, VY, FX, FY, RX, RY, HX, HY, STRETCH, INVERSE, AXIAL, ENDX, ENDY, HELD, READ = range(17)
@@ -50,7 +48,8 @@ def tables_of(bar, S):
 @kernel
 def whole_pairs(modes):
     """Return the number of shape vectors of modes that fill whole lanes of the processor's vector unit."""
-    return _PAIRS * (modes // _PAIRS)
+    pairs = LANES // 2
+    return pairs * (modes // pairs)
 
 
 @kernel

@@ -18,14 +18,15 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
-MASS_FRACTION_MIN = 1e-9  # Smallest fraction of its mass that a cross-section of a rigid bar keeps: a body must have a mass
-
 Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, float]
 """Name, start and end (body, position in its frame), angles of the bar to both, length, mass per length."""
 
 
-def rigid(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with rigid bars of the same mass and inertia instead of flexible ones."""
+def rigid(mechanism: Mechanism, least_share: float = 1e-9) -> Mechanism:
+    """Return the mechanism with rigid bars of the same mass and inertia instead of flexible ones.
+
+    `least_share`: smallest fraction of its mass that a cross-section of a rigid bar keeps: a body must have a mass.
+    """
     spans = list(_spans(mechanism))
     if not spans:
         return mechanism
@@ -60,12 +61,12 @@ def rigid(mechanism: Mechanism) -> Mechanism:
         welds.append(Weld(f"{name} middle", (first.name, f"{name} middle"), (name, "middle")))
     for name in {place for _, start, end, *_ in spans for place in (start[0], end[0])}:
         body, (mass, inertia) = bodies[name], left[name]
-        share = max(mass / body.mass, MASS_FRACTION_MIN)
+        share = max(mass / body.mass, least_share)
         # the mass centre of a cross-section with a payload is that of both
-        centre = body.centre if share == MASS_FRACTION_MIN else (body.centre[0] / share, body.centre[1] / share)
+        centre = body.centre if share == least_share else (body.centre[0] / share, body.centre[1] / share)
         apart = body.centre[0] ** 2 + body.centre[1] ** 2
         inertia += body.mass * apart - share * body.mass * (centre[0] ** 2 + centre[1] ** 2)
-        inertia = max(inertia, MASS_FRACTION_MIN * (body.inertia or 1.0))
+        inertia = max(inertia, least_share * (body.inertia or 1.0))
         bodies[name] = dataclasses.replace(body, mass=share * body.mass, centre=centre, inertia=inertia)
     others = tuple(part for part in mechanism.components if not isinstance(part, FlexibleBar | Beam))
     return dataclasses.replace(mechanism, bodies=tuple(bodies.values()), welds=(*mechanism.welds, *welds), components=others)

@@ -26,13 +26,7 @@ from scissordyn.units import Meaning, checked, quantities
 TITLE = "scissordyn wear"
 
 
-STEP_TRIALS_MAX = 12  # largest number of reductions of a wear step that changes the contour too much
-
-STEP_GROWTH_MAX = 4.0  # largest ratio of the cycle counts of two successive wear steps
-
 NUMBER = re.compile(r"[\d.]+")  # number in a warning; warnings that differ only in numbers are reported once
-
-SPREAD_MAX = 0.2  # a warning is given if the relative standard deviation of the wear between cycles exceeds this
 
 
 NO_LOADS = Loads(*np.zeros((4, 0)))  # placeholder for the loads of a state whose cycle is not simulated yet
@@ -208,12 +202,15 @@ class _Life:
         self.states.append(state._replace(loads=loads, variance=variance, bias=bias))
         self._warn(loads)
 
-    def _warn(self, loads: Loads) -> None:
-        """Add the warnings of a simulated state, except those that differ from earlier ones only in their numbers."""
+    def _warn(self, loads: Loads, largest_spread: float = 0.2) -> None:
+        """Add the warnings of a simulated state, except those that differ from earlier ones only in their numbers.
+
+        `largest_spread`: a warning is given if the relative standard deviation of the wear between cycles exceeds this.
+        """
         found = list(loads.warnings)
         if self.settings.members > 1:
             for name, spread in zip(self.names, loads.spread, strict=True):
-                if spread > SPREAD_MAX:
+                if spread > largest_spread:
                     found.append(
                         f"cycles do not repeat: the wear of joint '{name}' differs between cycles; "
                         "average more of them (members)"
@@ -234,11 +231,16 @@ class _Life:
             if bearing.bush is not None and depth >= bearing.bush and not self.cause:
                 self.cause = f"joint '{name}' has worn through its bush of {1e3 * bearing.bush:g} mm by cycle {self.next.cycle}"
 
-    def _chosen_step(self, last: State, left: int) -> tuple[int, list[Worn]]:
-        """Return the number of cycles of the next step, at most `left`, and the bearings after it."""
+    def _chosen_step(self, last: State, left: int, growth: float = 4.0, trials: int = 12) -> tuple[int, list[Worn]]:
+        """Return the number of cycles of the next step, at most `left`, and the bearings after it.
+
+        `growth`: largest ratio of the cycle counts of two successive wear steps.
+
+        `trials`: largest number of reductions of a wear step that changes the contour too much.
+        """
         limit = self.settings.change
-        n = min(left, max(1, int(STEP_GROWTH_MAX * last.step))) if last.step else self._first_step(last, left)
-        for _ in range(STEP_TRIALS_MAX):
+        n = min(left, max(1, int(growth * last.step))) if last.step else self._first_step(last, left)
+        for _ in range(trials):
             worn = [bearing.worn(last.depths[j], last.loads, j, n) for j, bearing in enumerate(self.bearings)]
             changes = [part.deepened / bearing.clearance for part, bearing in zip(worn, self.bearings, strict=True)]
             largest = math.inf if any(part.depths is None for part in worn) else max(changes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
+from statistics import NormalDist
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -27,9 +28,9 @@ from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
-from scissordyn.tolerance import CONVERGENCE_TOL
+from scissordyn.tolerance import CONFIDENCE_LEVEL, CONVERGENCE_TOL
 
-CONFIDENCE_FACTOR = 1.96  # half width of a 95 % confidence interval in standard errors (normal distribution)
+CONFIDENCE_FACTOR = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE_LEVEL)  # half the width of an interval, in standard errors
 
 
 def worn_joints(mechanism: Mechanism) -> list[str]:

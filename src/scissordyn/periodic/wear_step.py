@@ -13,8 +13,6 @@ from scissordyn.model.joint import Revolute
 from scissordyn.periodic.wear_loads import Loads
 from scissordyn.plan.numbers import contour_table
 
-SUBSTEPS_MAX = 4000  # largest number of substeps of one wear step
-
 
 class Worn(NamedTuple):
     """Contour of a bearing after a wear step."""
@@ -43,13 +41,16 @@ class Bearing:
         self.depths = np.array(clearance.contour or (0.0,) * angles)
         self.table = pressure_table(clearance.stiffness, surfaces)
 
-    def worn(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int) -> Worn:
-        """Return the contour after some cycles; `joint` is the index of this bearing in the loads."""
+    def worn(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int, substeps: int = 4000) -> Worn:
+        """Return the contour after some cycles; `joint` is the index of this bearing in the loads.
+
+        `substeps`: largest number of substeps of one wear step.
+        """
         energy, force = loads.by_direction(joint)
         contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
         done = kernels.wear_out(
             *(contour, self.table, self.clearance, self.area, energy, force, places),
-            *(self.coefficient * cycles, SUBSTEPS_MAX, np.zeros((3, depths.size))),
+            *(self.coefficient * cycles, substeps, np.zeros((3, depths.size))),
         )
         new = contour[:, kernels.DEPTH].copy()
         return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))

@@ -38,8 +38,6 @@ FRAME_RATES = {"gif": 10, "mp4": 25, "html": 25}
 """Default frames per second of each format. A GIF has fewer because all its frames are held in memory before writing."""
 
 
-CAPTION_LETTERS = 22  # Letters in a line below the panel of a joint
-
 LEADER = {"arrowstyle": "-", "color": BLACK, "linewidth": 0.5, "shrinkA": 1.0, "shrinkB": 0.5}
 """Line style of the leader between a joint and its name."""
 
@@ -164,7 +162,7 @@ class Film:
             colour_bar([self.axes], self.diagram)
         self.joints = [draw_magnified(axes, joint) for axes, joint in zip(self.panels, joints, strict=True)]
         for axes, joint in zip(self.panels, joints, strict=True):  # two lines, because neighbouring panels are narrow
-            axes.set_xlabel("\n".join(wrap(magnified_text(joint.gain), CAPTION_LETTERS)), fontsize=small())
+            axes.set_xlabel("\n".join(wrap(magnified_text(joint.gain), SIZES.caption_letters)), fontsize=small())
         named = [Label(joint.name, np.zeros(2), BLACK) for joint in joints]
         self.names = [write_name(self.axes, label, small(), in_layout=False, arrowprops=LEADER) for label in named]
         self.asides = np.zeros((len(scene.time), len(joints), 2))

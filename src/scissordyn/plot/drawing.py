@@ -33,7 +33,6 @@ from scissordyn.plot.style import (
 )
 
 BAR_FRACTION, PIN_FRACTION = 0.6, 0.45  # Width of bars and diameter of pins as fractions of the ring's diameter
-BAR_EDGE = 0.8  # Width of the outline of bars [pt]
 
 BAR_EDGES = BLUE, GREEN
 BAR_FILLS = "#b5d3ea", "#b0dfcd"
@@ -117,7 +116,7 @@ class Drawing:
             for artist, shape in zip(self.shapes, self.scene.shapes, strict=True):
                 if shape.kind == "bar":
                     width = BAR_FRACTION * size
-                    edge = Stroke(linewidth=width + 2.0 * BAR_EDGE, foreground=BAR_EDGES[shape.tone])
+                    edge = Stroke(linewidth=width + 2.0 * SIZES.bar_edge, foreground=BAR_EDGES[shape.tone])
                     artist.set(linewidth=width, path_effects=[edge, Normal()])
         return longer
 

@@ -12,16 +12,16 @@ from scissordyn.plot.style import BLACK, BLUE, GREY, VERMILION, Canvas, literal,
 if TYPE_CHECKING:
     import xarray as xr
 
-BARS_MAX = 20  # Largest number of bars of a measure; those with the smallest elasticities are left out
 
-
-def elasticities(found: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
+def elasticities(found: xr.Dataset, *, axes: Canvas = None, most: int = 20) -> list[Axes]:
     """Draw the elasticities of each measure of `gradient`, the largest at the top.
 
     Bars to the left are parameters whose growth lowers the measure. A grey bar is valid for a part of the run only.
+
+    `most`: largest number of bars of a measure; those with the smallest elasticities are left out.
     """
     measures = found["measure"].values.tolist()
-    count = min(BARS_MAX, found.sizes["parameter"])
+    count = min(most, found.sizes["parameter"])
     drawn = panels(axes, len(measures), size=(7.5, 0.9 + 0.28 * count), share=False)
     for panel, name in zip(drawn, measures, strict=True):
         here = found.sel(measure=name)

@@ -30,7 +30,6 @@ LINE_WIDTH = 1.0  # [pt] width of a curve
 
 TIME_MAP = "plasma"  # Colour map of instants
 CLEARANCE_MAP = "viridis"  # Colour map of clearances and of other ordered families of curves
-DARK_PART = 0.65  # Part of both maps that is used: the rest is too light on white paper, and too dark on dark pages
 OUTSIDE = VERMILION  # Colour of everything outside a tolerance or requirement
 
 
@@ -38,6 +37,8 @@ class Sizes(NamedTuple):
     """Sizes and numbers of what pictures and films show."""
 
     ring_diameter: float = 8.0  # [pt] largest diameter of the ring around a clearance joint
+    bar_edge: float = 0.8  # [pt] width of the outline of bars
+    caption_letters: int = 22  # [letters] in a line below the panel of a joint
     legend_dot: float = 6.0  # [pt] dots in a legend, which may be larger than those in the picture
     symbol_radius: float = 0.03  # [-] radius of component symbols, as a fraction of the picture's longer side
     ordinate_length: float = 0.11  # [-] largest ordinate of a diagram, as a fraction of the mechanism's longer side
@@ -139,13 +140,16 @@ def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[obj
     return restoring
 
 
-def dark_map(name: str) -> Colormap:
-    """Return the part of a sequential colour map that is readable on white paper."""
+def dark_map(name: str, part: float = 0.65) -> Colormap:
+    """Return the part of a sequential colour map that is readable on white paper.
+
+    `part`: part of the map that is used: the rest is too light on white paper, and too dark on dark pages.
+    """
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
     levels = 256
-    return ListedColormap([colormaps[name](DARK_PART * k / (levels - 1)) for k in range(levels)], name=f"dark {name}")
+    return ListedColormap([colormaps[name](part * k / (levels - 1)) for k in range(levels)], name=f"dark {name}")
 
 
 def shades(count: int) -> list[str]:

@@ -32,8 +32,6 @@ from scissordyn.plot.style import (
     small,
 )
 
-CURVES = 4  # contours of a profile, at states with about equal differences of depth
-DEPTH_FRACTION = 0.3  # [bearing radii] drawn size of the largest wear depth, which determines the magnification
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 
 
@@ -43,7 +41,9 @@ def _check(run: xr.Dataset) -> None:
         raise InputError(f"a picture of wear of a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
 
 
-def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = None) -> Axes:
+def profile(
+    run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = None, contours: int = 4, depth_fraction: float = 0.3
+) -> Axes:
     """Draw the worn bearing of a joint by angle, with the depth magnified, at some numbers of cycles.
 
     Parameters
@@ -52,6 +52,10 @@ def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = No
         Result of `wear`.
     joint : str, optional
         Joint; by default the deepest one.
+    contours : int
+        Number of contours, at states with about equal differences of depth.
+    depth_fraction : float
+        Drawn size of the largest wear depth over the bearing's radius, which determines the magnification.
     axes : Axes, optional
         Axes with polar coordinates.
 
@@ -76,21 +80,21 @@ def profile(run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = No
     largest, depths = here["depth_largest"].values, here["depth"].values
     angle = np.append(run["angle"].values, 2.0 * np.pi)
     deepest = float(largest[-1]) or 1.0
-    at = sorted({int(np.argmin(np.abs(largest - share * deepest))) for share in np.linspace(0.0, 1.0, CURVES + 1)[1:]})
+    at = sorted({int(np.argmin(np.abs(largest - share * deepest))) for share in np.linspace(0.0, 1.0, contours + 1)[1:]})
     axes.plot(angle, np.ones(angle.size), color=GREY, linestyle="--", linewidth=0.8, label="round bearing")
     for colour, k in zip(shades(len(at)), at, strict=True):
         if largest[k] == 0.0:
             continue
-        radius = 1.0 + DEPTH_FRACTION * np.append(depths[k], depths[k, 0]) / deepest
+        radius = 1.0 + depth_fraction * np.append(depths[k], depths[k, 0]) / deepest
         axes.plot(angle, radius, color=colour, linewidth=1.1, label=f"cycle {int(run['cycle'].values[k])}")
     scale = engineering("m", deepest)
     ticks = np.array([0.0, 1.0])
-    axes.set_ylim(0.0, 1.0 + 1.15 * DEPTH_FRACTION)
+    axes.set_ylim(0.0, 1.0 + 1.15 * depth_fraction)
     labels = [f"{scale.factor * deepest * tick:.3g}" for tick in ticks]
-    axes.set_yticks(1.0 + DEPTH_FRACTION * ticks, labels, fontsize=small(), color=GREY)
+    axes.set_yticks(1.0 + depth_fraction * ticks, labels, fontsize=small(), color=GREY)
     axes.tick_params(labelsize=small())
     axes.grid(linewidth=0.4)
-    factor = DEPTH_FRACTION * float(here["bearing_radius"]) / deepest
+    factor = depth_fraction * float(here["bearing_radius"]) / deepest
     axes.set_title(
         f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {factor:.3g} times", fontsize=normal(), color=BLACK
     )

@@ -23,8 +23,6 @@ from scissordyn.warning import RunWarning, warning
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
-FORCE_FRACTION_MIN = 0.1
-"""[of the run's largest force] Contacts with smaller forces are ignored by `mode_warnings`: they excite little vibration."""
 
 SPAN_PARTS = 4  # Number of parts into which the span between two cross-sections is divided; moments are reported at their ends
 
@@ -353,13 +351,17 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
     return np.asarray(force)
 
 
-def mode_warnings(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of contacts so short that they would excite higher bending modes than the bars have."""
+def mode_warnings(plan: Plan, run: Run, least_force: float = 0.1) -> list[RunWarning]:
+    """Warn of contacts so short that they would excite higher bending modes than the bars have.
+
+    `least_force`: [of the run's largest force] Contacts with smaller forces are ignored by `mode_warnings`: they excite little
+    vibration.
+    """
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].values.size:
         return []
     force, lasting = run["peak_force"].values, run["contact_duration"].values
-    counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= FORCE_FRACTION_MIN * np.max(force, initial=0.0))
+    counts = np.isfinite(lasting) & (lasting > 0.0) & (force >= least_force * np.max(force, initial=0.0))
     if not counts.any():
         return []
     at = int(np.argmin(np.where(counts, lasting, np.inf)))

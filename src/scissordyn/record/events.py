@@ -15,6 +15,7 @@ from scissordyn.model.clearance import Clearance, GuideClearance
 from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import pointers, row_of
 from scissordyn.record.results import Variables, described, labels
+from scissordyn.tolerance import DATA_TOL
 
 ENERGY_TERMS = (*POWERS, "switching_loss")
 """Terms of the energy balance: integrals of powers, with the jumps at events, and energy that only events dissipate."""
@@ -156,9 +157,6 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
     }
 
 
-DAMPING_FACTOR_MIN = 1e-6  # [-] Smaller damping factors are treated as zero, because the formula would lose digits
-
-
 def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np.ndarray:
     """Estimate the largest normal forces of impacts from the contact laws of a joint, shape (k,) [N].
 
@@ -177,7 +175,7 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
     energy = np.array([elastic_energy(at["energy"], at["force"], d, row) for d in depth.tolist()])
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
     s = np.linspace(0.0, 1.0, LAW_SAMPLES)[:-1]
-    share = 0.5 * (1.0 - s * s) if xi < DAMPING_FACTOR_MIN else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
+    share = 0.5 * (1.0 - s * s) if xi < DATA_TOL else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
     positive = np.isfinite(struck) & (struck > 0.0)
     forces = np.full(np.shape(struck), np.nan)
     energies = struck[positive][:, None] * share[None, :]

@@ -20,15 +20,7 @@ from scissordyn.record.trajectory import Trajectory
 from scissordyn.warning import RunWarning, warning
 
 MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch
-HEAT_CAPACITY = 2000.0  # Typical heat capacity of mineral oils [J/(kg K)]
-FILM_PRESSURE_MAX = 1e8  # [Pa] At higher pressures viscosity rises several times and steel surfaces deform elastically
-TAYLOR_NUMBER_MAX = 41.2  # [-] Taylor vortices begin at the Reynolds number rho U c/mu = 41.2 sqrt(R/c)
 
-SQUEEZE_REYNOLDS_MAX = 1.0
-"""[-] Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil is not negligible."""
-
-EVAPORATION_PRESSURE_MAX = 1.0  # [Pa] Ambient pressure below which oil of unknown vapour pressure is assumed to evaporate
-VISCOSITY_RATIO_MIN = 0.8  # [-] A warning is given if heating reduces the viscosity below this fraction
 
 THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to that instant"
 SQUEEZED = "largest squeeze Reynolds number rho c |e'|/mu at the samples"
@@ -59,8 +51,11 @@ def _at_largest_force(plan: Plan, path: Trajectory) -> tuple[np.ndarray, np.ndar
     return found[0], found[1]
 
 
-def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variable]) -> Variables:
-    """Return per film: smallest thickness with instant and direction, fractions of time, Reynolds numbers and warming."""
+def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variable], heat_capacity: float = 2000.0) -> Variables:
+    """Return per film: smallest thickness with instant and direction, fractions of time, Reynolds numbers and warming.
+
+    `heat_capacity`: typical heat capacity of mineral oils [J/(kg K)].
+    """
     joints, time = plan.lubricated, path.samples.time
     if not joints:
         return {}
@@ -73,7 +68,7 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
     bears = np.array([oil.ambient_pressure - oil.vapour_pressure for _, _, oil in joints])
     inverse = np.array([oil.mass_density / oil.dynamic_viscosity for _, _, oil in joints])
     content = np.array([2.0 * math.pi * gap.journal_radius * gap.clearance * gap.bearing_length for _, gap, _ in joints])
-    capacity = HEAT_CAPACITY * content * np.array([oil.mass_density for _, _, oil in joints])
+    capacity = heat_capacity * content * np.array([oil.mass_density for _, _, oil in joints])
     thickness, when = film("thickness"), film("peak_eccentricity_time")
     dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED_RATIO_MAX * rough)
     missing = np.full(len(joints), math.nan)
@@ -123,16 +118,21 @@ def film_warnings(plan: Plan, run: Run) -> list[RunWarning]:
     return warnings
 
 
-def film_peak_warnings(name: str, oil: Lubrication, pressure: float, time: float) -> list[RunWarning]:
-    """Warn of too high film pressure, and of oil that boils or evaporates at the ambient pressure."""
+def film_peak_warnings(
+    name: str, oil: Lubrication, pressure: float, time: float, pressure_max: float = 1e8, vacuum: float = 1.0
+) -> list[RunWarning]:
+    """Warn of too high film pressure, and of oil that boils or evaporates at the ambient pressure.
+
+    `pressure_max`: [Pa] At higher pressures viscosity rises several times and steel surfaces deform elastically.
+
+    `vacuum`: [Pa] Ambient pressure below which oil of unknown vapour pressure is assumed to evaporate.
+    """
     warnings = (
-        [warning("film pressure", name, pressure=pressure, time=time, limit=FILM_PRESSURE_MAX)]
-        if pressure > FILM_PRESSURE_MAX
-        else []
+        [warning("film pressure", name, pressure=pressure, time=time, limit=pressure_max)] if pressure > pressure_max else []
     )
     if 0.0 < oil.vapour_pressure >= oil.ambient_pressure:
         warnings.append(warning("boiling", name, ambient=oil.ambient_pressure, vapour=oil.vapour_pressure))
-    elif oil.ambient_pressure < EVAPORATION_PRESSURE_MAX and oil.vapour_pressure == 0.0:
+    elif oil.ambient_pressure < vacuum and oil.vapour_pressure == 0.0:
         warnings.append(warning("vacuum", name, ambient=oil.ambient_pressure))
     return warnings
 
@@ -147,18 +147,26 @@ def _torn(name: str, oil: Lubrication, film: Mapping[str, float]) -> list[RunWar
     return [warning("cavitation", name, tension=tension, time=time, fraction=film["torn_share"], bears=max(bears, 0.0))]
 
 
-def _inertia(name: str, gap: Clearance, film: Mapping[str, float]) -> list[RunWarning]:
-    """Warn of Taylor vortices and of squeeze flow with significant inertia."""
-    number, limit = film["reynolds_number"], TAYLOR_NUMBER_MAX * math.sqrt(gap.journal_radius / gap.clearance)
+def _inertia(
+    name: str, gap: Clearance, film: Mapping[str, float], taylor: float = 41.2, squeezing: float = 1.0
+) -> list[RunWarning]:
+    """Warn of Taylor vortices and of squeeze flow with significant inertia.
+
+    `taylor`: [-] Taylor vortices begin at the Reynolds number rho U c/mu = 41.2 sqrt(R/c).
+
+    `squeezing`: [-] Reynolds number of a squeeze film, rho c |e'|/mu, above which the inertia of the oil is not negligible.
+    """
+    number, limit = film["reynolds_number"], taylor * math.sqrt(gap.journal_radius / gap.clearance)
     squeeze = film["squeeze_reynolds_number"]
     warnings = [warning("vortices", name, number=number, limit=limit)] if number > limit else []
-    return warnings + (
-        [warning("squeeze", name, number=squeeze, limit=SQUEEZE_REYNOLDS_MAX)] if squeeze > SQUEEZE_REYNOLDS_MAX else []
-    )
+    return warnings + ([warning("squeeze", name, number=squeeze, limit=squeezing)] if squeeze > squeezing else [])
 
 
-def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
-    """Warn of oil that dissipation heats beyond the temperatures for which its properties are known."""
+def _hot(name: str, oil: Lubrication, rise: float, thinned: float = 0.8) -> list[RunWarning]:
+    """Warn of oil that dissipation heats beyond the temperatures for which its properties are known.
+
+    `thinned`: [-] A warning is given if heating reduces the viscosity below this fraction.
+    """
     if not np.isfinite(rise):
         return []
     temperature = oil.temperature + rise
@@ -167,4 +175,4 @@ def _hot(name: str, oil: Lubrication, rise: float) -> list[RunWarning]:
     if oil.oil is None:
         return []
     before, after = oil.dynamic_viscosity, oil.oil.viscosity(temperature)
-    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < VISCOSITY_RATIO_MIN * before else []
+    return [warning("oil warms", name, rise=rise, before=before, after=after)] if after < thinned * before else []

@@ -14,6 +14,7 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.components.beam import Beam
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.errors import InputError
+from scissordyn.interpolation import gauss_rule
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE_MASS, beams_of
@@ -26,8 +27,7 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)
-GAUSS_NODES = 0.5 * (1.0 + POINTS)
+GAUSS_NODES, GAUSS_WEIGHTS = gauss_rule(4)
 
 
 QUANTITIES = {
@@ -297,7 +297,7 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
     # loads on the part after xi: forces at its end, weight and inertia
     rest = 1.0 - xi
     between = xi[:, None] + rest[:, None] * GAUSS_NODES
-    weight = 0.5 * WEIGHTS * rest[:, None] * beam.length
+    weight = GAUSS_WEIGHTS * rest[:, None] * beam.length
     px, py = (weight * part for part in shape.load(between))
     gone_x, gone_y = (beyond - here[..., None] for beyond, here in zip(shape.axis(between), (x, y), strict=True))
     along, across = fx[:, None] + px.sum(axis=2), fy[:, None] + py.sum(axis=2)
@@ -323,8 +323,10 @@ class _Shape:
         self.a = np.zeros_like(self.p1)
         for _ in range(3):  # Newton's method for the condition that the axis ends on the chord, int sin psi = 0
             psi = self.rotation(GAUSS_NODES)
-            self.a = self.a - (np.sin(psi) @ WEIGHTS) / ((np.cos(psi) * 6.0 * GAUSS_NODES * (1.0 - GAUSS_NODES)) @ WEIGHTS)
-        self.cosines = np.cos(self.rotation(GAUSS_NODES)) @ (0.5 * WEIGHTS)
+            self.a = self.a - (np.sin(psi) @ GAUSS_WEIGHTS) / (
+                (np.cos(psi) * 6.0 * GAUSS_NODES * (1.0 - GAUSS_NODES)) @ GAUSS_WEIGHTS
+            )
+        self.cosines = np.cos(self.rotation(GAUSS_NODES)) @ GAUSS_WEIGHTS
         self.elastic = tuple(read.beam(name, beam.name) for name in ("axial_force", "start_moment", "end_moment"))
         self.beam = beam
         # accelerations of the nodes' positions and directions minus gravity, in the frame of the chord: shape (4, samples, 2)
@@ -347,7 +349,7 @@ class _Shape:
     def axis(self, xi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates of the axis at xi, along and across the chord from its start [m]."""
         psi = self.rotation(xi[..., None] * GAUSS_NODES)
-        weight = 0.5 * WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
+        weight = GAUSS_WEIGHTS * xi[..., None] * (self.chord / self.cosines).reshape(-1, *[1] * (xi.ndim + 1))
         return np.sum(weight * np.cos(psi), axis=-1), np.sum(weight * np.sin(psi), axis=-1)
 
     def load(self, xi: np.ndarray) -> np.ndarray:

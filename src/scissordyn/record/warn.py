@@ -53,10 +53,7 @@ CARRIED_ERROR_MAX = 1e-6
 It matters for motions without exchange of energy, such as a freely rotating body.
 """
 
-STRAIN_MAX = 0.01  # [-] Strain of a bar above which the linear material law is doubtful
 LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] A controller is at its limit if torque / limit is at least this ratio
-# [-] A warning is given if a controller changes from one limit to the other in more than this fraction of the samples
-REVERSAL_FRACTION_MAX = 0.05
 
 
 def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
@@ -233,8 +230,12 @@ def _events(run: Run, column: str) -> Iterable[tuple[str, float, float]]:
     return zip(*(run[f"event_{name}"].values.tolist() for name in ("name", "time", column)), strict=True)
 
 
-def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
-    """Warn of controllers that reach their torque limit, with the duration and the deviation from the reference."""
+def _saturated(plan: Plan, run: Run, reversals_max: float = 0.05) -> list[RunWarning]:
+    """Warn of controllers that reach their torque limit, with the duration and the deviation from the reference.
+
+    `reversals_max`: [-] A warning is given if a controller changes from one limit to the other in more than this fraction of
+    the samples.
+    """
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
         limit = getattr(part.controller, "limit", None)
@@ -251,17 +252,20 @@ def _saturated(plan: Plan, run: Run) -> list[RunWarning]:
         lasting = float(time_mean(at, time))
         warnings.append(warning(kind, part.name, "actuator", limit=limit, fraction=lasting, time=time[at][0], **numbers))
         reversals = int(np.sum(np.diff(np.sign(run["control_torque"].values[at, k])) != 0.0))
-        if reversals > max(REVERSAL_FRACTION_MAX * time.size, 2):
+        if reversals > max(reversals_max * time.size, 2):
             warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
     return warnings
 
 
-def _overstrained(run: Run) -> list[RunWarning]:
-    """Warn of flexible bars with large strains or with stresses above the yield strength at the samples."""
+def _overstrained(run: Run, strain: float = 0.01) -> list[RunWarning]:
+    """Warn of flexible bars with large strains or with stresses above the yield strength at the samples.
+
+    `strain`: [-] Strain of a bar above which the linear material law is doubtful.
+    """
     warnings = list[RunWarning]()
     if "beam_fibre_strain" not in run or not run.sizes["time"]:
         return warnings
-    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", STRAIN_MAX, "strain")):
+    for name, limit, kind in (("beam_utilisation", 1.0, "yield"), ("beam_fibre_strain", strain, "strain")):
         values = along(run[name], "time", "beam")
         at, which = np.unravel_index(int(np.nanargmax(values)) if np.isfinite(values).any() else 0, values.shape)
         if values[at, which] > limit:

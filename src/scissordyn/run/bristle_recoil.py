@@ -13,19 +13,18 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 from scissordyn.warning import RunWarning, warning
 
-HOLDING_RECOIL_FRACTION = 0.3
-"""[Stribeck speeds] recoil speed that bristles of the recommended stiffness have.
 
-They hold a suddenly applied load up to the friction coefficient mu_k + 0.87 (mu_s - mu_k) (decision 0006).
-"""
-
-
-def recoil_warnings(plan: Plan, system: Handle, instants: Iterable[tuple[float, np.ndarray]]) -> list[RunWarning]:
+def recoil_warnings(
+    plan: Plan, system: Handle, instants: Iterable[tuple[float, np.ndarray]], holding: float = 0.3
+) -> list[RunWarning]:
     """Warn of ideal pins and guides whose bristles recoil faster than the Stribeck speed while the joint is nearly at rest.
 
     `instants` yields times and states; the system must be at each of them. A mass m under the normal force N on bristles of
     stiffness sigma_0 N, bent up to mu_s/sigma_0, recoils at mu_s sqrt(N/(sigma_0 m)). Above the Stribeck speed, friction falls
     to its kinetic value within one vibration of the bristles.
+
+    `holding`: [Stribeck speeds] recoil speed that bristles of the recommended stiffness have.  They hold a suddenly applied
+    load up to the friction coefficient mu_k + 0.87 (mu_s - mu_k) (decision 0006).
     """
     start, first = system.content.model.state_start, 2 * plan.coordinates.free
     parts = [
@@ -43,7 +42,7 @@ def recoil_warnings(plan: Plan, system: Handle, instants: Iterable[tuple[float, 
     for i, part, _ in parts:
         if i in fastest:
             speed, time = fastest[i]
-            stiffness = part.bristle_stiffness * (speed / (HOLDING_RECOIL_FRACTION * part.stribeck_speed)) ** 2
+            stiffness = part.bristle_stiffness * (speed / (holding * part.stribeck_speed)) ** 2
             numbers = {"recoil": speed, "time": time, "speed": part.stribeck_speed}
             numbers |= {"static": part.static, "kinetic": part.kinetic, "stiffer": stiffness}
             warnings.append(warning("recoil", part.name, part.declaration.label, **numbers))

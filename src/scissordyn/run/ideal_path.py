@@ -16,11 +16,6 @@ from scissordyn.record.ideal_path import IdealPath, quintic
 from scissordyn.record.track import tracked
 from scissordyn.run.trajectory import compute
 
-FIRST_INTERVALS = 64  # intervals of the first, coarsest table
-REFINEMENT_FACTOR = 4  # refinement factor from one table to the next
-
-INTERVALS_MAX = 2**18  # intervals of the finest table
-
 
 def make_stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
     """Return the mechanism on its commanded path, with its servos, and with its bars that bend; all joints are ideal."""
@@ -40,15 +35,21 @@ def can_deviate(mechanism: Mechanism) -> bool:
     return any(stage is not mechanism for stage in make_stages(mechanism))
 
 
-def ideal_path(plan: Plan, options: Options) -> IdealPath:
-    """Simulate the commanded path and tabulate its tracked points finely enough for quintic interpolation."""
+def ideal_path(
+    plan: Plan, options: Options, *, intervals: int = 64, refinement: int = 4, intervals_max: int = 2**18
+) -> IdealPath:
+    """Simulate the commanded path and tabulate its tracked points finely enough for quintic interpolation.
+
+    `refinement`: refinement factor from one table to the next.
+
+    `intervals_max`: intervals of the finest table.
+    """
     chosen = make_stages(plan.mechanism)
     ideal = make_plan(chosen[0])
     accuracy, warned = 1e-10, 1e-7  # [mechanism sizes] table error that ends the refinement, and error above which we warn
     # A larger tolerance gives errors that are not smooth in time, which no table resolves.
     rtol, atol = min(options.rtol, 1e-8), min(options.atol, 1e-8)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
-    intervals = FIRST_INTERVALS
     while True:
         # every second instant lies midway between two rows and gives the interpolation error there
         times = np.linspace(0.0, options.until, 2 * intervals + 1)
@@ -62,9 +63,9 @@ def ideal_path(plan: Plan, options: Options) -> IdealPath:
         kept = between[: max(0, table.shape[0] - 1)]
         guess = quintic(0.5, step, *(np.moveaxis(part, 2, 0) for part in (table[:-1], table[1:])))
         error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.coordinates.size
-        if error <= accuracy or intervals * REFINEMENT_FACTOR > INTERVALS_MAX:
+        if error <= accuracy or intervals * refinement > intervals_max:
             break
-        intervals *= REFINEMENT_FACTOR
+        intervals *= refinement
     warnings = []
     if path.status != "complete":
         warnings.append(

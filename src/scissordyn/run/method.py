@@ -32,8 +32,6 @@ DENSE_STATES_MAX = 400
 largest ones.
 """
 
-# [explicit steps] cost of a linearly implicit step: 2 with 40 states, 10 with 100 to 250, by measurement
-IMPLICIT_STEP_COST = 10
 
 TRIAL_STEPS = 500  # number of explicit steps within which a contact closed at the start must open; otherwise it is stiff
 
@@ -143,11 +141,15 @@ def contacts_open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: To
     return closed.size == 0
 
 
-def vibrations_rest(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> bool:
+def vibrations_rest(
+    plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances, implicit_cost: int = 10
+) -> bool:
     """Report whether linearly implicit steps get further from the start than explicit steps of the same cost.
 
     The function makes these steps. Both methods resolve a vibration that moves something. Only explicit steps have to
     resolve a vibration that is at rest. Mechanisms with contacts are not tried, since impacts excite vibrations later.
+
+    `implicit_cost`: [explicit steps] cost of a linearly implicit step: 2 with 40 states, 10 with 100 to 250, by measurement.
     """
     if plan.contacts or tolerances.delays:
         return False
@@ -161,7 +163,7 @@ def vibrations_rest(plan: Plan, system: Handle, y: np.ndarray, options: Options,
             advance(driver, until, most_steps=most)
         return driver.time
 
-    implicit = reach(STIFF, options.until, TRIAL_STEPS // IMPLICIT_STEP_COST)
+    implicit = reach(STIFF, options.until, TRIAL_STEPS // implicit_cost)
     return reach(EXPLICIT, implicit, TRIAL_STEPS) < implicit
 
 

@@ -39,14 +39,6 @@ from scissordyn.run.method import choose_method
 if TYPE_CHECKING:
     from scissordyn.record.ideal_path import IdealPath
 
-# [clearance joints] smallest number for which steps cross contacts that begin or end, as the decision pages explain
-CROSSED_JOINTS_MIN = 6
-
-HARD_CROSSED_JOINTS_MIN = 3
-"""[clearance joints] smallest number with hard contacts for which steps cross contacts.
-
-Located impacts would follow each other ever faster, since each one pushes other joints into contact.
-"""
 
 RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # recorded steps from which every second one is dropped
 RUN_PART = "run"  # name of the run itself in a checkpoint
@@ -84,16 +76,23 @@ def make_driver(
     return driver, prepared, choice
 
 
-def choose_crossing(plan: Plan, options: Options) -> int:
-    """Return how steps treat the onset and release of contacts: end there (`ENDS`), or one of `CROSSES` and `IGNORES`."""
+def choose_crossing(plan: Plan, options: Options, joints: int = 6, hard_joints: int = 3) -> int:
+    """Return how steps treat the onset and release of contacts: end there (`ENDS`), or one of `CROSSES` and `IGNORES`.
+
+    `joints`: [clearance joints] smallest number for which steps cross contacts that begin or end, as the decision pages
+    explain.
+
+    `hard_joints`: [clearance joints] smallest number with hard contacts for which steps cross contacts.  Located impacts would
+    follow each other ever faster, since each one pushes other joints into contact.
+    """
     if options.step is not None and not plan.hard_places:
         return IGNORES
     across = options.events == "crossed"
     if options.events == "auto" and plan.hard_places:
         loose = {contact.guide if isinstance(contact, ContactPoint) else contact.name for contact in plan.contacts}
-        across = len(loose) >= HARD_CROSSED_JOINTS_MIN or any(part.declaration.gap is not None for part in plan.acting)
+        across = len(loose) >= hard_joints or any(part.declaration.gap is not None for part in plan.acting)
     elif options.events == "auto":
-        across = len(plan.contacts) >= CROSSED_JOINTS_MIN
+        across = len(plan.contacts) >= joints
     return CROSSES if across else ENDS
 
 

@@ -25,11 +25,6 @@ CHECK_STEPS = 2_000  # [steps] between two checks of Ctrl-C and reports of progr
 
 TOLERANCE_FACTOR = 100.0  # [tolerances of the values] Relative error of the derivatives that is allowed in a step
 
-MISFIT_MAX = 1e-6
-"""Largest relative difference of values between a step and its repetition.
-
-Differences by round-off are below 1e-10, those by other contact modes above 1e-3.
-"""
 
 REPLAY_FAILURES = {
     ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",

@@ -20,11 +20,12 @@ from scissordyn.model.parameter_path import changed, every_number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended
-from scissordyn.sensitivity.forward import MISFIT_MAX, Forward, forward
+from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.studies.ask.requirement import Response, check_part, read_response
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Meaning, checked
 
 if TYPE_CHECKING:
@@ -33,11 +34,6 @@ if TYPE_CHECKING:
 TITLE = "scissordyn gradient"
 
 EXPLICIT_METHODS = ("dop853", "dopri5")  # Methods whose steps can be repeated in dual numbers
-
-GRADIENT_TOLERANCE = 1e-11
-"""Default of `rtol` and `atol`; derivatives are about a hundred times less accurate than values."""
-
-DISPLACEMENT_MAX = 0.1  # [clearances] Displacement of a journal at an event up to which the gradient counts as valid
 
 
 class _Limit(NamedTuple):
@@ -55,8 +51,8 @@ def gradient(
     by: Sequence[str] | None = None,
     until: EndTime,
     start: StartKind = Options.start,
-    rtol: float = GRADIENT_TOLERANCE,
-    atol: float = GRADIENT_TOLERANCE,
+    rtol: float = 1e-11,
+    atol: float = 1e-11,
     method: str = "dop853",
     most_steps: int = Options.most_steps,
     change: float = 1e-3,
@@ -134,7 +130,7 @@ def gradient(
             smooth.append([same for _, same in pairs])
             limits.append(_limit(run, k, change))
     _check_known(responses, values)
-    if misfit > MISFIT_MAX:
+    if misfit > DATA_TOL:
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
     found = _dataset(responses, parameters, values, np.array(slopes).T, np.array(smooth).T, limits)
     seconds = clocks.perf_counter() - began
@@ -211,15 +207,18 @@ def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
             )
 
 
-def _limit(run: Forward, parameter: int, change: float) -> _Limit:
-    """Return the first event at which a change of the parameter moves a journal too far or may remove a contact."""
+def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Limit:
+    """Return the first event at which a change of the parameter moves a journal too far or may remove a contact.
+
+    `far`: [clearances] Displacement of a journal at an event up to which the gradient counts as valid.
+    """
     log, slope = run.driver.log, run.log[..., parameter]
     clearance = run.driver.system.content.parameters.contact["clearance"]
     for row, by in zip(log, slope, strict=True):
         guard, time = int(row["guard"]), float(row["time"])
         if time == 0.0:
             continue
-        if guard < clearance.size and abs(row["rate"] * by[0]) * change > DISPLACEMENT_MAX * clearance[guard]:
+        if guard < clearance.size and abs(row["rate"] * by[0]) * change > far * clearance[guard]:
             return _Limit(time, "far")
         if abs(by[3]) * change > abs(row["rate"]):
             return _Limit(time, "grazing")

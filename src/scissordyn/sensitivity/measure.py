@@ -18,10 +18,6 @@ from scissordyn.sensitivity.forward import Forward
 from scissordyn.studies.ask.requirement import Response
 from scissordyn.tolerance import DATA_TOL
 
-DIFFERENCE_STEP = 1e-4
-"""[parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only."""
-
-
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
 """Measures that are integrals over time."""
 
@@ -80,20 +76,22 @@ def _moved(run: Forward, parameter: int, change: float) -> Iterator[None]:
 
 
 def derivative_of(
-    run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism]
+    run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism], step: float = 1e-4
 ) -> tuple[float, bool]:
     """Return the derivative of a response by parameter / scale, and True if the one-sided derivatives agree.
 
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
+
+    `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only.
     """
     made, values = run.driver.plan, {}
     for place in (-2, -1, 0, 1, 2):
-        with _moved(run, parameter, place * DIFFERENCE_STEP):
+        with _moved(run, parameter, place * step):
             if response.measure == "mass":
-                run.driver.plan = plan(mechanism(place * DIFFERENCE_STEP))
+                run.driver.plan = plan(mechanism(place * step))
             values[place] = value_of_response(Ended(run.driver), response)
             run.driver.plan = made
-    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * DIFFERENCE_STEP)
-    sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * DIFFERENCE_STEP) for side in (-1, 1)]
+    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * step)
+    sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * step) for side in (-1, 1)]
     scale = max(abs(slope), abs(values[0]))
     return slope, bool(abs(sides[1] - sides[0]) <= DATA_TOL * scale)

@@ -23,6 +23,7 @@ from scissordyn.model.parameter_path import changed, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.ideal_path import ideal_path
+from scissordyn.tolerance import DATA_TOL
 
 DIFFERENCE_STEP = 4e-3
 """[parameter scales] Step of the differences of sixth order; their relative error is 1e-14 f_7/f, and round-off adds 1e-13."""
@@ -35,7 +36,6 @@ FORWARD = (
 )
 """Finite differences: places in steps, weights of sixth order, and weights of a lower order to estimate the error."""
 
-KINK_TOL = 1e-6  # Largest relative difference between both orders for a smooth function of the parameter
 
 PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of a system, except its work arrays
 
@@ -163,7 +163,7 @@ def _differences(
         slope = np.tensordot(np.array(weights), stack, 1) / DIFFERENCE_STEP
         error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / DIFFERENCE_STEP)
         scale = np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(slope), initial=0.0)
-        if "friction" not in name and np.max(error) > KINK_TOL * scale:
+        if "friction" not in name and np.max(error) > DATA_TOL * scale:
             raise InputError(
                 f"'{parameter.path}' = {parameter.value:g}: the array '{name}' at the start is not a smooth function of it",
                 "another value of the parameter",

@@ -25,7 +25,8 @@ from scissordyn.laws.material import STEEL
 from scissordyn.units import Meaning, Quantity
 
 MODELS = ("finite", "short", "long")  # Bearing models; the kernel gets the index
-FIRST_TABLE_VALUE = 8  # Index of the first number of the table among the parameters
+SCALARS = ("viscosity", "clearance", "radius", "length", "roughness", "modulus", "model", "full")
+FIRST_TABLE_VALUE = len(SCALARS)  # index of the first number of the table, which follows the other parameters
 
 
 def force(

@@ -30,7 +30,7 @@ Tables contain the values without this growth.
 
 DIRECTION_WIDTH = 0.15  # [rad] range of psi about pi/2 with the closest nodes: there the film passes from one side to the other
 
-DIRECTION_SPAN = 3.0441218408957904
+DIRECTION_SPAN = math.asinh(0.5 * math.pi / DIRECTION_WIDTH)
 """asinh(pi/(2 DIRECTION_WIDTH)): half the range of asinh((psi - pi/2)/DIRECTION_WIDTH); columns are equally spaced in it."""
 
 THICKNESS_ROOT_MIN = math.sqrt(TABLE_THICKNESS_MIN)  # Square root of the least film thickness of the table

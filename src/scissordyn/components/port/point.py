@@ -23,12 +23,9 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
     return (*where(component.point), math.cos(angle), math.sin(angle))
 
 
-ARROW_LENGTH = 3.0  # [symbol sizes] length of the arrow of a run's largest force
-
-
 def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     """Draw an arrow that ends at the point, along the force, with a length relative to the run's largest force."""
-    vector = ARROW_LENGTH * scene.size * scene.force(component)
+    vector = 3.0 * scene.size * scene.force(component)
     tip = scene.place(component.point)
     across = np.stack([-vector[:, 1], vector[:, 0]], axis=-1)
     tail = tip - vector

@@ -10,10 +10,10 @@ import numpy as np
 Strokes = tuple[np.ndarray, ...]
 """Arrays (points, 2), or (points, 3) on a line, with the fraction of the distance first; placed (samples, points, 2) [m]."""
 
-AXIS_POINTS = 9  # Number of points on the axis of a beam, or of each span of a flexible bar
 
 # Axis of an unbent beam, by fractions of its length
-AXIS_LINE = np.stack([np.linspace(0.0, 1.0, AXIS_POINTS), np.zeros(AXIS_POINTS)], axis=1)
+AXIS_LINE = np.linspace((0.0, 0.0), (1.0, 0.0), 9)  # axis of a beam, or of each span of a flexible bar
+AXIS_POINTS = len(AXIS_LINE)
 
 SQUARE = np.array([[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7], [-0.7, -0.7]])  # [symbol sizes]
 

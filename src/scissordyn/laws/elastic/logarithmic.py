@@ -43,9 +43,6 @@ PIECES_PER_UNIT, S_MAX, DEGREE = 8, 8, 8
 """Table of t over s = sqrt(L - 1) with L = -ln y: number of polynomials per unit of s, largest s, degree of the polynomials."""
 
 
-TAYLOR_TERMS = 20  # Terms of a Taylor series: its remainder is 1e-29 at the end of a piece, 1e-23 at the middle of the next
-
-
 def _pieces() -> np.ndarray:
     """Return the coefficients of the polynomials for t over s, shape (PIECES_PER_UNIT * S_MAX, DEGREE + 1).
 
@@ -67,10 +64,13 @@ def _pieces() -> np.ndarray:
     return np.array(pieces, float)
 
 
-def _taylor(s: Decimal, rest: Decimal, half: Decimal) -> list[Decimal]:
-    """Return the Taylor series of t in x = -1 .. 1 across a piece about s, of (r^2)' = 4 s t where r = t - 1."""
+def _taylor(s: Decimal, rest: Decimal, half: Decimal, terms: int = 20) -> list[Decimal]:
+    """Return the Taylor series of t in x = -1 .. 1 across a piece about s, of (r^2)' = 4 s t where r = t - 1.
+
+    `terms`: terms of a Taylor series: its remainder is 1e-29 at the end of a piece, 1e-23 at the middle of the next.
+    """
     series = [1 + rest, 2 * half * s * (1 + rest) / rest]
-    for n in range(2, TAYLOR_TERMS):
+    for n in range(2, terms):
         square = 4 * half * (s * series[n - 1] + half * series[n - 2]) / n  # term of r^2
         products = sum(map(mul, series[1:n], series[n - 1 : 0 : -1]))
         series.append((square - products) / (2 * rest))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from scissordyn.interpolation import gauss_rule
 from scissordyn.kernel import call_at, kernel
+from scissordyn.tolerance import CONVERGENCE_TOL
 
 NODES, WEIGHTS = gauss_rule(16)
 """Gauss's rule of 16 points on [0, 1]. With delta = d s^2 the powers 3/2, 10/9 and 1 of delta become smooth in s."""
 
-HALVES_TOL = 1e-14  # Largest difference of the integrals over an interval and over its halves, relative to the whole integral
 LEVEL_MAX = 40  # Largest number of bisections of an interval; the smallest is 2^-40 of the range
 PIECES_MAX = 4000  # Largest number of intervals
 
@@ -30,7 +30,7 @@ def quadrature_energy(pointer, delta, p):
     The intervals are [k, k + 1]/2^level. After one is done, the next begins at the end of the largest interval that it
     completes.
     """
-    tolerance = HALVES_TOL * abs(piece(pointer, 0.0, 1.0, delta, p))
+    tolerance = CONVERGENCE_TOL * abs(piece(pointer, 0.0, 1.0, delta, p))
     total, level, k, count = 0.0, 0, 0, 0
     while True:
         width = 0.5**level

@@ -18,17 +18,15 @@ StribeckExponent = Annotated[float, Quantity("1", minimum=0.1, maximum=10.0, hel
 Viscous = Annotated[float, Quantity("s/m", minimum=0.0, maximum=1e3, help="sigma_2 per unit normal force")]
 RampSpeed = Annotated[float, Quantity("m/s", minimum=0.0, maximum=10.0, help="v_0 over which the sign of v is smoothed")]
 
-STATIC_OVER_KINETIC = 1.5  # Default of the static coefficient, as a multiple of the kinetic one
 
-
-def static_coefficient(law: str, kinetic: float, static: float | None) -> float:
+def static_coefficient(law: str, kinetic: float, static: float | None, ratio: float = 1.5) -> float:
     if static is None:
-        return STATIC_OVER_KINETIC * kinetic
+        return ratio * kinetic
     if static < kinetic:
         raise InputError(
             f"{law}: static = {static:g} below kinetic = {kinetic:g}",
             "static >= kinetic",
-            f"static = {STATIC_OVER_KINETIC * kinetic:g}",
+            f"static = {ratio * kinetic:g}",
         )
     return static
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.contact import contact_statistics
-from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, OSCILLATION, SPEEDS, PaperCase
+from scissordyn_paper.cases import ARRAY_CLEARANCE, CLEARANCES, CONTROLLED, FRICTION, OSCILLATION, SPEEDS, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun, merits, mismatch
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.page import Cell, folded, paragraph, table
@@ -18,9 +18,9 @@ from scissordyn_paper.periodic import (
     BY_CLEARANCE,
     BY_FRICTION,
     CYCLES,
+    ENSEMBLE_MEMBERS,
     GROWTH_CYCLES,
     GROWTH_SKIP,
-    MEMBERS,
     PERIODIC,
     SKIP,
     Regularity,
@@ -52,7 +52,7 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
     found = {case: read(run) for case, run in settled.items()}
     rows: list[Sequence[str | Cell] | str] = ["clearance, without friction"]
     rows += [_regular_row(case, found[case]) for case in BY_CLEARANCE]
-    rows.append(f"friction coefficient, {1e3 * ARRAY:g} mm")
+    rows.append(f"friction coefficient, {1e3 * ARRAY_CLEARANCE:g} mm")
     rows += [_regular_row(case, found[case]) for case in BY_FRICTION]
     head = (
         "",
@@ -73,8 +73,9 @@ def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
             f"{math.degrees(OSCILLATION):.3g} deg about {math.degrees(PERIODIC.angle):.3g} deg, with the parameters of this "
             "report and a largest speed equal to that of the stroke. Each motion was simulated for "
             f"{CYCLES} periods, without the first "
-            f"{SKIP}. Where the samples do not repeat, or starts that differ by round-off diverge, {MEMBERS} such starts were "
-            "evaluated: a single trajectory beyond the predictability horizon is only one sample."
+            f"{SKIP}. Where the samples do not repeat, or starts that differ by round-off diverge, "
+            f"{ENSEMBLE_MEMBERS} such starts were evaluated: "
+            "a single trajectory beyond the predictability horizon is only one sample."
         ),
         paragraph(
             "K is that of the 0-1 test: near 0 regular, near 1 irregular; a dash where the samples repeat and the test does "
@@ -118,10 +119,10 @@ def control(results: Results) -> list[str]:
         rows.append(_merit_row("prescribed, concentric start", free[size]))
         rows.append(_merit_row("prescribed, start in contact", touching[size]))
         rows.append(_merit_row("the paper's scheme: constrained contact", kept[size]))
-        if size == ARRAY:
+        if size == ARRAY_CLEARANCE:
             rows += [_merit_row(f"{job.scheme}, concentric start", found) for job, found in _found(results, "stroke")]
     for manoeuvre in ("deployment", "periodic"):
-        rows.append(f"{MANOEUVRES[manoeuvre].title}, {1e3 * ARRAY:g} mm")
+        rows.append(f"{MANOEUVRES[manoeuvre].title}, {1e3 * ARRAY_CLEARANCE:g} mm")
         rows += [
             _merit_row(job.scheme, found, _change(results.controlled[job]) if manoeuvre == "periodic" else "")
             for job, found in _found(results, manoeuvre)
@@ -181,7 +182,7 @@ def _control_words(
         {job.scheme: found for job, found in _found(results, manoeuvre)} for manoeuvre in ("stroke", "deployment")
     )
     driven, steered = slow["prescribed"], slow["feed-forward, feedback"]
-    free = merits(results.runs[PaperCase(ARRAY)], results.runs[PaperCase(None)])
+    free = merits(results.runs[PaperCase(ARRAY_CLEARANCE)], results.runs[PaperCase(None)])
     best = max(on_stroke.values(), key=lambda found: found["contact_fraction"])
     practical = (
         f"A practical controller on a slow deployment keeps contact from {steered['in_contact_from']:.3g} s on instead of "
@@ -271,7 +272,7 @@ def _contact_row(name: str, run: xr.Dataset, ideal: xr.Dataset) -> list[str | Ce
     return [Cell(name, "nowrap"), *(Cell(text, "number") for text in cells)]
 
 
-DEGREE = 180.0 / math.pi
+DEGREES_PER_RADIAN = 180.0 / math.pi
 
 
 @dataclass(frozen=True)
@@ -288,7 +289,13 @@ class Column:
 REFERENCE = (
     Column("contact_start", "starts", "s", 1.0, ("0.0013651259130", "0.0031639798805", "0.0053665921273")),
     Column("approach_speed", "approach speed", "m/s", 1.0, ("0.73514298384", "0.34484394745", "0.62238044736")),
-    Column("contact_angle", "direction of the normal", "deg", DEGREE, ("-107.816990465", "179.866471441", "-123.959802923")),
+    Column(
+        "contact_angle",
+        "direction of the normal",
+        "deg",
+        DEGREES_PER_RADIAN,
+        ("-107.816990465", "179.866471441", "-123.959802923"),
+    ),
     Column("peak_normal_force", "peak force", "N", 1.0, ("42701.9244", "82944.8947", "40856.8058")),
     Column("peak_normal_time", "time to peak", "s", 1.0, ("0.00011997917", "0.00040370370", "0.00013061164")),
     Column("contact_duration", "duration", "s", 1.0, ("0.00027482661706", "0.00099355989906", "0.00029513987981")),

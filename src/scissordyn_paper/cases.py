@@ -24,13 +24,13 @@ CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)
 SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
 FRICTION = (0.01, 0.03, 0.05, 0.1)
 CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
-ARRAY = 0.5e-3  # Clearance of the runs in which another parameter is varied
-STROKE = 0.05  # Longest run of one stroke [s]; the text describes the time after 0.03 s
+ARRAY_CLEARANCE = 0.5e-3  # Clearance of the runs in which another parameter is varied
+STROKE_DURATION = 0.05  # Longest run of one stroke [s]; the text describes the time after 0.03 s
 MARGIN = degrees(10)  # A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet
-SPACING = 2.5e-5  # Time between two recorded instants [s]: a tenth of the shortest contacts
+SAMPLE_SPACING = 2.5e-5  # Time between two recorded instants [s]: a tenth of the shortest contacts
 OSCILLATION = degrees(15)  # Amplitude of the periodic drive [rad]; its largest speed is that of the stroke
 
-PERIODS = 2
+OSCILLATION_PERIODS = 2
 
 DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}  # The two variants of the driven bar in words
 
@@ -103,7 +103,7 @@ class PaperCase:
     """Case of one run: the parameters that the figures vary, and a choice of the unknown parameters."""
 
     # c of joint A [m]; None for ideal joints
-    clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY
+    clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY_CLEARANCE
     # Angular velocity of the driven bar [rad/s]; the largest one of an oscillation
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
     # Kinetic coefficient of LuGre friction
@@ -140,10 +140,10 @@ class PaperCase:
     def until(self) -> float:
         """End of the run [s]."""
         if self.choice.travel == "oscillating":
-            return PERIODS * 2.0 * math.pi * OSCILLATION / self.speed
+            return OSCILLATION_PERIODS * 2.0 * math.pi * OSCILLATION / self.speed
         if self.choice.travel == "falling":
-            return min(STROKE, (self.choice.angle - MARGIN) / self.speed)
-        return STROKE
+            return min(STROKE_DURATION, (self.choice.angle - MARGIN) / self.speed)
+        return STROKE_DURATION
 
     @property
     def ideal(self) -> PaperCase:
@@ -163,7 +163,7 @@ class PaperCase:
         return Options(
             float(_number(self.until)),
             self.start if self.clearance is None or self.constrained or self.start != "concentric" else choice.start,
-            choice.samples or 1 + round(self.until / SPACING),
+            choice.samples or 1 + round(self.until / SAMPLE_SPACING),
             choice.tolerance,
             choice.tolerance,
             "auto" if frictional else choice.method,

@@ -30,7 +30,7 @@ from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees
-from scissordyn_paper.cases import ARRAY, SPEED, STROKE, Choice, PaperCase
+from scissordyn_paper.cases import ARRAY_CLEARANCE, SPEED, STROKE_DURATION, Choice, PaperCase
 from scissordyn_paper.measures import JOINT
 
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0  # Gains of the practical controller [N m/rad, N m s/rad]
@@ -41,8 +41,8 @@ LIMIT, RAMP = 770.0, 0.02
 ECCENTRICITY_RATE_DAMPING = -1000.0  # Its damping of the rate of the eccentricity during the stroke [N s]
 SERVO = PID(2e5, derivative=4e3)  # Tracks the periodic reference; delayed feedback is added to it
 
-PERIOD = 0.5
-SINCE = 40.0 * PERIOD  # Start of the evaluation [s]; PERIOD is that of the slow manoeuvre
+SLOW_PERIOD = 0.5
+EVALUATION_START = 40.0 * SLOW_PERIOD  # Start of the evaluation [s]; SLOW_PERIOD is that of the slow manoeuvre
 
 GUST: Any = Force(
     "gust",
@@ -69,11 +69,11 @@ class Manoeuvre:
 
     def mechanism(self) -> Mechanism:
         """The array with its clearance joint and without drive."""
-        described = PaperCase(ARRAY, choice=Choice(angle=self.angle)).described().mechanism
+        described = PaperCase(ARRAY_CLEARANCE, choice=Choice(angle=self.angle)).described().mechanism
         return dataclasses.replace(described, drives=(), components=(GUST,) if self.gust else ())
 
 
-STROKE_MANOEUVRE = Manoeuvre("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE, 2001)
+STROKE_MANOEUVRE = Manoeuvre("stroke at 150 rpm", ConstantSpeed(SPEED), degrees(30), STROKE_DURATION, 2001)
 DEPLOYMENT = Manoeuvre(
     "deployment from 30 to 60 deg in 1 s, gust of 50 N",
     Cycloidal(degrees(30), degrees(60), 1.0),
@@ -84,11 +84,11 @@ DEPLOYMENT = Manoeuvre(
 )
 PERIODIC_MANOEUVRE = Manoeuvre(
     "periodic drive, 45 ± 15 deg at 2 Hz, periods 40 to 60",
-    Harmonic(mean=degrees(45), amplitude=degrees(15), angular_frequency=2.0 * math.pi / PERIOD),
+    Harmonic(mean=degrees(45), amplitude=degrees(15), angular_frequency=2.0 * math.pi / SLOW_PERIOD),
     degrees(45),
-    60.0 * PERIOD,
+    60.0 * SLOW_PERIOD,
     30_001,
-    after=SINCE,
+    after=EVALUATION_START,
 )
 MANOEUVRES = {"stroke": STROKE_MANOEUVRE, "deployment": DEPLOYMENT, "periodic": PERIODIC_MANOEUVRE}
 
@@ -158,8 +158,8 @@ _SCHEMES: dict[tuple[str, str], Callable[[Mechanism, Manoeuvre], Mechanism]] = {
     ("deployment", "feed-forward alone"): _fed(FeedForward(limit=LIMIT)),
     ("deployment", "feed-forward, feedback"): _fed(FeedForward(PROPORTIONAL, DERIVATIVE, limit=LIMIT, ramp=RAMP)),
     ("periodic", "servo"): _delayed(None),
-    ("periodic", "pyragas"): _delayed(Pyragas(-1000.0, PERIOD, "sensor_rate_y", limit=2000.0)),
-    ("periodic", "extended"): _delayed(ExtendedDelayedFeedback(-1500.0, PERIOD, 0.5, "sensor_rate_y", limit=2000.0)),
+    ("periodic", "pyragas"): _delayed(Pyragas(-1000.0, SLOW_PERIOD, "sensor_rate_y", limit=2000.0)),
+    ("periodic", "extended"): _delayed(ExtendedDelayedFeedback(-1500.0, SLOW_PERIOD, 0.5, "sensor_rate_y", limit=2000.0)),
 }
 
 CONTROLLED_RUNS = (
@@ -198,7 +198,7 @@ def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, 
 def mismatch(run: xr.Dataset, after: float) -> float:
     """Return the rms change of the eccentricity from one period to the next [clearances]; zero for periodic motion."""
     time = run["time"].values
-    lag = round(PERIOD / float(time[1] - time[0]))
+    lag = round(SLOW_PERIOD / float(time[1] - time[0]))
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values
-    change = (place[lag:] - place[:-lag])[time[lag:] >= after + PERIOD]
+    change = (place[lag:] - place[:-lag])[time[lag:] >= after + SLOW_PERIOD]
     return float(np.sqrt(np.mean(np.sum(change**2, axis=1)))) / float(run["clearance"].sel(joint=JOINT))

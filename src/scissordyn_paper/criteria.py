@@ -11,8 +11,8 @@ from typing import Any
 from scissordyn_paper.cases import CONTROLLED, SPEEDS, Choice, PaperCase
 from scissordyn_paper.verdict import Finding
 
-VISIBLE = 0.01  # Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure
-QUARTER = 99.0  # "About a quarter" of the bearing: 90 deg and a tenth of it
+VISIBLE_FRACTION = 0.01  # Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure
+QUARTER_ARC_MAX = 99.0  # "About a quarter" of the bearing: 90 deg and a tenth of it
 
 OSCILLATING = {
     "slider_velocity": ("slider velocity", "m/s"),
@@ -143,7 +143,7 @@ def position(choice: Choice, measured: Measured) -> Finding:
     run = measured[PaperCase(choice=choice)]
     position, angle = run.position_deviation, run.angle_deviation
     return Finding(
-        max(position, angle) < VISIBLE,
+        max(position, angle) < VISIBLE_FRACTION,
         f"largest difference: displacement {percent(position)}, angle {percent(angle)} of the range that both curves cover",
         {"position_deviation_1": position, "angle_deviation_1": angle},
     )
@@ -155,7 +155,7 @@ def oscillation(choice: Choice, measured: Measured) -> Finding:
     largest = {name: deviations[name].largest for name in OSCILLATING}
     words = ", ".join(f"{text} {percent(largest[name])}" for name, (text, _) in OSCILLATING.items())
     return Finding(
-        min(largest.values()) > VISIBLE,
+        min(largest.values()) > VISIBLE_FRACTION,
         f"largest difference in the first 5 ms as a part of the range that both curves cover: {words}",
         {f"{name}_1": value for name, value in largest.items()},
     )

@@ -25,7 +25,7 @@ from scissordyn_paper.runs import compute, described
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Check, Finding
 
-NEIGHBOUR = 1e-9  # Neighbours differ by this fraction of the clearance
+NEIGHBOUR_FRACTION = 1e-9  # Neighbours differ by this fraction of the clearance
 
 MOST_STEPS = 50_000
 """A stroke takes hundreds, one at rest in contact thousands; more is chatter of an integrator that is too coarse."""
@@ -64,7 +64,7 @@ def _measured(
         run = cases[case]
         assert run.clearance is not None
         joint = _joint(run.choice, run.friction)
-        joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + member * NEIGHBOUR))
+        joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + member * NEIGHBOUR_FRACTION))
         return described(drives[run.speed]).mechanism.with_clearance(JOINT, joint)
 
     choice, frictional = cases[0].choice, cases[0].friction is not None

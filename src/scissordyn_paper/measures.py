@@ -13,10 +13,10 @@ from scissordyn.kinematics.path import smooth_peak
 
 JOINT = "A"
 
-SETTLED = 5e-3  # The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"
-LATE = 0.03  # The paper's "when the working time exceeds 0.03 s" [s]
-CONTINUOUS = 0.99  # Fraction of time in contact from which contact is called continuous
-LAST = 0.2  # Fraction of a run that is its end, for contact that becomes continuous "eventually"
+SETTLING_TIME = 5e-3  # The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"
+LATE_TIME = 0.03  # The paper's "when the working time exceeds 0.03 s" [s]
+CONTINUOUS_FRACTION = 0.99  # Fraction of time in contact from which contact is called continuous
+LAST_FRACTION = 0.2  # Fraction of a run that is its end, for contact that becomes continuous "eventually"
 CENTRAL_PART = 0.95  # Fraction of the contact time inside the contact arc
 
 
@@ -24,38 +24,38 @@ CENTRAL_PART = 0.95  # Fraction of the contact time inside the contact arc
 class Deviation:
     """Difference of a quantity from that of the ideal run."""
 
-    largest: float  # Largest difference before `SETTLED`, as a fraction of the common range of both curves
-    before: float  # Root mean square of the difference before `SETTLED` and after it [SI]
+    largest: float  # Largest difference before `SETTLING_TIME`, as a fraction of the common range of both curves
+    before: float  # Root mean square of the difference before `SETTLING_TIME` and after it [SI]
     after: float
-    early: float  # Fraction of the integral of the squared difference before `SETTLED`
+    early: float  # Fraction of the integral of the squared difference before `SETTLING_TIME`
 
 
 @dataclass(frozen=True)
 class Measures:
     """Numbers of one run, compared with the run with ideal joints."""
 
-    peak_force: float  # Largest normal force, in the whole run and after `LATE` [N]
+    peak_force: float  # Largest normal force, in the whole run and after `LATE_TIME` [N]
     late_peak_force: float
     # Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N]
     smallest_force: float
     ideal_force: float  # Largest reaction at the same joint without clearance [N]
     peak_torque: float  # Largest driving torque by magnitude, with clearance and without [N m]
     ideal_torque: float
-    impacts: int  # Contacts that start: all, before `LATE`, from `LATE` on, from `SETTLED` on
+    impacts: int  # Contacts that start: all, before `LATE_TIME`, from `LATE_TIME` on, from `SETTLING_TIME` on
     early_impacts: int
     late_impacts: int
     settled_impacts: int
-    whole_fraction: float  # Fraction of time in contact: in the whole run, from `SETTLED` on, in the last fifth
+    whole_fraction: float  # Fraction of time in contact: in the whole run, from `SETTLING_TIME` on, in the last fifth
     settled_fraction: float
     final_fraction: float
-    late_rate: float  # Impacts per second from `LATE` on and from `SETTLED` on [1/s]
+    late_rate: float  # Impacts per second from `LATE_TIME` on and from `SETTLING_TIME` on [1/s]
     settled_rate: float
     deviations: dict[str, Deviation]  # Deviation of each quantity
     # Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range
     position_deviation: float
     angle_deviation: float
-    # Root mean square of the slider acceleration's difference from the ideal one after `SETTLED`, over the root mean square of
-    # the ideal one
+    # Root mean square of the slider acceleration's difference from the ideal one after `SETTLING_TIME`, over the root mean
+    # square of the ideal one
     irregularity: float
     arc: float  # Smallest arc of the bearing with 95 % of the contact time [rad]
     trusted_until: float  # [s]
@@ -125,7 +125,7 @@ def measure(run: xr.Dataset | Curves, ideal: xr.Dataset | IdealMotion) -> Measur
     time, peak, when, normal = drawn.time, drawn.peak, drawn.when, drawn.normal
     end = float(time[-1])
     start, stop = drawn.spans.T
-    before = time <= SETTLED
+    before = time <= SETTLING_TIME
     curves, wanted = drawn.series, expected.curves
     differences = {name: curves[name] - wanted[name] for name in _SERIES}
     ranges = {name: float(np.ptp([curves[name], wanted[name]])) for name in _SERIES}
@@ -133,23 +133,23 @@ def measure(run: xr.Dataset | Curves, ideal: xr.Dataset | IdealMotion) -> Measur
     return Measures(
         peak_force=float(np.max(peak, initial=0.0)),
         late_peak_force=max(
-            float(np.max(peak[when >= LATE], initial=0.0)),
+            float(np.max(peak[when >= LATE_TIME], initial=0.0)),
             # a contact with an earlier peak can still last
-            float(np.max(normal[time >= LATE])),
+            float(np.max(normal[time >= LATE_TIME])),
         ),
         smallest_force=float(np.min(normal)),
         ideal_force=expected.force,
         peak_torque=drawn.torque,
         ideal_torque=expected.torque,
         impacts=start.size,
-        early_impacts=int(np.sum(start < LATE)),
-        late_impacts=int(np.sum(start >= LATE)),
-        settled_impacts=int(np.sum(start >= SETTLED)),
+        early_impacts=int(np.sum(start < LATE_TIME)),
+        late_impacts=int(np.sum(start >= LATE_TIME)),
+        settled_impacts=int(np.sum(start >= SETTLING_TIME)),
         whole_fraction=_fraction(start, stop, 0.0, end),
-        settled_fraction=_fraction(start, stop, SETTLED, end),
-        final_fraction=_fraction(start, stop, (1.0 - LAST) * end, end),
-        late_rate=float(np.sum(start >= LATE)) / (end - LATE),
-        settled_rate=float(np.sum(start >= SETTLED)) / (end - SETTLED),
+        settled_fraction=_fraction(start, stop, SETTLING_TIME, end),
+        final_fraction=_fraction(start, stop, (1.0 - LAST_FRACTION) * end, end),
+        late_rate=float(np.sum(start >= LATE_TIME)) / (end - LATE_TIME),
+        settled_rate=float(np.sum(start >= SETTLING_TIME)) / (end - SETTLING_TIME),
         deviations={
             name: Deviation(
                 largest=_part(np.max(np.abs(values[before])), ranges[name]),

@@ -22,7 +22,7 @@ from scissordyn_paper.open_question import (
     LONGEST_FIRST,
     MANOEUVRES,
     MEASURES,
-    MEMBERS,
+    NEIGHBOUR_RUNS,
     OILS,
     OPEN_CASES,
     STIFFER,
@@ -37,8 +37,8 @@ TITLE = "Beyond the paper: do bars that bend and oil in the joint help?"
 
 Found = Mapping[OpenCase, xr.Dataset]
 
-CLEAR = 0.95  # Share of the pairs from which on all count as lower
-NOTICED = 0.01  # Relative difference below which a value does not count as lower
+CLEAR_SHARE_MIN = 0.95  # Share of the pairs from which on all count as lower
+NOTICED_FRACTION = 0.01  # Relative difference below which a value does not count as lower
 
 
 @dataclass(frozen=True)
@@ -58,13 +58,13 @@ class Change:
 
     @property
     def lower(self) -> float:
-        """Fraction of the pairs in which the change reduces the measure by more than `NOTICED`."""
-        return float(np.mean([before - changed > NOTICED * abs(before) for changed, before in self.pairs]))
+        """Fraction of the pairs in which the change reduces the measure by more than `NOTICED_FRACTION`."""
+        return float(np.mean([before - changed > NOTICED_FRACTION * abs(before) for changed, before in self.pairs]))
 
     @property
     def answer(self) -> str:
         """Answer whether the change reduces the measure: "yes", "no" or "depends"."""
-        return "yes" if self.lower >= CLEAR else "no" if self.lower <= 1.0 - CLEAR else "depends"
+        return "yes" if self.lower >= CLEAR_SHARE_MIN else "no" if self.lower <= 1.0 - CLEAR_SHARE_MIN else "depends"
 
     @property
     def words(self) -> str:
@@ -126,7 +126,9 @@ def _spread(found: Found) -> tuple[float, float]:
     groups: dict[OpenCase, list[float]] = {}
     for case, run in found.items():
         groups.setdefault(replace(case, member=0), []).append(float(run["peak_force"]))
-    apart = [(max(values) - min(values)) / max(values) for values in groups.values() if len(values) == MEMBERS and max(values)]
+    apart = [
+        (max(values) - min(values)) / max(values) for values in groups.values() if len(values) == NEIGHBOUR_RUNS and max(values)
+    ]
     return (float(np.median(apart)), max(apart)) if apart else (math.nan, math.nan)
 
 
@@ -152,11 +154,11 @@ def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, Sequen
                     "The paper expects that flexible bars and lubricated joints reduce the energy consumption and the "
                     "collisions. Each number below is a measure divided by the same measure with rigid bars and a dry "
                     f"joint, all else being the same: median and range over the clearances {_sizes(found)}, over "
-                    f"{MEMBERS} neighbours whose clearances differ by a relative 1e-12, and in the stroke with the steel "
-                    "tube over every parameter whose table is lost, one at a time. Where the work of the "
+                    f"{NEIGHBOUR_RUNS} neighbours whose clearances differ by a relative 1e-12, and in the stroke with the "
+                    "steel tube over every parameter whose table is lost, one at a time. Where the work of the "
                     "drive without the change is negative, there is no ratio, but the pair counts. Yes: lower by more than "
-                    f"{100.0 * NOTICED:g} % in at least {100.0 * CLEAR:g} % of the pairs; no: in at most "
-                    f"{100.0 - 100.0 * CLEAR:g} %."
+                    f"{100.0 * NOTICED_FRACTION:g} % in at least {100.0 * CLEAR_SHARE_MIN:g} % of the pairs; no: in at most "
+                    f"{100.0 - 100.0 * CLEAR_SHARE_MIN:g} %."
                 ),
                 *_answers(answers),
                 paragraph(

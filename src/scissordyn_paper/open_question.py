@@ -52,10 +52,10 @@ STIFFER = {f"{factor:g} times the tube": factor for factor in (10.0, 100.0, 1000
 
 OILS = (0.01, 0.1)  # Viscosities [Pa s]
 
-MEMBERS = 2
+NEIGHBOUR_RUNS = 2
 """Neighbours of a run, whose clearances differ by 1e-12 of themselves: what they disagree on is not the mechanism's answer."""
 
-SAMPLES = 2001
+RUN_SAMPLES = 2001
 
 MEASURES: Mapping[str, tuple[str, float]] = {
     "contacts": ("contacts", 1.0),
@@ -121,7 +121,7 @@ class OpenCase:
     def toml(self) -> str:
         """Text of the case file; the first line has the member number, which changes the clearance of a neighbour."""
         tree = tomllib.loads(PaperCase(self.clearance, choice=self.choice).toml)
-        tree["run"]["samples"] = SAMPLES
+        tree["run"]["samples"] = RUN_SAMPLES
         if self.manoeuvre == "deployment":
             tree["drive"] = {"cycloidal": {"start": "30 deg", "end": "75 deg", "duration": "0.5 s"}}
             tree["run"].update(until="0.6 s", start="static")
@@ -168,7 +168,7 @@ def _every_case() -> tuple[OpenCase, ...]:
         for bars in BARS
         for oil in (None, *OILS)
         for size in SIZES
-        for member in range(MEMBERS)
+        for member in range(NEIGHBOUR_RUNS)
     ]
     cases += [OpenCase(bars=bars) for bars in STIFFER]
     cases += [

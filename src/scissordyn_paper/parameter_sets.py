@@ -22,7 +22,7 @@ from scissordyn_paper.judge import findings
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding
 
-SEED = 46
+SAMPLING_SEED = 46
 
 ANGLES = {"rising": tuple(range(5, 80, 5)), "falling": tuple(range(60, 90, 5))}
 """First angles [deg]: a rising stroke ends before the array folds over, a falling one lasts beyond 0.03 s at 250 rpm."""
@@ -143,11 +143,11 @@ def choice_at(u: Sequence[float]) -> Choice:
     return Choice(**chosen)
 
 
-NUMBER = 20_000
+SETS_COUNT = 20_000
 BLOCK, QUASI, NEAR = 100, 12, 8
 """Parameter sets of a block; blocks of a round that are quasi-random, and blocks near the best parameter sets so far."""
 
-MEMBERS = 1
+NEIGHBOUR_RUNS = 1
 """Neighbours by which a drawn parameter set is judged; with more, shares over all sets are the same on average."""
 
 LEADING, NEIGHBOURS, LEADING_FROM = 60, 16, 9000
@@ -163,7 +163,7 @@ class Block:
 
     number: int
     points: tuple[tuple[float, ...], ...] = field(repr=False)  # Points of the unit cube
-    members: int = MEMBERS
+    members: int = NEIGHBOUR_RUNS
 
     @property
     def name(self) -> str:
@@ -219,7 +219,7 @@ def _numbers(answer: Sequence[Finding]) -> dict[str, float]:
 
 
 def fetch_parameter_sets(
-    folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None
+    folder: Path, number: int = SETS_COUNT, *, engine: Engine = None, progress: Progress | None = None
 ) -> Judged:
     """Return `number` judged parameter sets; those stored in the folder are not computed again.
 
@@ -243,7 +243,7 @@ def fetch_parameter_sets(
     quasi = 0
     while (left := number - BLOCK * len(results)) > 0:
         count = min(left, QUASI * BLOCK)
-        add(sobol_numbers(SEED, len(FACTORS), np.arange(quasi, quasi + count)))
+        add(sobol_numbers(SAMPLING_SEED, len(FACTORS), np.arange(quasi, quasi + count)))
         quasi += count
         if (left := number - BLOCK * len(results)) > 0:
             add(_near(results, min(left, NEAR * BLOCK)))
@@ -269,7 +269,7 @@ def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
     met = np.concatenate([block["agreeing"].values.sum(axis=1) for block in results])
     best = points[np.argsort(-met, kind="stable")[:PARENTS]]
     size = len(FACTORS)
-    drawn = uniform_numbers(SEED, 1, 2 + 3 * size, len(points) + np.arange(count))
+    drawn = uniform_numbers(SAMPLING_SEED, 1, 2 + 3 * size, len(points) + np.arange(count))
     first, second = (best[(drawn[:, k] * len(best)).astype(int)] for k in (0, 1))
     mixed, anew, value = (drawn[:, 2 + k * size : 2 + (k + 1) * size] for k in range(3))
     return np.where(anew < MUTATED, value, np.where(mixed < 0.5, first, second))

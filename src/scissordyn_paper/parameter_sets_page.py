@@ -20,8 +20,8 @@ from scissordyn_paper.page import Cell, cited, document, paragraph, picture, sav
 from scissordyn_paper.parameter_sets import (
     FACTORS,
     NEIGHBOURS,
-    NUMBER,
-    SEED,
+    SAMPLING_SEED,
+    SETS_COUNT,
     Judged,
     choice_at,
     fetch_leading,
@@ -32,9 +32,9 @@ from scissordyn_paper.statements import CHECKS
 
 TITLE = "The paper with other parameters"
 
-ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
+STATEMENT_ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
 
-SHOWN = 5
+SHOWN_SETS = 5
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ParameterSetAnswers:
 
 
 def answer_parameter_sets(
-    folder: Path, number: int = NUMBER, *, engine: Engine = None, progress: Progress | None = None
+    folder: Path, number: int = SETS_COUNT, *, engine: Engine = None, progress: Progress | None = None
 ) -> ParameterSetAnswers:
     """Judge the parameter sets that are not stored yet, and write page, table and pictures."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -65,8 +65,8 @@ def answer_parameter_sets(
 
 
 def weights(judged: Judged) -> np.ndarray:
-    """Return the weights of the quasi-random parameter sets: `ODDS` to the power of the agreeing checks; their sum is one."""
-    weight = ODDS ** (judged.met[judged.quasi] - judged.met[judged.quasi].max())
+    """Return the weights of the quasi-random parameter sets: `STATEMENT_ODDS` to the power of the agreeing checks; sum one."""
+    weight = STATEMENT_ODDS ** (judged.met[judged.quasi] - judged.met[judged.quasi].max())
     return np.asarray(weight / weight.sum())
 
 
@@ -153,7 +153,7 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
     counts = [
         (f"{leading.met[0]:.3g} of {len(CHECKS)}", f"checks agree for the best parameter set, over {NEIGHBOURS} neighbours"),
         (f"{default.sum():.3g} of {len(CHECKS)}", "for the one chosen before any result"),
-        (f"{judged.met.size}", f"parameter sets, {judged.seconds.mean():.2g} s of one processor each, seed {SEED}"),
+        (f"{judged.met.size}", f"parameter sets, {judged.seconds.mean():.2g} s of one processor each, seed {SAMPLING_SEED}"),
     ]
     parts = [
         cited(TITLE, f"Of: {SOURCE}", DOI),
@@ -165,8 +165,9 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
             "parameters",
             [
                 paragraph(
-                    f"Each check that agrees makes a parameter set {ODDS:g} times as likely. {judged.quasi.sum()} quasi-random "
-                    f"sets then count as {effective:.0f} of equal weight. The checks say less than one bit of a factor "
+                    f"Each check that agrees makes a parameter set {STATEMENT_ODDS:g} times as likely. "
+                    f"{judged.quasi.sum()} quasi-random sets then count as {effective:.0f} of equal weight. "
+                    "The checks say less than one bit of a factor "
                     "where its levels stay nearly as likely as they were drawn."
                 ),
                 picture(pictures[1], "", ""),
@@ -206,7 +207,7 @@ def _best(leading: Judged) -> str:
             choice_at(u).words,
             ", ".join(check.key for check, share in zip(CHECKS, shares, strict=True) if share < 0.5),
         )
-        for met, u, shares in list(zip(leading.met, leading.points, leading.agreeing, strict=True))[:SHOWN]
+        for met, u, shares in list(zip(leading.met, leading.points, leading.agreeing, strict=True))[:SHOWN_SETS]
     ]
     return table(("checks that agree", "parameter set", "differs for most neighbours"), rows)
 

@@ -40,11 +40,11 @@ LONGEST_FIRST = tuple(dict.fromkeys((*BY_FRICTION, *BY_CLEARANCE)))
 CYCLES, SKIP = 320, 80
 """Periods of a run, and number of the first that are left out of its map: 240 remain, and 200 are needed for a verdict."""
 
-MEMBERS = 4  # Number of starts that differ by round-off, where one trajectory is no evidence
-PAIR = 2  # Number of starts where the samples repeat, for as many periods as are skipped
+ENSEMBLE_MEMBERS = 4  # Number of starts that differ by round-off, where one trajectory is no evidence
+PAIR_MEMBERS = 2  # Number of starts where the samples repeat, for as many periods as are skipped
 
 GROWTH_CYCLES, GROWTH_SKIP = 120, 80
-INTERVALS = 4
+CYCLE_INTERVALS = 4
 """Periods in which the growth of a small difference is measured, number of the first left out, since some motions have long
 transients, and number of rescalings in each period."""
 
@@ -94,7 +94,7 @@ def examine(case: PaperCase) -> xr.Dataset:
     together = followed = 0
     if classify(run, skip=SKIP).period is not None:
         # for a periodic motion a few periods are enough to see whether neighbours converge to it
-        pair = ensemble(mechanism, members=PAIR, cycles=SKIP, engine=1)
+        pair = ensemble(mechanism, members=PAIR_MEMBERS, cycles=SKIP, engine=1)
         _check(pair, case)
         together = followed = int(pair.attrs["trusted_cycles"])
     growth = math.nan
@@ -103,22 +103,24 @@ def examine(case: PaperCase) -> xr.Dataset:
         kind, name, evidence, judged, agreeing = verdict.kind, verdict.name, verdict.evidence, 1, 1
         fraction, impacts = (float(run[what].isel(cycle=slice(SKIP, None)).mean()) for what in ("contact_fraction", "impacts"))
     else:
-        many = ensemble(mechanism, members=MEMBERS, cycles=CYCLES, skip=SKIP, engine=1)
+        many = ensemble(mechanism, members=ENSEMBLE_MEMBERS, cycles=CYCLES, skip=SKIP, engine=1)
         _check(many, case)
         together, followed = int(many.attrs["trusted_cycles"]), CYCLES
         at = ("cycle", many.attrs["period"] * np.arange(CYCLES))
-        each = [classify(many.isel(member=k).assign_coords(time=at), skip=SKIP) for k in range(MEMBERS)]
+        each = [classify(many.isel(member=k).assign_coords(time=at), skip=SKIP) for k in range(ENSEMBLE_MEMBERS)]
         common = consensus(each)
         name = next(iter(common.counts))
-        evidence, judged, agreeing = (*common.evidence, *each[0].evidence), MEMBERS, common.counts[name]
+        evidence, judged, agreeing = (*common.evidence, *each[0].evidence), ENSEMBLE_MEMBERS, common.counts[name]
         kind = common.kind
-        if 2 * agreeing <= MEMBERS:  # undecided without a majority
+        if 2 * agreeing <= ENSEMBLE_MEMBERS:  # undecided without a majority
             kind, name = "transient only", "undecided"
         fraction, impacts = (float(many[f"mean_{what}"].mean()) for what in ("contact_fraction", "impacts"))
         # too few samples have none; where most members are periodic, that of the others is not used
         if common.period is None and "K" in common.measures["measure"].values:
             growth = float(common.measures["mean"].sel(measure="K"))
-    apart = separation_exponent(mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=INTERVALS, rtol=1e-9, atol=1e-9)
+    apart = separation_exponent(
+        mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=CYCLE_INTERVALS, rtol=1e-9, atol=1e-9
+    )
     _check(apart, case)
     found = Regularity(
         kind=kind,

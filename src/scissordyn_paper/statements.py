@@ -17,10 +17,10 @@ from __future__ import annotations
 import operator
 
 from scissordyn_paper import criteria
-from scissordyn_paper.cases import ARRAY, CLEARANCES, FRICTION, SIZES
+from scissordyn_paper.cases import ARRAY_CLEARANCE, CLEARANCES, FRICTION, SIZES
 from scissordyn_paper.criteria import (
-    QUARTER,
-    VISIBLE,
+    QUARTER_ARC_MAX,
+    VISIBLE_FRACTION,
     classified,
     clearances,
     compared,
@@ -32,11 +32,11 @@ from scissordyn_paper.criteria import (
     only,
     percent,
 )
-from scissordyn_paper.measures import CONTINUOUS, LATE, SETTLED
+from scissordyn_paper.measures import CONTINUOUS_FRACTION, LATE_TIME, SETTLING_TIME
 from scissordyn_paper.verdict import Check, Periodically
 
-_SETTLED, _LATE = f"{1e3 * SETTLED:g} ms", f"{1e3 * LATE:g} ms"
-_CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS), every(operator.lt, CONTINUOUS)
+_SETTLED, _LATE = f"{1e3 * SETTLING_TIME:g} ms", f"{1e3 * LATE_TIME:g} ms"
+_CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS_FRACTION), every(operator.lt, CONTINUOUS_FRACTION)
 _BY_SIZE, _BY_FRICTION = clearances(*SIZES), frictions(*FRICTION)
 _LARGE, _SMALL, _BUT_SMALLEST = (clearances(*sizes) for sizes in (CLEARANCES[:3], CLEARANCES[3:], CLEARANCES[:5]))
 _FLYING = clearances(0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3)
@@ -44,20 +44,22 @@ _SCATTER = (
     "a single stroke is not periodic, so period and quasi-period are not defined; the paper's picture of velocity and "
     "acceleration shows the scatter of the points about a line, here the ideal curve (root mean square, relative)"
 )
-_BY_SIGHT = f"a difference of {percent(VISIBLE)} of a curve's range is the width of a printed line"
+_BY_SIGHT = f"a difference of {percent(VISIBLE_FRACTION)} of a curve's range is the width of a printed line"
 
 CHECKS = (
     Check(
         "1a",
-        f"Displacement of the slider and angle of bar 2 do not discernibly differ from the ideal ones ({millimetres(ARRAY)}).",
-        f"largest difference below {percent(VISIBLE)} of the range that both curves cover",
+        "Displacement of the slider and angle of bar 2 do not discernibly differ from the ideal ones "
+        f"({millimetres(ARRAY_CLEARANCE)}).",
+        f"largest difference below {percent(VISIBLE_FRACTION)} of the range that both curves cover",
         _BY_SIGHT,
         criteria.position,
     ),
     Check(
         "1b",
         "Velocities and accelerations fluctuate about the ideal ones in the first 5 ms.",
-        f"largest difference before {_SETTLED} above {percent(VISIBLE)} of the range that both curves cover, for all four",
+        f"largest difference before {_SETTLED} above {percent(VISIBLE_FRACTION)} of the range that both curves cover, "
+        "for all four",
         _BY_SIGHT,
         criteria.oscillation,
     ),
@@ -141,22 +143,22 @@ CHECKS = (
     Check(
         "5a",
         "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
-        f"in contact at least {percent(CONTINUOUS)} of the time after {_SETTLED}",
+        f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time after {_SETTLED}",
         "the start is concentric, so the run starts in free flight; none may follow",
         compared(clearances(0.4e-3), criteria.SETTLED_ALONE, _CONTINUOUS),
         Periodically(
-            f"in contact at least {percent(CONTINUOUS)} of the time",
+            f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time",
             compared(clearances(0.4e-3), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
     Check(
         "5b",
         "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
-        f"in contact less than {percent(CONTINUOUS)} of the time after {_SETTLED}, at each of them",
+        f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time after {_SETTLED}, at each of them",
         "the opposite of continuous contact by the same threshold",
         compared(_FLYING, criteria.SETTLED, _INTERRUPTED),
         Periodically(
-            f"in contact less than {percent(CONTINUOUS)} of the time, at each of them",
+            f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time, at each of them",
             compared(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
@@ -208,31 +210,31 @@ CHECKS = (
     Check(
         "6b",
         "At 0.01 rebounds follow impacts, without continuous contact.",
-        f"in contact less than {percent(CONTINUOUS)} of the last fifth of the run",
+        f"in contact less than {percent(CONTINUOUS_FRACTION)} of the last fifth of the run",
         "contact that never becomes continuous is not continuous at the end",
         compared(frictions(*FRICTION[:1]), criteria.FINAL_ALONE, _INTERRUPTED),
         Periodically(
-            f"in contact less than {percent(CONTINUOUS)} of the time",
+            f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time",
             compared(frictions(*FRICTION[:1]), criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
     Check(
         "6c",
         "From 0.03 on contact eventually becomes continuous.",
-        f"in contact at least {percent(CONTINUOUS)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
+        f"in contact at least {percent(CONTINUOUS_FRACTION)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
         '"eventually" is the end of the run',
         compared(frictions(*FRICTION[1:]), criteria.FINAL, _CONTINUOUS),
         Periodically(
-            f"in contact at least {percent(CONTINUOUS)} of the time, at 0.03, 0.05 and 0.1",
+            f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time, at 0.03, 0.05 and 0.1",
             compared(frictions(*FRICTION[1:]), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
     Check(
         "6d",
         "Contact is concentrated in about a quarter of the bearing.",
-        f"an arc of at most {QUARTER:g} deg has 95 % of the contact time, at each coefficient",
+        f"an arc of at most {QUARTER_ARC_MAX:g} deg has 95 % of the contact time, at each coefficient",
         '"about" is taken as a tenth, "mainly" as 95 %',
-        compared(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER)),
+        compared(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER_ARC_MAX)),
     ),
     Check(
         "6e",

@@ -10,7 +10,7 @@ from scissordyn_paper.runs import fetch_runs
 def few_periods():
     """Return counts of periods that suffice to draw something, but not to judge a motion."""
     diagram = {"DIAGRAM_VALUES": 2, "DIAGRAM_CYCLES": 4, "DIAGRAM_KEPT": 2}
-    return {"CYCLES": 10, "SKIP": 4, "MEMBERS": 2, "GROWTH_CYCLES": 2, "GROWTH_SKIP": 1, **diagram}
+    return {"CYCLES": 10, "SKIP": 4, "ENSEMBLE_MEMBERS": 2, "GROWTH_CYCLES": 2, "GROWTH_SKIP": 1, **diagram}
 
 
 @pytest.fixture(scope="session")

@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from scissordyn_paper import controlled
-from scissordyn_paper.cases import ARRAY, CONTROLLED, PaperCase
-from scissordyn_paper.controlled import CONTROLLED_RUNS, LIMIT, PERIOD, ControlledRun, ideal_of, merits, mismatch
+from scissordyn_paper.cases import ARRAY_CLEARANCE, CONTROLLED, PaperCase
+from scissordyn_paper.controlled import CONTROLLED_RUNS, LIMIT, SLOW_PERIOD, ControlledRun, ideal_of, merits, mismatch
 from scissordyn_paper.measures import measure
 from scissordyn_paper.runs import compute
 
@@ -85,15 +85,17 @@ def test_the_deployment_lands_within_its_limit():
 
 
 def made(change):
-    time = np.linspace(0.0, 5.0 * PERIOD, 501)
-    place = np.stack([ARRAY * np.sin(2.0 * np.pi * time / PERIOD), change * ARRAY * time / PERIOD], axis=1)
+    time = np.linspace(0.0, 5.0 * SLOW_PERIOD, 501)
+    place = np.stack(
+        [ARRAY_CLEARANCE * np.sin(2.0 * np.pi * time / SLOW_PERIOD), change * ARRAY_CLEARANCE * time / SLOW_PERIOD], axis=1
+    )
     return xr.Dataset(
-        {"eccentricity": (("time", "joint", "axis"), place[:, None]), "clearance": ("joint", [ARRAY])},
+        {"eccentricity": (("time", "joint", "axis"), place[:, None]), "clearance": ("joint", [ARRAY_CLEARANCE])},
         coords={"time": time, "joint": ["A"], "axis": ["x", "y"]},
     )
 
 
 def test_mismatch_is_the_change_over_a_period():
     """Closed form: a periodic motion has no mismatch; a steady drift adds its change over a period."""
-    assert mismatch(made(0.0), PERIOD) == pytest.approx(0.0, abs=1e-12)
-    assert mismatch(made(0.3), PERIOD) == pytest.approx(0.3, rel=1e-12)
+    assert mismatch(made(0.0), SLOW_PERIOD) == pytest.approx(0.0, abs=1e-12)
+    assert mismatch(made(0.3), SLOW_PERIOD) == pytest.approx(0.3, rel=1e-12)

@@ -113,7 +113,7 @@ def test_parameter_sets_continue_after_an_interruption(small, tmp_path, monkeypa
     assert np.array_equal(whole.points, parts.points)
     assert np.array_equal(whole.agreeing, parts.agreeing)
     assert whole.quasi.tolist() == [True] * 4 + [False] * 2 + [True] * 4 + [False] * 2
-    sobol = parameter_sets.sobol_numbers(parameter_sets.SEED, len(FACTORS), np.arange(8))
+    sobol = parameter_sets.sobol_numbers(parameter_sets.SAMPLING_SEED, len(FACTORS), np.arange(8))
     assert np.array_equal(whole.points[whole.quasi], sobol)
 
     def never(*_: Any) -> None:

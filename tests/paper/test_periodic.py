@@ -14,7 +14,7 @@ from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_dia
 @pytest.fixture
 def sooner(monkeypatch):
     """Shorten the runs: both motions below have settled after 20 periods."""
-    monkeypatch.setattr(periodic, "MEMBERS", 2)
+    monkeypatch.setattr(periodic, "ENSEMBLE_MEMBERS", 2)
     monkeypatch.setattr(periodic, "GROWTH_CYCLES", 60)
     monkeypatch.setattr(periodic, "GROWTH_SKIP", 20)
 

@@ -27,7 +27,7 @@ from scissordyn.plot.style import (
     panels,
     small,
 )
-from scissordyn_paper.cases import ARRAY, CLEARANCES, CONTROLLED, FRICTION, PaperCase
+from scissordyn_paper.cases import ARRAY_CLEARANCE, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn_paper.measures import JOINT
 from scissordyn_paper.periodic import read
@@ -94,13 +94,13 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
 
     milli = 1e3 * ideal["time"].values
     for label, case, color in (
-        ("concentric start, no control", PaperCase(ARRAY), BLUE),
-        ("constrained contact", PaperCase(ARRAY, constrained=True), VERMILION),
+        ("concentric start, no control", PaperCase(ARRAY_CLEARANCE), BLUE),
+        ("constrained contact", PaperCase(ARRAY_CLEARANCE, constrained=True), VERMILION),
     ):
         stroke.plot(milli, 1e-3 * runs[case]["drive_torque"].values, color=color, linewidth=LINE_WIDTH, label=label)
     stroke.plot(milli, 1e-3 * ideal["drive_torque"].values, label="ideal joints", **IDEAL)
     stroke.set(ylabel="torque [kN·m]", xlabel="time [ms]")
-    stroke.set_title(f"(a) stroke, {1e3 * ARRAY:g} mm", loc="left", fontsize=normal())
+    stroke.set_title(f"(a) stroke, {1e3 * ARRAY_CLEARANCE:g} mm", loc="left", fontsize=normal())
 
     for size, color in zip(CONTROLLED, COLOURS, strict=True):
         more = runs[PaperCase(size, constrained=True)]["drive_torque"].values - ideal["drive_torque"].values

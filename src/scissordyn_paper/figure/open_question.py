@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
 
-SMALLEST = 1e-3  # Smaller and negative values are drawn here
+DRAWN_RATIO_MIN = 1e-3  # Smaller and negative values are drawn here
 
 
 def draw_ratios(answers: Sequence[Change]) -> Figure:
@@ -30,12 +30,12 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
             if one.measure != measure or not one.ratios:
                 continue
             up = names.index(one.what) + (0.16 if one.manoeuvre == "stroke" else -0.16)
-            ratios = np.maximum(np.array(one.ratios), SMALLEST)
-            below = np.array(one.ratios) < SMALLEST
+            ratios = np.maximum(np.array(one.ratios), DRAWN_RATIO_MIN)
+            below = np.array(one.ratios) < DRAWN_RATIO_MIN
             colour = COLOURS[one.manoeuvre]
             axes.plot(ratios[~below], np.full(int(np.sum(~below)), up), "o", ms=3.0, alpha=0.5, mew=0.0, color=colour)
             axes.plot(ratios[below], np.full(int(np.sum(below)), up), "<", ms=4.0, mew=0.0, color=colour)
-            axes.plot([max(float(np.median(one.ratios)), SMALLEST)] * 2, [up - 0.13, up + 0.13], color=colour, lw=1.5)
+            axes.plot([max(float(np.median(one.ratios)), DRAWN_RATIO_MIN)] * 2, [up - 0.13, up + 0.13], color=colour, lw=1.5)
         axes.axvline(1.0, color="0.6", lw=0.8)
         axes.set_xscale("log")
         axes.set_title(title, loc="left", fontsize=normal())

@@ -196,16 +196,21 @@ def fit(
         case = read_case(case)
     mechanism = case.mechanism if isinstance(case, Case) else case
     chosen = options or (case.run if isinstance(case, Case) else Options(1.0, "as-placed"))
-    curves: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
-    if not curves:
-        raise InputError("no measured curves are given", "at least one file", "--data decay.csv")
-    units = known_headings(mechanism, chosen) if any(not isinstance(record, Measured) for record in curves) else {}
-    records = [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
+    records = _records(data, mechanism, chosen)
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
     numbers = [_free(mechanism, parameter, text) for parameter, text in wanted.items()]
     return fit_parameters(
         mechanism, chosen, records, numbers, segment=segment, deviations=deviations, jump=jump, most=most, progress=progress
     )
+
+
+def _records(data: Data | Sequence[Data], mechanism: Mechanism, options: Options) -> list[Measured]:
+    """Return the measured records of a fit, read from their files."""
+    curves: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
+    if not curves:
+        raise InputError("no measured curves are given", "at least one file", "--data decay.csv")
+    units = known_headings(mechanism, options) if any(not isinstance(record, Measured) for record in curves) else {}
+    return [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
 
 
 def _free(mechanism: Mechanism, parameter: str, given: str | tuple[float, float] | None) -> Free:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from scissordyn.periodic.stroboscope import drive_period, make_consistent
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.trajectory import Trajectory
-from scissordyn.run.advance.driver import Snapshot
+from scissordyn.run.advance.driver import Driver, Snapshot
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import compute, make_driver
 from scissordyn.units import checked
@@ -101,24 +101,20 @@ def separation_exponent(
     reference = drivers[0].snapshot()
     difference = _first_tangent(system, reference.y, n, pulse, seed)
     companion = _place_companion(system, reference, reference, difference, first)
+    drivers[1].restore(companion)
     growth: list[float] = []
     together, status, cause = 0, "complete", ""
     times = part * np.arange(1, cycles * intervals + 1)
-    drivers[1].restore(companion)
     try:
         for pair in zip(*(stops(driver, times.tolist(), Options.most_steps) for driver in drivers), strict=True):
-            interval = pair[0].number + 1
             if cause := pair[0].cause or pair[1].cause:
                 status = "failed"
                 break
-            reference, companion = (driver.snapshot() for driver in drivers)
-            difference = companion.y - reference.y
-            apart = _norm(difference, n, pulse)
+            apart, same = _rescale(system, drivers, n, pulse, first)
             growth.append(math.log(apart / first))
-            together += int(np.array_equal(reference.mode, companion.mode))
-            drivers[1].restore(_place_companion(system, reference, companion, difference, first / apart))
-            if progress is not None and interval % intervals == 0:
-                progress(interval // intervals, cycles)
+            together += same
+            if progress is not None and (pair[0].number + 1) % intervals == 0:
+                progress((pair[0].number + 1) // intervals, cycles)
     except KeyboardInterrupt:
         status, cause = "interrupted", "interrupted"
     result = _make_result(mechanism, growth, part, skip * intervals, "two trajectories", status, cause)
@@ -238,6 +234,15 @@ def _propagate_tangent(path: Trajectory, tangent: np.ndarray, first: int, subste
 def _check_counts(**counts: int) -> None:
     for name, count in counts.items():
         whole_number(name, count)
+
+
+def _rescale(system: Handle, drivers: Sequence[Driver], n: int, pulse: float, first: float) -> tuple[float, bool]:
+    """Rescale the companion to the distance `first`; return its distance before, and whether both have the same contacts."""
+    reference, companion = (driver.snapshot() for driver in drivers)
+    difference = companion.y - reference.y
+    apart = _norm(difference, n, pulse)
+    drivers[1].restore(_place_companion(system, reference, companion, difference, first / apart))
+    return apart, bool(np.array_equal(reference.mode, companion.mode))
 
 
 def _norm(difference: np.ndarray, n: int, pulse: float) -> float:

@@ -292,14 +292,48 @@ class _Life:
         return dataclasses.asdict(self.settings)
 
     def dataset(self, status: str, cause: str) -> xr.Dataset:
-        """Return the result of all simulated states, with its status and the reason why it is not complete."""
+        """Return the result so far."""
         states, tracks = self.states, [track.name for track in self.mechanism.tracks]
+        variables: dict[str, Any] = {
+            name: (dims, values, {"units": units, "long_name": text})
+            for name, (dims, values, units, text) in self._columns().items()
+        }
+        variables |= Loads.columns([state.loads for state in states])
+        run = xr.Dataset(
+            variables,
+            coords={
+                "cycle": ("state", np.array([state.cycle for state in states]), {"units": "1", "long_name": "cycle"}),
+                "joint": ("joint", np.array(self.names, dtype=object)),
+                "track": ("track", np.array(tracks, dtype=object)),
+                "angle": (
+                    "angle",
+                    2.0 * np.pi * np.arange(self.settings.angles) / self.settings.angles,
+                    {"units": "rad", "long_name": "angle in the frame of the bearing's body"},
+                ),
+            },
+            attrs={
+                "title": TITLE,
+                "status": status,
+                "cause": cause,
+                "cycles": self.settings.cycles,
+                "simulated_cycles": len(states) * self.runner.cycles_each,
+                "cycle_time": self.runner.cycle_time,
+                "settings": json.dumps(self._settings()),
+                "configuration": self._configuration(),
+                "warnings": json.dumps(self.warnings),
+            },
+        )
+        return add_lives(run, self.mechanism, self.settings)
+
+    def _columns(self) -> Mapping[str, tuple[tuple[str, ...], Any, str, str]]:
+        """Return dimensions, values, unit and meaning of the variables of a wear by state."""
+        states = self.states
         depths = np.array([state.depths for state in states])
         clearance = np.array([bearing.clearance for bearing in self.bearings])
         area = np.array([bearing.area for bearing in self.bearings])
         largest = depths.max(axis=-1)
         loads = [state.loads for state in states]
-        described: Mapping[str, tuple[tuple[str, ...], Any, str, str]] = {
+        return {
             "depth": (("state", "joint", "angle"), depths, "m", "depth of the worn bearing, by angle in the frame of its body"),
             "depth_largest": (("state", "joint"), largest, "m", "largest depth of the worn bearing"),
             "depth_error": (
@@ -344,35 +378,6 @@ class _Life:
             "clearance": (("joint",), clearance, "m", "radial clearance of the round bearing"),
             "bearing_radius": (("joint",), np.array([bearing.radius for bearing in self.bearings]), "m", "bearing radius"),
         }
-        variables = {
-            name: (dims, values, {"units": units, "long_name": text}) for name, (dims, values, units, text) in described.items()
-        }
-        variables |= Loads.columns(loads)
-        run = xr.Dataset(
-            variables,
-            coords={
-                "cycle": ("state", np.array([state.cycle for state in states]), {"units": "1", "long_name": "cycle"}),
-                "joint": ("joint", np.array(self.names, dtype=object)),
-                "track": ("track", np.array(tracks, dtype=object)),
-                "angle": (
-                    "angle",
-                    2.0 * np.pi * np.arange(self.settings.angles) / self.settings.angles,
-                    {"units": "rad", "long_name": "angle in the frame of the bearing's body"},
-                ),
-            },
-            attrs={
-                "title": TITLE,
-                "status": status,
-                "cause": cause,
-                "cycles": self.settings.cycles,
-                "simulated_cycles": len(states) * self.runner.cycles_each,
-                "cycle_time": self.runner.cycle_time,
-                "settings": json.dumps(self._settings()),
-                "configuration": self._configuration(),
-                "warnings": json.dumps(self.warnings),
-            },
-        )
-        return add_lives(run, self.mechanism, self.settings)
 
 
 def _period(mechanism: Mechanism, settings: Wear) -> float | None:

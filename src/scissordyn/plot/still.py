@@ -98,7 +98,6 @@ def structure(
         If `times` is empty, a named joint has no clearance, or the bars lack data for `bars`.
     """
     larger_symbols = 1.6  # size of blocks, loads and symbols relative to films, whose pictures are larger
-    few = 1  # number of magnified joints in a one-column figure
     side_by_side = 2.0  # structures narrower than this ratio of width to height are drawn side by side
     run, mechanism = select_window(run, start, end), mechanism or mechanism_of(run)
     time = run["time"].values
@@ -111,26 +110,20 @@ def structure(
         run = magnified_deflection(run, mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
     chosen = guides_for_contacts(mechanism, largest)
-    if is_column() and joint is None:
-        chosen = chosen[:few]
+    if is_column() and joint is None:  # a narrow figure magnifies one joint
+        chosen = chosen[:1]
     guides = [guide.name for guide in mechanism.guides if guide.name in chosen]
     look: dict[str, Any] = {"guides": guides, "on_bars": bars, "larger": larger_symbols, "between": False}
     scene = scene_of(run, mechanism, np.array(samples), clearance_pins(run), **look)
     width, height = scene.high - scene.low
     tall = bool(width < side_by_side * height) and not is_column()
     stills, panels = _structure_panels(tall, float(width / height), len(samples), len(chosen))
-    until, larger = predictability_horizon(run), f", deflections {magnify:g}×" if magnify != 1.0 else ""
-    drawings = []
-    for k, axes in enumerate(stills):
-        drawings.append(Drawing(axes, scene))
-        drawings[-1].show(k)
-        number = f"{k + 1}: " if len(samples) > 1 and chosen else ""
-        axes.set_title(f"{number}{scene.instant(k, digits=3)}{larger}", loc="left", fontsize=small())
-        if until is not None and scene.time[k] > until:
-            # the orbits have an entry of their own in the legend
-            label = None if set(chosen) - set(guides) else BEYOND_HORIZON
-            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": label}
-            axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
+    larger = f", deflections {magnify:g}×" if magnify != 1.0 else ""
+    # orbits have an entry of their own in the legend
+    beyond = None if set(chosen) - set(guides) else BEYOND_HORIZON
+    drawings = _draw_instants(
+        stills, scene, larger, predictability_horizon(run), beyond, numbered=len(samples) > 1 and bool(chosen)
+    )
     channels = {view.name: view for view in scene.channels}
     for name, panel in zip(chosen, panels, strict=True):
         if name in channels:
@@ -148,6 +141,22 @@ def structure(
         note_more(drawn, run, [*largest, *drawn_points])
     _write_names(drawings, {joint.name for joint in mechanism.clearance_joints}.difference(chosen))
     return drawn
+
+
+def _draw_instants(
+    stills: Sequence[Axes], scene: Scene, larger: str, until: float | None, beyond: str | None, *, numbered: bool
+) -> list[Drawing]:
+    """Draw the structure at each instant, with its title, on a grey ground beyond the predictability horizon `until`."""
+    drawings = []
+    for k, axes in enumerate(stills):
+        drawings.append(Drawing(axes, scene))
+        drawings[-1].show(k)
+        number = f"{k + 1}: " if numbered else ""
+        axes.set_title(f"{number}{scene.instant(k, digits=3)}{larger}", loc="left", fontsize=small())
+        if until is not None and scene.time[k] > until:
+            shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": beyond}
+            axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
+    return drawings
 
 
 def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:

@@ -43,6 +43,9 @@ class _Limit(NamedTuple):
     reason: str
 
 
+_Row = tuple[tuple[float, ...], tuple[bool, ...], _Limit]  # derivatives, whether they are smooth, and their limit
+
+
 @checked
 def gradient(
     mechanism: Annotated[Mechanism, Meaning("a mechanism", "read_case('case.toml').mechanism")],
@@ -116,23 +119,19 @@ def gradient(
     compared = any(MEASURES[response.measure].compares for response in responses)
     ideal = ideal_path(made, options) if compared else None
     parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
-    values, slopes, smooth, limits = np.full(len(responses), math.nan), [], [], list[_Limit]()
-    integrals, misfit, runs = any(response.measure in INTEGRAL_MEASURES for response in responses), 0.0, 0
+    integrals = any(response.measure in INTEGRAL_MEASURES for response in responses)
+    derive = partial(forward, made, options, integrals=integrals, ideal=ideal, progress=progress)
+    values, rows, misfit, runs = np.full(len(responses), math.nan), list[_Row](), 0.0, 0
     for first in range(0, len(parameters), DERIVATIVES):
-        several = parameters[first : first + DERIVATIVES]
-        run = forward(made, options, seeds[first : first + DERIVATIVES], integrals=integrals, ideal=ideal, progress=progress)
+        run = derive(seeds[first : first + DERIVATIVES])
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
-        for k, parameter in enumerate(several):
-            here = partial(_changed, mechanism, parameter)
-            pairs = [derivative_of(run, k, response, here) for response in responses]
-            slopes.append([slope for slope, _ in pairs])
-            smooth.append([same for _, same in pairs])
-            limits.append(_limit(run, k, change))
+        rows += _rows(run, mechanism, parameters[first : first + DERIVATIVES], responses, change)
     _check_known(responses, values)
-    if misfit > DATA_TOL:
+    if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
-    found = _dataset(responses, parameters, values, np.array(slopes).T, np.array(smooth).T, limits)
+    slopes, smooth = (np.array([row[k] for row in rows]).T for k in range(2))
+    found = _dataset(responses, parameters, values, slopes, smooth, [row[2] for row in rows])
     seconds = clocks.perf_counter() - began
     found.attrs = {
         "title": TITLE,
@@ -142,6 +141,18 @@ def gradient(
         "statistics": json.dumps({"runs": runs, "seconds": seconds, "misfit": misfit}),
     }
     return found
+
+
+def _rows(
+    run: Forward, mechanism: Mechanism, parameters: Sequence[Parameter], responses: Sequence[Response], change: float
+) -> list[_Row]:
+    """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
+    rows = list[_Row]()
+    for k, parameter in enumerate(parameters):
+        here = partial(_changed, mechanism, parameter)
+        slopes, smooth = zip(*(derivative_of(run, k, response, here) for response in responses), strict=True)
+        rows.append((slopes, smooth, _limit(run, k, change)))
+    return rows
 
 
 def check_derivable(made: Plan, options: Options) -> None:

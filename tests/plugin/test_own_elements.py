@@ -340,11 +340,11 @@ def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"slot": "frictoin"}, r"slot = 'frictoin' \(did you mean 'friction'\?\)"),
+        ({"slot": "frictoin"}, r"unknown slot 'frictoin' of an element \(did you mean 'friction'\?\)"),
         ({"slot": "stiffness", "states": (sd.State("z", "m", scale=1.0),)}, r"stiffness law 'Own' cannot have internal states"),
         ({"slot": "friction", "states": (sd.State("z", "m"),)}, r"state 'z' has no unit or no error scale"),
         ({"slot": "friction", "states": ("z",)}, r"state 'z' has no unit or no error scale"),
-        ({"slot": "friction", "froce": 1}, r"froce of a friction law \(did you mean 'force'\?\)"),
+        ({"slot": "friction", "froce": 1}, r"unknown keyword 'froce' of a friction law \(did you mean 'force'\?\)"),
     ],
 )
 def test_wrong_declaration(options: dict[str, object], message: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 WORD = r"(?:[GMkmµn]?(?:N|J|W|Pa|Hz|s|m|g|rad)|deg|rpm|%|times|steps)(?:\^?\d|[²³])?"
@@ -19,6 +19,9 @@ SOURCE = re.compile(
     r"|`(?:pytest )?(?:tests|benchmarks)/|`python -m |Check by hand"
 )
 """A citation, a closed form with a test of its own, or the program that gives the numbers of a section."""
+
+WALL_TIME = re.compile(r"simulated in [\d.]+ (?:µs|ms|s|min)")
+"""Time that a run takes, which differs with each machine."""
 
 MARKER = re.compile(r"<!-- numbers: (.*?) -->")
 """Commands, tests or pages that give the numbers of a section, or of the page if it stands before the second heading."""
@@ -115,10 +118,34 @@ def without_evidence(page: str, printed: Iterable[str] | None = None) -> list[st
     return [f"{one.text} {one.unit}".strip() for one in missing]
 
 
-def printed_blocks(page: str) -> Iterator[tuple[str, str, str]]:
-    """Yield language, code and printed text of each block of code that a block of text follows at once."""
-    pattern = r"^```(sh|python)\n(.*?)^```\n(?:\s*It prints:|\s*They print:|)\s*^```text\n(.*?)^```"
-    yield from re.findall(pattern, page, re.DOTALL | re.MULTILINE)
+TYPED = re.compile(r"^( *)```(sh|console|python|toml|\{code-cell\} ipython3)\n(.*?)^ *```\n", re.DOTALL | re.MULTILINE)
+PRINTED = re.compile(r"\s*(?:(?!```)[^\n#|][^\n]*\n)*\s*```text\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Block of a page that a reader types, and what it prints."""
+
+    language: str  # "sh", "console", "python" or "toml"
+    code: str
+    printed: str  # Text that follows at once, or after a paragraph that ends with a colon; "" if none does
+
+
+def typed_blocks(page: str) -> list[Block]:
+    """Return the blocks of files, Python and commands of a page, in their order."""
+    found = []
+    for block in TYPED.finditer(page):
+        indent, language, code = block.groups()
+        code = re.sub(rf"^{indent}", "", code, flags=re.MULTILINE)
+        after = PRINTED.match(page, block.end())
+        between = after[0].partition("```")[0].strip() if after else ""
+        printed = after[1] if after and (not between or between.endswith(":")) else ""
+        if language == "console":
+            printed = "".join(line for line in code.splitlines(keepends=True) if not line.startswith("$ "))
+        if "code-cell" in language:
+            language, code = "python", re.sub(r"^:.*\n", "", code, flags=re.MULTILINE)
+        found.append(Block(language, code, printed))
+    return found
 
 
 def differing(shown: str, printed: str) -> list[str]:
@@ -131,7 +158,7 @@ def differing(shown: str, printed: str) -> list[str]:
 
 
 def _within(part: str, printed: str) -> bool:
-    wanted, words = part.split(), printed.split()
+    wanted, words = (re.sub("─+", "─", WALL_TIME.sub("simulated in a while", text)).split() for text in (part, printed))
     return any(
         all(_same(one, other) for one, other in zip(wanted, words[start : start + len(wanted)], strict=False))
         for start in range(len(words) - len(wanted) + 1)

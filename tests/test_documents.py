@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 import shlex
+import shutil
+import subprocess
 import sys
 import tomllib
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import matplotlib as mpl
@@ -17,7 +19,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import typer
-from tests.page_numbers import differing, marked, printed_blocks, sections, without_evidence
+from tests.page_numbers import Block, differing, marked, sections, typed_blocks, without_evidence
 
 import scissordyn as sd
 from reference.free_bodies import Scissor, cycloidal
@@ -29,31 +31,64 @@ mpl.use("Agg")
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 ASKED = DOCS / "decisions" / "measured" / "questions.md"
+TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
 PAGES = sorted((*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), ASKED))
 TEXTS = (*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md")
 
-RUN = """
+SOFT = """
+from pathlib import Path
+
+import scissordyn as sd
+
+arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+law = "def soft(indentation, stiffness):\\n    return stiffness * indentation**1.5\\n"
+Path("my_laws.py").write_text(f"import scissordyn as sd\\n\\n\\n@sd.element(slot='stiffness')\\n{law}")
+soft = arm.replace("A.stiffness", sd.law("stiffness", "my_laws.py:soft")(1e10))
+sd.save(sd.simulate(soft, until=0.01), "run.nc")
+"""
+TWO_RUNS = """
 import scissordyn as sd
 
 arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
 run = other = sd.simulate(arm, until=0.05, samples=201)
 """
-GIVEN = {
-    "explorer.md": RUN,
-    "pictures.md": RUN + "sd.save(run, 'run.nc')\nsd.save(run, 'b.nc')",
-    "files.md": RUN
-    + """
-from pathlib import Path
-
-law = "def soft(indentation, stiffness):\\n    return stiffness * indentation**1.5\\n"
-Path("my_laws.py").write_text(f"import scissordyn as sd\\n\\n\\n@sd.element(slot='stiffness')\\n{law}")
-soft = arm.replace("A.stiffness", sd.law("stiffness", "my_laws.py:soft")(1e10))
-sd.save(sd.simulate(soft, until=0.01), "run.nc")
-""",
-}
+GIVEN = {"explorer.md": TWO_RUNS, "files.md": SOFT}
 """Code that the text around the examples of a page assumes."""
 
-LONG = ("analysis.md", "control.md", "gradients.md")  # Pages whose code takes more than some seconds
+NOT_TYPED = {
+    "pip install": "installs packages",
+    "python3 -m venv": "makes an environment",
+    "source .venv/bin/activate": "enters this environment",
+    "cd scissordyn": "is for the folder of the sources",
+    "make": "installs packages and takes minutes",
+    "scissordyn explore": "serves a page until Ctrl-C, as in tests/explore",
+    "scissordyn paper": "takes many minutes; tests/paper tests its parts",
+    "python tests/compiler/test_tables.py": "writes digests of tables after an intended change",
+    "SCISSORDYN_ENGINE=python": "is slow; `make bounds` runs kernels in Python",
+    "solar_array.db": "takes many minutes; its answers are in docs/decisions/measured/study_results.md",
+    "scissordyn motor": "is what the marker of its section runs",
+    "lift_table.db": "takes minutes, as in tests/studies/test_lifts.py",
+    "bars.db": "takes ten minutes",
+    "dask": "serves until Ctrl-C, as in tests/studies/test_cluster.py",
+    "scissordyn sweep --scheduler": "needs other machines, as in tests/studies/test_cluster.py",
+    "scissordyn sweep --cluster": "needs a queueing system, as in tests/studies/test_slurm.py",
+}
+"""Words of commands that no test of a page types, and why. Blocks of `bash` need root or a home folder, as in test_slurm.py."""
+
+WITH_OWN_SOURCES = ("validation.md", "claims.md", "release.md")  # Pages whose results are those of other programs or pages
+SLOW = (
+    *(
+        "README.md",
+        "analysis.md",
+        "before_a_run.md",
+        "bending.md",
+        "choose_contact_and_friction_law.md",
+        "cluster.md",
+        "control.md",
+    ),
+    *("design_study.md", "files.md", "fit_measured_data.md", "gallery.md", "gradients.md", "studies.md", "wear.md"),
+)
+"""Pages that take more than some seconds."""
 
 
 def name(path: Path) -> str:
@@ -67,35 +102,118 @@ def blocks(text: str, language: str) -> list[str]:
     return [re.sub(rf"^{indent}", "", code, flags=re.MULTILINE) for indent, code in found]
 
 
+def command_lines(block: str) -> list[str]:
+    """Return the commands of a block of shell, without those that are comments; of a console those behind the prompt."""
+    lines = block.replace("\\\n", " ").splitlines()
+    if any(line.startswith("$ ") for line in lines):
+        lines = [line[2:] for line in lines if line.startswith("$ ")]
+    return [line for line in lines if shlex.split(line, comments=True)]
+
+
 def commands(text: str) -> list[list[str]]:
-    """The words of each command of the blocks of shell; comments are left out."""
-    lines = [line for block in blocks(text, "sh") for line in block.replace("\\\n", " ").splitlines()]
-    return [words for line in lines if (words := shlex.split(line, comments=True))]
+    """Return the words of each command of the blocks of shell."""
+    found = [*blocks(text, "sh"), *blocks(text, "console")]
+    return [shlex.split(line, comments=True) for block in found for line in command_lines(block)]
 
 
-def pages_with_python() -> list[object]:
-    """Pages outside the tutorials that have Python; the long ones as slow tests."""
-    found = [page for page in PAGES if page.parent.name != "tutorials" and blocks(page.read_text(encoding="utf-8"), "python")]
-    assert len(found) > 10
-    slow = pytest.mark.slow
-    return [pytest.param(page, id=name(page), marks=slow if page.name in LONG else ()) for page in found]
+def reason_not_typed(words: list[str]) -> str:
+    """Return why a command is not typed; "" if it is."""
+    return next((reason for key, reason in NOT_TYPED.items() if set(key.split()) <= set(words)), "")
 
 
-@pytest.mark.parametrize("page", pages_with_python())
-def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """Contract: all Python of a page, one block after the other, in an empty folder; what it prints is what the page shows."""
+Say = Callable[[list[str]], str]
+
+
+@pytest.fixture
+def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Say:
+    """Runs a command in an empty folder: what it says; nothing if that goes into the file behind ">"."""
     monkeypatch.chdir(tmp_path)
-    module = types.ModuleType("example")
-    monkeypatch.setitem(sys.modules, "example", module)  # where the annotations of classes are looked up
-    known = vars(module)
-    exec(GIVEN.get(page.name, ""), known)
-    text = page.read_text(encoding="utf-8")
-    shown = {code: printed for language, code, printed in printed_blocks(text) if language == "python"}
-    for code in blocks(text, "python"):
+
+    def said(words: list[str]) -> str:
         capsys.readouterr()
-        exec(compile(code, str(page), "exec"), known)
-        assert not differing(shown.get(code, ""), capsys.readouterr().out)
+        *command, target = [*words[1:-2], words[-1]] if ">" in words else [*words[1:], ""]
+        assert status_of(command) == 0, words
+        answer = capsys.readouterr().out
+        if target:
+            (tmp_path / target).write_text(answer, encoding="utf-8")
+            return ""
+        return answer
+
+    return said
+
+
+class Reader:
+    """Types a page as a reader does, in an empty folder: its files, its Python and its commands in their order."""
+
+    def __init__(self, say: Say, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.say, self.folder, self.capsys = say, folder, capsys
+        self.module = types.ModuleType("example")
+        self.printed: list[str] = []  # What the commands print
+
+    def read(self, page: Path) -> None:
+        text = page.read_text(encoding="utf-8")
+        exec(GIVEN.get(page.name, ""), vars(self.module))
+        for block in typed_blocks(text):
+            if named := re.match(r"# (\w+\.\w+)\n", block.code):
+                (self.folder / named[1]).write_text(block.code, encoding="utf-8")
+            if block.language in ("sh", "console"):
+                self._command(block)
+            elif block.language == "python":
+                self.capsys.readouterr()
+                exec(compile(block.code, str(page), "exec"), vars(self.module))
+                assert not differing(block.printed, self.capsys.readouterr().out)
+
+    def _command(self, block: Block) -> None:
+        said = ""
+        for line in command_lines(block.code):
+            words = shlex.split(line, comments=True)
+            if reason_not_typed(words):
+                continue
+            if words[0] == "scissordyn":
+                said += self.say(words) + "\n"
+            else:  # a program of the system, for example to compare digits
+                said += subprocess.run(["bash", "-c", line], cwd=self.folder, check=True, capture_output=True, text=True).stdout
+        assert bool(block.printed.strip()) == bool(said.strip()), f"not followed by what it prints:\n{block.code}\n{said}"
+        assert not differing(block.printed, said), said
+        self.printed.append(said)
+
+
+@pytest.fixture
+def reader(say: Say, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Reader]:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    found = Reader(say, tmp_path, capsys)
+    monkeypatch.setitem(sys.modules, "example", found.module)  # where the annotations of classes are looked up
+    yield found
     plt.close("all")
+
+
+def typed_pages() -> list[object]:
+    """Return the pages with code or commands; the long ones as slow tests."""
+    typed = {page: typed_blocks(page.read_text(encoding="utf-8")) for page in TEXTS if page not in (TASK, ASKED)}
+    # tutorials without commands are notebooks, which the build of the site runs
+    commanding = [page for page, found in typed.items() if any(block.language in ("sh", "console") for block in found)]
+    found = [page for page, found in typed.items() if found and (page in commanding or page.parent.name != "tutorials")]
+    assert len(found) > 20
+    return [pytest.param(page, id=name(page), marks=pytest.mark.slow if page.name in SLOW else ()) for page in found]
+
+
+@pytest.mark.parametrize("page", typed_pages())
+def test_page_does_what_it_shows(page: Path, reader: Reader) -> None:
+    """Cross-check: everything that a page has a reader type, and what it prints, to the digits shown; results have a source."""
+    reader.read(page)
+    text = page.read_text(encoding="utf-8")
+    marks = [one for section in sections(text) for one in marked(section) if one.startswith("scissordyn ")]
+    answers = [*reader.printed, *(reader.say(shlex.split(one)) for one in marks)]
+    if page.name not in WITH_OWN_SOURCES:
+        assert not without_evidence(text, answers)
+
+
+def test_reasons_are_of_commands() -> None:
+    """Contract: each command that is not typed is on a page."""
+    words = [words for page in TEXTS for words in commands(page.read_text(encoding="utf-8"))]
+    assert {next(key for key in NOT_TYPED if set(key.split()) <= set(one)) for one in words if reason_not_typed(one)} == set(
+        NOT_TYPED
+    )
 
 
 @pytest.mark.parametrize("page", TEXTS, ids=name)
@@ -107,6 +225,8 @@ def test_commands_are_understood(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     for words in commands(text):
         match words:
+            case ["scissordyn", "--version"]:
+                pass
             case ["scissordyn", command, *rest]:
                 rest = rest[: rest.index(">")] if ">" in rest else rest
                 group.get_command(None, command).make_context(command, list(rest))  # type: ignore[attr-defined]
@@ -117,7 +237,7 @@ def test_commands_are_understood(page: Path) -> None:
                 extra = re.search(r"\[(\w+)\]", what)
                 assert what == "." or (extra is not None and extra[1] in extras), words
             case _:
-                assert words[:2] in (["dask", "scheduler"], ["dask", "worker"]) or words[0] == "sqlite3", words
+                assert reason_not_typed(words) or words[0] == "sqlite3", words
     for table in blocks(text, "toml"):
         assert tomllib.loads(table)
 
@@ -127,62 +247,6 @@ def write_tables(page: Path, folder: Path) -> None:
     for table in blocks(page.read_text(encoding="utf-8"), "toml"):
         if named := re.match(r"# (\w+\.toml)$", table, re.MULTILINE):
             (folder / named[1]).write_text(table, encoding="utf-8")
-
-
-Say = Callable[[list[str]], str]
-
-
-@pytest.fixture
-def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Say:
-    """Runs a command in an empty folder: what it says, which goes into the file behind ">" where there is one."""
-    monkeypatch.chdir(tmp_path)
-
-    def said(words: list[str]) -> str:
-        capsys.readouterr()
-        *command, target = [*words[1:-2], words[-1]] if ">" in words else [*words[1:], ""]
-        assert status_of(command) == 0, words
-        answer = capsys.readouterr().out
-        if target:
-            (tmp_path / target).write_text(answer, encoding="utf-8")
-        return answer
-
-    return said
-
-
-@pytest.mark.parametrize(
-    ("page", "least"),
-    [
-        pytest.param("docs/files.md", 18, id="files", marks=pytest.mark.slow),
-        pytest.param("docs/before_a_run.md", 5, id="before", marks=pytest.mark.slow),
-        pytest.param("docs/gallery.md", 6, id="gallery", marks=pytest.mark.slow),
-        pytest.param("docs/report_a_result.md", 3, id="report"),
-        pytest.param("docs/index.md", 2, id="index"),
-        pytest.param("docs/howto/cluster.md", 6, id="cluster", marks=pytest.mark.slow),
-        pytest.param("README.md", 4, id="readme", marks=pytest.mark.slow),
-        pytest.param("docs/bending.md", 12, id="bending", marks=pytest.mark.slow),
-        pytest.param("docs/choose_contact_and_friction_law.md", 3, id="choose", marks=pytest.mark.slow),
-        pytest.param("docs/studies.md", 0, id="studies", marks=pytest.mark.slow),  # the commands of its markers alone
-    ],
-)
-def test_commands_run(page: str, least: int, tmp_path: Path, say: Say) -> None:
-    """Cross-check: the commands of a page and of its markers, but for other machines, a browser or minutes; its numbers."""
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
-    write_tables(ROOT / page, tmp_path)
-    text = (ROOT / page).read_text(encoding="utf-8")
-    shown = {code: printed for language, code, printed in printed_blocks(text) if language == "sh"}
-    answers, count = list[str](), 0
-    for block in blocks(text, "sh") if least else ():
-        ours = [words for words in commands(f"```sh\n{block}```") if words[0] == "scissordyn" and _runs_here(words)]
-        said = "\n".join(say(words) for words in ours)
-        assert not differing(shown.get(block, ""), said)
-        answers, count = [*answers, said], count + len(ours)
-    assert count >= least
-    answers += [say(shlex.split(one)) for section in sections(text) for one in marked(section) if one.startswith("scissordyn ")]
-    assert not without_evidence(text, answers)
-
-
-def _runs_here(words: list[str]) -> bool:
-    return words[1] not in ("explore", "paper", "bifurcation") and not any(word.startswith("/shared/") for word in words)
 
 
 RUN_PAGES = (
@@ -211,7 +275,7 @@ def test_results_have_a_source(page: Path) -> None:
             assert page.name in RUN_PAGES, "the commands of a marker run with those of its page"
         else:
             assert (ROOT / one).exists(), one
-    if page.name not in RUN_PAGES and page.name not in ("validation.md", "claims.md", "release.md"):
+    if page.name not in RUN_PAGES and page.name not in WITH_OWN_SOURCES:
         assert not without_evidence(text)
 
 
@@ -252,9 +316,6 @@ def test_questions_asked_elsewhere(tmp_path: Path, say: Say) -> None:
     assert f"| {rocker:.4g} rad" in text
     energy = float(ball["kinetic_energy [J]"]) + float(ball["potential_energy [J]"])
     assert energy / 9.81 == pytest.approx(10.0, rel=1e-6)
-
-
-TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
 
 
 def describe_task(folder: Path, say: Say, *changes: str) -> list[list[str]]:

@@ -14,12 +14,13 @@ import math
 import os
 import subprocess
 import sys
+import threading
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -165,22 +166,21 @@ class Entry:
         """Return a Python function that calls the entry in a library."""
         called = getattr(compiled, self.symbol)
         kinds = [hint for name, hint in self.hints.items() if name != "return"]
+        fields = [_field(self.python.__name__, "argument", hint) for hint in kinds]
         called.argtypes = [part for hint in kinds for part in _words(hint)]
         called.restype = {int: ctypes.c_int64, float: ctypes.c_double, bool: ctypes.c_bool}.get(self.hints["return"])
 
         def call(*arguments: Any) -> Any:
             words: list[Any] = []
             blocks = []
-            for hint, argument in zip(kinds, arguments, strict=True):
-                if hint is int:
-                    words.append(int(argument))
-                elif hint is float:
-                    words.append(argument)
-                elif get_origin(hint) is Annotated:
-                    words += _array_words(argument, get_args(hint)[1], self.python.__name__)
-                else:
-                    blocks.append(_memory_of(argument, hint))
+            for field, argument in zip(fields, arguments, strict=True):
+                if field.array is not None:
+                    words += _array_words(argument, field.array, self.python.__name__)
+                elif field.nested:
+                    blocks.append(_memory_of(argument, field.hint))
                     words.append(blocks[-1].ctypes.data)
+                else:
+                    words.append(int(argument) if field.hint is int else argument)
             return called(*words)
 
         return call
@@ -233,18 +233,30 @@ def _describe_value(part: Any) -> str:
 class Handle:
     """Named tuple of arrays, or of named tuples, laid out in memory as in C; kernels receive its address."""
 
-    def __init__(self, content: Any) -> None:
+    def __init__(self, content: Any, like: Handle | None = None) -> None:
+        """Write the addresses of all arrays; those of tuples that `like` has too are copied from there."""
         self.content = content
-        self._memory = _memory_of(content, type(content))
+        self.lock = threading.RLock()  # held by one thread at a time where several may evaluate the same system
+        self._memory = _memory_of(content, type(content), like)
         self.address = int(self._memory.ctypes.data)
         _HANDLES[self.address] = self
 
+    def replace(self, **parts: Any) -> None:
+        """Replace fields by others of the same type; the address of the tuple does not change."""
+        described: Any = type(self.content)
+        self.content = self.content._replace(**parts)
+        first = 0
+        for name, field in zip(described._fields, _fields_in_memory(described), strict=True):
+            if name in parts:
+                words: list[int] = []
+                _append_field(field, parts[name], words)
+                self._memory[first : first + field.words] = words
+            first += field.words
+        self.__dict__.pop("opened", None)
+
     def exchange(self, part: str, **arrays: Any) -> None:
         """Replace arrays of a part by arrays of the same type; the address of the tuple does not change."""
-        content = self.content._replace(**{part: getattr(self.content, part)._replace(**arrays)})
-        self._memory[:] = _memory_of(content, type(content))
-        self.content = content
-        self.__dict__.pop("opened", None)
+        self.replace(**{part: getattr(self.content, part)._replace(**arrays)})
 
     @cached_property
     def opened(self) -> Any:
@@ -284,9 +296,12 @@ def with_attributes(content: Any) -> Any:
     return content.view(np.recarray if content.dtype.names else CheckedArray)
 
 
-def _memory_of(content: Any, described: type) -> np.ndarray:
+def _memory_of(content: Any, described: type, like: Handle | None = None) -> np.ndarray:
     words: list[int] = []
-    _append_words(content, described, words)
+    if like is None:
+        _append_words(content, described, words)
+    else:
+        _append_changed(content, described, words, like.content, like._memory.tolist())
     return np.array(words, np.int64)
 
 
@@ -296,27 +311,59 @@ def fields_of(described: type) -> tuple[tuple[str, Any], ...]:
     return tuple(get_type_hints(described, include_extras=True).items())
 
 
+class _Field(NamedTuple):
+    """Field of a named tuple in memory."""
+
+    name: str
+    hint: Any  # type, without parameters
+    array: ArrayType | None  # element type and dimensions of an array
+    nested: bool  # True for a named tuple
+    words: int  # number of words
+
+
 @cache
-def _fields_in_memory(described: type) -> list[tuple[str, Any, ArrayType | None]]:
-    """Return full name, type and `ArrayType` (None for other fields) of each field of a named tuple; cached for speed."""
-    return [
-        (f"{described.__name__}.{name}", get_origin(hint) or hint, get_args(hint)[1] if get_origin(hint) is Annotated else None)
-        for name, hint in fields_of(described)
-    ]
+def _fields_in_memory(described: type) -> list[_Field]:
+    """Return all fields of a named tuple; the cache saves half of the time of `_append_words`."""
+    return [_field(described.__name__, name, hint) for name, hint in fields_of(described)]
+
+
+def _field(owner: str, name: str, hint: Any) -> _Field:
+    name, kind = f"{owner}.{name}", get_origin(hint) or hint
+    if kind is Annotated:
+        return _Field(name, kind, get_args(hint)[1], False, len(_words(hint)))
+    if hasattr(kind, "_fields"):
+        return _Field(name, kind, None, True, sum(field.words for field in _fields_in_memory(kind)))
+    return _Field(name, kind, None, False, len(get_args(hint)) or 1)
 
 
 def _append_words(content: Any, described: type, words: list[int]) -> None:
-    for (name, hint, array), part in zip(_fields_in_memory(described), content, strict=True):
-        if array is not None:
-            words += _array_words(part, array, name)
-        elif hint is tuple:
-            words += part
-        elif not isinstance(part, hint):
-            raise TypeError(f"{name}: {_describe_value(part)} instead of {hint.__name__}")
-        elif isinstance(part, tuple):
-            _append_words(part, hint, words)
+    for field, part in zip(_fields_in_memory(described), content, strict=True):
+        _append_field(field, part, words)
+
+
+def _append_field(field: _Field, part: Any, words: list[int]) -> None:
+    name, hint, array, nested, _ = field
+    if array is not None:
+        words += _array_words(part, array, name)
+    elif hint is tuple:
+        words += part
+    elif not isinstance(part, hint):
+        raise TypeError(f"{name}: {_describe_value(part)} instead of {hint.__name__}")
+    elif nested:
+        _append_words(part, hint, words)
+    else:
+        words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+
+
+def _append_changed(content: Any, described: type, words: list[int], other: Any, known: list[int]) -> None:
+    """Append the words of a tuple; those of nested tuples that are also in `other` are copied from the words `known`."""
+    for field, part, same in zip(_fields_in_memory(described), content, other, strict=True):
+        if field.nested and part is same:
+            words += known[len(words) : len(words) + field.words]
+        elif field.nested and isinstance(part, field.hint):
+            _append_changed(part, field.hint, words, same, known)
         else:
-            words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
+            _append_field(field, part, words)
 
 
 class Opener:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Annotated, Any, NamedTuple, get_args
 
 import numpy as np
@@ -41,11 +42,21 @@ class Tableau(NamedTuple):
 def arrays_of(described: type, sizes: Mapping[str, int], ready: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a named tuple: the given ones, and zero arrays with the sizes in the annotations of the others."""
     arrays = dict(ready)
-    for name, hint in fields_of(described):
-        if name not in ready:
-            _, kind, *dimensions = get_args(hint)
-            arrays[name] = np.zeros([size if isinstance(size, int) else sizes[size] for size in dimensions], kind.dtype)
+    for name, dtype, dimensions in _sized_fields(described):
+        if name not in arrays:
+            arrays[name] = np.zeros([size if isinstance(size, int) else sizes[size] for size in dimensions], dtype)
     return arrays
+
+
+@cache
+def _sized_fields(described: type) -> list[tuple[str, Any, list[int | str]]]:
+    """Return name, type and size of each array of a named tuple whose annotation has a size."""
+    fields = []
+    for name, hint in fields_of(described):
+        _, kind, *dimensions = get_args(hint) or (None, None)
+        if dimensions:
+            fields.append((name, kind.dtype, dimensions))
+    return fields
 
 
 def primitives(nodes: np.ndarray) -> np.ndarray:

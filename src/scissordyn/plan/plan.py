@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -69,6 +69,13 @@ class Plan:
         if "branches" in self.__dict__:
             changed.__dict__["branches"] = self.branches
         return changed
+
+    def table(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return a table that follows from the tables of the plan; it is made once for all cases that share them."""
+        made = self.answers.get(name)
+        if made is None:
+            made = self.answers[name] = make()
+        return made
 
     def numbers(self) -> Parameters:
         """Return the parameters of the case in new arrays."""

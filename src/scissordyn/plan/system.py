@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.system import System
+from scissordyn.mechanics.system import FrictionWorkspace, Parameters, System, Workspace
 from scissordyn.mechanics.workspace import initial_state, make_workspace
 from scissordyn.plan.plan import Plan
 
@@ -17,8 +18,25 @@ from scissordyn.plan.plan import Plan
 def make_system(plan: Plan) -> Handle:
     """Return a system at rest with everything open, for one thread."""
     model, numbers = plan.model, plan.numbers()
-    state, work = initial_state(model, plan.angles), make_workspace(model, numbers)
-    return Handle(System(model, numbers, state, work, plan.friction_workspace()))
+    first: Handle = plan.table("system", lambda: _first_system(plan, numbers))
+    state, content = initial_state(model, plan.angles), first.content
+    work = Workspace(*(part.copy() for part in content.work))
+    work.value[0] = numbers.value
+    friction = plan.friction_workspace() if content.friction.component.size else _without_friction(content.friction)
+    friction.gravity[:] = plan.gravity_vector
+    return Handle(System(model, numbers, state, work, friction), first)
+
+
+def _without_friction(first: FrictionWorkspace) -> FrictionWorkspace:
+    """Return a copy of the tables of a mechanism without friction in ideal joints, in which the nested ones are empty."""
+    copies: dict[str, Any] = {name: part.copy() for name, part in first._asdict().items() if isinstance(part, np.ndarray)}
+    return first._replace(**copies)
+
+
+def _first_system(plan: Plan, numbers: Parameters) -> Handle:
+    """Return a system from which others of the same tables are copied; it is never used itself."""
+    state, work = initial_state(plan.model, plan.angles), make_workspace(plan.model, numbers)
+    return Handle(System(plan.model, numbers, state, work, plan.friction_workspace()))
 
 
 def put_numbers(system: Handle, plan: Plan) -> bool:

@@ -142,8 +142,8 @@ class Driver:
             group=tolerances.group,
             precision=tolerances.precision,
             crossable=tolerances.crossable,
-            reads=entries_read(model, len(plan.contacts)),
-            companion=companions(model),
+            reads=plan.table("reads", lambda: entries_read(model, len(plan.contacts))),
+            companion=plan.table("companion", lambda: companions(model)),
             delays=tolerances.delays,
         )
         log = np.zeros((256 + 4 * model.guard_component.size, LOG_COLUMNS))
@@ -250,7 +250,7 @@ class Driver:
         return limits
 
     def _exchange(self, **parts: Any) -> None:
-        self.integration = Handle(self.integration.content._replace(**parts))
+        self.integration.replace(**parts)
 
     def sample_at(self, times: np.ndarray) -> None:
         self._exchange(samples=make_samples(np.array(times, float), self.state))

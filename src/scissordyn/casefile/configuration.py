@@ -16,9 +16,11 @@ from scissordyn.casefile.case import CaseTable, read_values
 from scissordyn.casefile.case_text import record_text
 from scissordyn.casefile.code import AbsentCode, AbsentPart, AllowedCode, Code
 from scissordyn.casefile.table import instance, make_table
+from scissordyn.components.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.plugin.element import is_ours
 
 ATTRIBUTE = "configuration"  # Name of the attribute
 
@@ -124,3 +126,19 @@ def write_configuration(
 ) -> str:
     """Return the text of the attribute "configuration" for a mechanism and the options of a run or diagram."""
     return record_text(mechanism, options, diagram)
+
+
+def can_be_written(mechanism: Mechanism) -> bool:
+    """Return whether the text of a mechanism needs no user-defined code and cannot be refused, so that it may be made later.
+
+    A distance that follows a time function is refused for some of these functions.
+    """
+    laws = [
+        law
+        for contact in mechanism.contacts
+        if contact.clearance is not None
+        for law in (contact.clearance.stiffness, contact.clearance.damping, contact.clearance.friction)
+    ]
+    controllers = [part.controller for part in mechanism.components if isinstance(part, Actuator)]
+    timed = mechanism.coordinate_drives or any(rod.motion is not None for rod in mechanism.rods)
+    return not timed and all(map(is_ours, (*mechanism.components, *laws, *controllers)))

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from scissordyn.equilibrium.buckling import buckling_ratios
-from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.outputs import Record
-from scissordyn.plan.plan import Plan
 from scissordyn.record.dataset import component_variables, motion_variables
-from scissordyn.record.internal_forces import largest_variables
+from scissordyn.record.deferred import Deferred
+from scissordyn.record.internal_forces import Largest, bars_of, largest_along, largest_variables
 from scissordyn.record.results import Variables, labels
 from scissordyn.record.trajectory import Trajectory
 
 
-def bar_extremes(plan: Plan, samples: Samples, record: Record, variables: Variables) -> Variables:
-    """Return the largest forces, stresses, deflections and buckling ratios of each flexible bar over the samples."""
-    ratios = buckling_ratios(plan, samples, record, variables)
-    return largest_variables(plan.mechanism, variables, samples.time, ratios)
+def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Variables:
+    """Return the largest forces, stresses, deflections and buckling ratios of each flexible bar over the samples.
+
+    They are computed when one of them is first read.
+    """
+    mechanism, samples = path.plan.mechanism, path.samples
+    bars = bars_of(mechanism)
+    if not bars or not samples.time.size:
+        return {}
+
+    def largest() -> Largest:
+        return largest_along(mechanism, variables, samples.time, buckling_ratios(path.plan, samples, record, variables))
+
+    return largest_variables(bars, Deferred(largest, path.system.lock))
 
 
 def largest_along_bars(path: Trajectory, record: Record) -> Variables:
@@ -26,4 +35,4 @@ def largest_along_bars(path: Trajectory, record: Record) -> Variables:
         **motion_variables(plan, record),
         **component_variables(plan, path, record),
     }
-    return bar_extremes(plan, path.samples, record, variables)
+    return bar_extremes(path, record, variables)

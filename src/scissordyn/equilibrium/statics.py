@@ -123,7 +123,7 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
     times = np.linspace(0.0, until, points)
     path, rested = _equilibria(whole, inputs, times, friction)
     forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
-    forces.variables |= bar_extremes(whole, path.samples, rested, forces.variables)
+    forces.variables |= bar_extremes(path, rested, forces.variables)
     variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in MOTION_VARIABLES)}
     variables |= _input_variables(inputs, times)
     variables |= _envelope(variables, times, [guide.name for guide in ideal.ideal_guides if guide.aligned])

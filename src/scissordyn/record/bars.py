@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,12 @@ from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
+from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Run, Variable, Variables, described, labels
 from scissordyn.warning import RunWarning, warning
+
+if TYPE_CHECKING:
+    from scissordyn.record.trajectory import Trajectory
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
@@ -249,27 +254,40 @@ def resultants(axis: Axis, motion: BarMotion, places: np.ndarray) -> Resultants:
     return Resultants(*zip(first, second, strict=True))
 
 
-def bar_variables(plan: Plan, time: np.ndarray, record: Record, present: Mapping[str, Variable]) -> Variables:
-    """Return the variables of flexible bars, appended to those of beam elements, and the number of modes of each bar."""
+def bar_variables(path: Trajectory, record: Record, present: Mapping[str, Variable]) -> Variables:
+    """Return the variables of flexible bars, appended to those of beam elements, and the number of modes of each bar.
+
+    Forces, stresses, energies and deflections are computed when they are first read.
+    """
+    plan, time = path.plan, path.samples.time
     axes = plan.coordinates.natural.axes
     if not axes:
         return {}
     elements = [part for part in plan.components if isinstance(part, Beam)]
-    motions = bar_motions(plan, record, time)
-    tables = [_table(axis, motion) for axis, motion in zip(axes, motions, strict=True)]
     names = [part.name for part in elements] + [name for axis in axes for name in part_names(axis.bar)]
     variables = {"beam": labels("beam", names)}
     further = len(names) - len(elements)
-    for name, variable in present.items():
-        if "beam" in variable.dims and name != "beam":
-            missing = [(0, further if dim == "beam" else 0) for dim in variable.dims]
-            variables[name] = variable._replace(values=np.pad(variable.values, missing, constant_values=np.nan))
-    for name, unit, text in PART_VARIABLES:
-        parts = [table[name] for table in tables]
+    of_elements = {name: variable for name, variable in present.items() if "beam" in variable.dims and name != "beam"}
+    for name, variable in of_elements.items():
+        missing = [(0, further if dim == "beam" else 0) for dim in variable.dims]
+        values = np.pad(variable.values, missing, constant_values=np.nan)
+        variables[name] = Variable(variable.dims, values, variable.attrs)
+
+    def tables() -> list[dict[str, np.ndarray]]:
+        return [_table(axis, motion) for axis, motion in zip(axes, bar_motions(plan, record, time), strict=True)]
+
+    found = Deferred(tables, path.system.lock)
+
+    def over_time(name: str) -> np.ndarray:
+        parts = [table[name] for table in found()]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
-            parts.insert(0, present[f"beam_{name}"].values if f"beam_{name}" in present else none)
-        variables[f"beam_{name}"] = described(("time", "beam"), np.concatenate(parts, axis=1), unit, text)
+            parts.insert(0, of_elements[f"beam_{name}"].values if f"beam_{name}" in of_elements else none)
+        return np.concatenate(parts, axis=1)
+
+    for name, unit, text in PART_VARIABLES:
+        array = DeferredArray((time.size, len(names)), partial(over_time, name))
+        variables[f"beam_{name}"] = described(("time", "beam"), array, unit, text)
     hard = "; hard contacts have the frequency of their stiffness law" if plan.hard_places else ""
     modes, frequency = (
         np.array(values) for values in zip(*((axis.shapes.modes, axis.highest_frequency) for axis in axes), strict=True)

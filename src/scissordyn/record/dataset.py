@@ -28,17 +28,18 @@ from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.record.bars import bar_variables
 from scissordyn.record.coupling import coupling_variables
+from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.events import ENERGY_TERMS, accounts, contact_variables, event_variables
 from scissordyn.record.film import film_variables
 from scissordyn.record.results import Results, Variables, described, labels, located
 from scissordyn.record.track import track_variables
 from scissordyn.record.trajectory import Trajectory
-from scissordyn.record.transmitted import FORCE, MOMENT, peak_variables, transmitted, weld_variables
+from scissordyn.record.transmitted import transmitted_variables
 from scissordyn.units import State
 
 
-def results(plan: Plan, configuration: str, path: Trajectory, record: Record) -> Results:
-    """Return all variables and attributes of a run."""
+def results(plan: Plan, configuration: str | Deferred[str], path: Trajectory, record: Record) -> Results:
+    """Return all variables and attributes of a run; those that take long are computed when they are first read."""
     variables = {
         "time": described("time", path.samples.time, "s", "time"),
         "body": labels("body", [body.name for body in plan.bodies]),
@@ -78,9 +79,7 @@ def results(plan: Plan, configuration: str, path: Trajectory, record: Record) ->
 
 def motion_variables(plan: Plan, record: Record) -> Variables:
     point, rotation = ("time", "body", "axis"), ("time", "body")
-    x, y = np.array([body.centre for body in plan.bodies]).T
-    cos, sin = np.cos(record.angle), np.sin(record.angle)
-    origin = record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+    origin = DeferredArray(record.position.shape, lambda: _origins(plan, record))
     variables = {
         "origin": described(point, origin, "m", "position of the origin of the body's frame, which a body calls position"),
         "position": described(point, record.position, "m", "position of the mass centre"),
@@ -104,6 +103,13 @@ def motion_variables(plan: Plan, record: Record) -> Variables:
     return variables
 
 
+def _origins(plan: Plan, record: Record) -> np.ndarray:
+    """Return the positions of the origins of the bodies' frames, shape (nt, bodies, 2) [m]."""
+    x, y = np.array([body.centre for body in plan.bodies]).T
+    cos, sin = np.cos(record.angle), np.sin(record.angle)
+    return np.asarray(record.position - np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1))
+
+
 PV_TEXT = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
@@ -117,27 +123,29 @@ def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.
 def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     """Return the variables along `joint`; variables of clearance joints are NaN for ideal joints."""
     per_joint, joints = ("time", "joint"), len(plan.mechanism.joint_names)
-    found = transmitted(plan, record, path.samples.time)
-    variables = {
-        "reaction": described((*per_joint, "axis"), found.force, "N", FORCE),
-        "reaction_moment": described(per_joint, found.moment, "N m", MOMENT),
-        **weld_variables(plan, found),
-        **peak_variables(plan, path, found),
-    }
+    variables = transmitted_variables(plan, path, record)
     if not plan.contacts:
         return variables
     at = plan.places(contact.name for contact in plan.contacts)
     contact, mode = record.contact, path.samples.mode[:, : at.size]
-    parts = [spread(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
-    eccentricity, touching = np.stack(parts, axis=-1), spread(mode == 1, at, joints, fill=False)
+    shape = mode.shape[0], joints
+
+    def over_time(name: str) -> DeferredArray:
+        return DeferredArray(shape, lambda: spread(contact[name], at, joints))
+
+    def eccentricity() -> np.ndarray:
+        parts = [spread(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
+        return np.stack(parts, axis=-1)
+
+    touching = DeferredArray(shape, lambda: spread(mode == 1, at, joints, fill=False), bool)
     clearance = spread(path.system.content.parameters.contact["clearance"], at, joints)
     about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
     variables |= {
-        "eccentricity": described((*per_joint, "axis"), eccentricity, "m", about),
-        "indentation": described(per_joint, spread(contact["depth"], at, joints), "m", "indentation, negative in free flight"),
-        "normal_force": described(per_joint, spread(contact["normal"], at, joints), "N", "normal contact force"),
-        "friction_force": described(per_joint, spread(contact["tangential"], at, joints), "N", "tangential contact force"),
-        "slip_speed": described(per_joint, spread(contact["slip"], at, joints), "m/s", "slip speed of the two surfaces"),
+        "eccentricity": described((*per_joint, "axis"), DeferredArray((*shape, 2), eccentricity), "m", about),
+        "indentation": described(per_joint, over_time("depth"), "m", "indentation, negative in free flight"),
+        "normal_force": described(per_joint, over_time("normal"), "N", "normal contact force"),
+        "friction_force": described(per_joint, over_time("tangential"), "N", "tangential contact force"),
+        "slip_speed": described(per_joint, over_time("slip"), "m/s", "slip speed of the two surfaces"),
         "in_contact": described(per_joint, touching, "1", "journal and bearing in contact"),
         "clearance": described("joint", clearance, "m", "radial clearance"),
     }
@@ -215,7 +223,7 @@ def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             internal = described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", internal)
-    variables.update(bar_variables(plan, path.samples.time, record, variables))
+    variables.update(bar_variables(path, record, variables))
     variables.update(film_variables(plan, path, variables))
     return variables
 

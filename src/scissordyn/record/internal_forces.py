@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE_MASS, beams_of
 from scissordyn.plan.flexible import flexible_bars
 from scissordyn.record.bars import SPAN_PARTS, extreme_fibre, marks_of, part_names
+from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
@@ -149,15 +151,20 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
     return np.asarray(np.maximum(-quantities["axial_force"], 0.0))
 
 
-def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Variables:
+class Largest(NamedTuple):
+    """Largest sizes along the bars."""
+
+    found: dict[str, np.ndarray]  # value, instant [s] and distance from the first end [m] of each quantity, (3, bars)
+    loads: np.ndarray  # (bars,) buckling loads [N]
+
+
+def largest_along(mechanism: Mechanism, variables: Variables, time: np.ndarray, ratios: np.ndarray) -> Largest:
     """Return the largest magnitude of each quantity along each bar, with instant and distance from the bar's first end.
 
-    The search covers the samples, the quarter points of each element, and both sides of cross-sections. `bar_buckling_load` is
+    The search covers the samples, the quarter points of each element, and both sides of cross-sections. The buckling load is
     the largest compression of each bar divided by its largest buckling ratio.
     """
     bars = bars_of(mechanism)
-    if not bars or not time.size:
-        return {}
     read = _Read(variables, mechanism)
     largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
     loads = np.full(len(bars), np.inf)
@@ -178,11 +185,21 @@ def largest_variables(mechanism: Mechanism, variables: Variables, time: np.ndarr
             size = np.abs(quantities[name])
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
             kept[:, b] = quantities[name][row, column], time[row], places[column]
+    return Largest(largest, loads)
+
+
+def largest_variables(bars: tuple[Bar, ...], largest: Deferred[Largest]) -> Variables:
+    """Return the variables of `largest_along`, which is computed when one of them is first read."""
     about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
+    loads = DeferredArray((len(bars),), lambda: largest().loads)
+
+    def of(name: str, row: int) -> np.ndarray:
+        return np.asarray(largest().found[name][row])
+
     answers = {"bar_buckling_load": described("bar", loads, "N", about)}
     answers["bar"] = labels("bar", [bar.name for bar in bars], "bar that bends")
     for name, (unit, text) in QUANTITIES.items():
-        size, when, where = largest[name]
+        size, when, where = (DeferredArray((len(bars),), partial(of, name, row)) for row in range(3))
         answers[f"bar_largest_{name}"] = described("bar", size, unit, f"largest {text}")
         answers[f"bar_largest_{name}_time"] = described("bar", when, "s", f"when it is largest: {text}")
         answers[f"bar_largest_{name}_place"] = described("bar", where, "m", f"distance from the first end there: {text}")

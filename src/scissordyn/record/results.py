@@ -5,26 +5,49 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+
+from scissordyn.record.deferred import Attributes, DeferredArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class Variable(NamedTuple):
+class Variable:
     """Array with the names of its dimensions, and attributes: unit and long name."""
 
-    dims: tuple[str, ...]
-    values: np.ndarray
-    attrs: dict[str, str]
+    __slots__ = ("_array", "attrs", "dims")
+
+    def __init__(self, dims: tuple[str, ...], values: np.ndarray | DeferredArray, attrs: dict[str, str]) -> None:
+        self.dims, self.attrs = dims, attrs
+        self._array = values
+
+    @property
+    def values(self) -> np.ndarray:
+        """The array."""
+        array = self._array
+        if isinstance(array, DeferredArray):
+            array = self._array = array.compute()
+        return array
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the array, which is not computed for it."""
+        return self._array.shape
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type of the array's elements."""
+        return self._array.dtype
 
 
 Variables = dict[str, Variable]
 
 
-def described(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
+def described(dims: str | tuple[str, ...], values: np.ndarray | DeferredArray, units: str, long_name: str) -> Variable:
+    """Return a variable with its unit and long name."""
     return Variable((dims,) if isinstance(dims, str) else dims, values, {"units": units, "long_name": long_name})
 
 
@@ -64,7 +87,7 @@ class Results:
     """Variables and attributes of a run, with the interface of a Dataset."""
 
     def __init__(self, variables: Variables, attrs: dict[str, Any]) -> None:
-        self.variables, self.attrs = variables, attrs
+        self.variables, self.attrs = variables, Attributes(attrs)
         self.make_finer: Callable[[], Results] | None = None
 
     @cached_property
@@ -82,21 +105,28 @@ class Results:
 
     @property
     def sizes(self) -> dict[str, int]:
-        return {dim: size for part in self.variables.values() for dim, size in zip(part.dims, part.values.shape, strict=True)}
+        return {dim: size for part in self.variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
 
     @property
-    def attributes(self) -> dict[str, Any]:
+    def attributes(self) -> Attributes:
         """Attributes of the Dataset, including the versions of the package and its libraries."""
-        return {**self.attrs, "versions": _versions()}
+        return self.attrs.with_values(versions=_versions())
 
     def dataset(self) -> xr.Dataset:
         """Return the run as a Dataset, without xarray's slow checks of the variables."""
         import xarray as xr  # imported here because the import takes longer than most runs
 
         import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
+        from scissordyn.record.dataset_variable import DatasetVariable
 
-        variables = {name: xr.Variable(*part, fastpath=True) for name, part in self.variables.items()}
-        labels = {name: variable for name, variable in variables.items() if variable.dims == (name,)}
+        labels = {
+            name: xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
+            for name, part in self.variables.items()
+            if part.dims == (name,)
+        }
+        variables: dict[str, xr.Variable] = {
+            name: labels[name] if name in labels else DatasetVariable.of(part) for name, part in self.variables.items()
+        }
         indexes: dict[Any, xr.Index] = {
             name: _index_of_names(name, tuple(variable.values.tolist()))
             if variable.dtype.kind == "U"

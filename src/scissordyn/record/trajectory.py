@@ -81,7 +81,7 @@ class Trajectory:
     cause: str = ""  # Reason why the run is not complete
     # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
     statistics: dict[str, Any] = field(default_factory=dict)
-    immobile: tuple[str, ...] = ()  # Clearance joints whose journal cannot move
+    start: np.ndarray | None = None  # State at the start (ny,)
     warnings: tuple[str, ...] = ()  # Warnings of the start
     # Instants at which the motion passed change points, and half the size of the steps across them [s]
     change_points: tuple[tuple[float, float], ...] = ()

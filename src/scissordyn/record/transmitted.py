@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept
 from scissordyn.record.bars import with_distributed_mass
+from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory
 
@@ -82,15 +84,26 @@ def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:
     return Transmitted(force, moment, reactions.weld_forces, reactions.weld_moments)
 
 
-def weld_variables(plan: Plan, found: Transmitted) -> Variables:
-    if not plan.mechanism.welds:
-        return {}
-    on = "on the body of the weld's start"
-    return {
-        "weld": labels("weld", [weld.name for weld in plan.mechanism.welds]),
-        "weld_force": described(("time", "weld", "axis"), found.weld_force, "N", f"force {on}"),
-        "weld_moment": described(("time", "weld"), found.weld_moment, "N m", f"moment {on}, about the weld"),
+def transmitted_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+    """Return forces and moments of joints and welds over time, and their largest forces; all are computed when read."""
+    instants, joints, welds = path.samples.time.size, len(plan.mechanism.joint_names), len(plan.mechanism.welds)
+    sampled = Deferred(lambda: transmitted(plan, found, path.samples.time), path.system.lock)
+    force = DeferredArray((instants, joints, 2), lambda: sampled().force)
+    moment = DeferredArray((instants, joints), lambda: sampled().moment)
+    variables = {
+        "reaction": described(("time", "joint", "axis"), force, "N", FORCE),
+        "reaction_moment": described(("time", "joint"), moment, "N m", MOMENT),
     }
+    if welds:
+        on = "on the body of the weld's start"
+        force = DeferredArray((instants, welds, 2), lambda: sampled().weld_force)
+        moment = DeferredArray((instants, welds), lambda: sampled().weld_moment)
+        variables |= {
+            "weld": labels("weld", [weld.name for weld in plan.mechanism.welds]),
+            "weld_force": described(("time", "weld", "axis"), force, "N", f"force {on}"),
+            "weld_moment": described(("time", "weld"), moment, "N m", f"moment {on}, about the weld"),
+        }
+    return variables | _peak_variables(plan, path, sampled)
 
 
 class Peaks(NamedTuple):
@@ -171,14 +184,24 @@ def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray
     size[oiled], when[oiled] = peaks["largest"], peaks["largest_time"]
 
 
-def peak_variables(plan: Plan, path: Trajectory, sampled: Transmitted) -> Variables:
-    found, joints = force_peaks(plan, path, sampled), len(plan.mechanism.joint_names)
+def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]) -> Variables:
+    joints, welds = len(plan.mechanism.joint_names), len(plan.mechanism.welds)
+    found = Deferred(lambda: force_peaks(plan, path, sampled()), path.system.lock)
+    has_start = math.isfinite(start_end(path))
+
+    def of(name: str, part: slice) -> np.ndarray:
+        return np.asarray(getattr(found(), name)[part])
+
     variables: Variables = {}
-    for dim, part, text in (("joint", slice(joints), PEAK), ("weld", slice(joints, None), WELD_PEAK)):
-        if dim == "weld" and not plan.mechanism.welds:
+    for dim, part, count, text in (
+        ("joint", slice(joints), joints, PEAK),
+        ("weld", slice(joints, None), welds, WELD_PEAK),
+    ):
+        if dim == "weld" and not welds:
             continue
-        variables[f"{dim}_peak_force"] = described(dim, found.size[part], "N", text)
-        variables[f"{dim}_peak_force_time"] = described(dim, found.time[part], "s", f"when it is largest: {text}")
-        if math.isfinite(start_end(path)):
-            variables[f"{dim}_peak_force_after_start"] = described(dim, found.after[part], "N", f"{text}, {AFTER}")
+        size, when, after = (DeferredArray((count,), partial(of, name, part)) for name in Peaks._fields)
+        variables[f"{dim}_peak_force"] = described(dim, size, "N", text)
+        variables[f"{dim}_peak_force_time"] = described(dim, when, "s", f"when it is largest: {text}")
+        if has_start:
+            variables[f"{dim}_peak_force_after_start"] = described(dim, after, "N", f"{text}, {AFTER}")
     return variables

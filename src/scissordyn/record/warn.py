@@ -56,7 +56,7 @@ It matters for motions without exchange of energy, such as a freely rotating bod
 LIMIT_RATIO_MIN = 1.0 - EVENT_TOL  # [-] A controller is at its limit if torque / limit is at least this ratio
 
 
-def run_warnings(plan: Plan, run: Run, immobile: tuple[str, ...]) -> list[RunWarning]:
+def run_warnings(plan: Plan, run: Run, immobile: Iterable[str]) -> list[RunWarning]:
     """Return the warnings that follow from the variables of a run; `Extremes` returns those that follow from largest values."""
     warnings = contact_failures(plan, run)
     for i, rod in enumerate(plan.rods):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
-from scissordyn.casefile.configuration import is_run, read_configuration, write_configuration
+from scissordyn.casefile.configuration import can_be_written, is_run, read_configuration, write_configuration
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
@@ -17,6 +18,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import AUTO, EndTime, EventKind, Options, SampleCount, StartKind
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
+from scissordyn.record.deferred import Deferred
 from scissordyn.record.results import Results, Run
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.record.warn import Extremes, contact_failures, run_warnings, warnings_of
@@ -26,7 +28,7 @@ from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.instants import add_recorded_samples, sample_times, select_samples
 from scissordyn.run.predictability import compute_comparable, predictability
 from scissordyn.run.sample_memory import check_samples
-from scissordyn.run.trajectory import FAILED, compute, record_trajectory
+from scissordyn.run.trajectory import FAILED, compute, immobile_at_start, record_trajectory
 from scissordyn.run.trajectory_warnings import trajectory_warnings
 from scissordyn.units import Meaning, checked
 from scissordyn.warning import RunWarning, plain, warning
@@ -186,8 +188,10 @@ def compute_results(
     check_tables(tables, options.until)
     if options.samples != AUTO:
         check_samples(tables, options.count)
-    configuration = write_configuration(mechanism, options)
-    keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration)
+    configuration = Deferred(lambda: write_configuration(mechanism, options), threading.RLock())
+    if checkpoint is not None or not can_be_written(mechanism):
+        configuration()
+    keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration())
     ideal = ideal_path(tables, options) if tables.mechanism.tracks and can_deviate(mechanism) else None
     records = options.samples == AUTO or (curves and keeper is None)
     states = None
@@ -200,16 +204,20 @@ def compute_results(
     def make_results(path: Trajectory) -> Results:
         path, record = record_trajectory(tables, options, path, progress, ideal=ideal)
         run = results(tables, configuration, path, record)
-        run.variables |= bar_extremes(tables, path.samples, record, run.variables)
-        warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings(), *run_warnings(tables, run, path.immobile)]
-        warnings += plain(passing_warnings(tables, run, options.until)) + trajectory_warnings(path, record, options)
+        run.variables |= bar_extremes(path, record, run.variables)
         if run.attrs["status"] == "failed":
             failures = [str(failure) for failure in contact_failures(tables, run)]
             run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
         if ideal is not None:
             run.variables.update(deviation_variables(run, path, ideal, options))
-            warnings += plain(ideal.warnings)
-        _add_warnings(run, warnings)
+
+        def make_warnings() -> list[RunWarning]:
+            warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings()]
+            warnings += run_warnings(tables, run, immobile_at_start(path))
+            warnings += plain(passing_warnings(tables, run, options.until)) + trajectory_warnings(path, record, options)
+            return warnings + ([] if ideal is None else plain(ideal.warnings))
+
+        _add_warnings(run, Deferred(make_warnings, path.system.lock))
         return run
 
     sampled = (
@@ -226,14 +234,19 @@ def compute_results(
     if states is not None:
         run.attrs.update(predictability(options, path, states, run, progress, keeper))
     if keeper is not None and keeper.problem:
-        _add_warnings(run, [*warnings_of(run), warning("checkpoints", problem=keeper.problem)])
+        known, problem = warnings_of(run), warning("checkpoints", problem=keeper.problem)
+        _add_warnings(run, Deferred(lambda: [*known, problem], path.system.lock))
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()
     return run
 
 
-def _add_warnings(run: Results, warnings: list[RunWarning]) -> None:
-    """Write warnings as attributes of a run, each once, as sentences and as data."""
-    unique = list({str(item): item for item in warnings}.values())
-    run.attrs["warnings"] = json.dumps([str(item) for item in unique])
-    run.attrs["warning_data"] = json.dumps([item.data for item in unique])
+def _add_warnings(run: Results, warnings: Deferred[list[RunWarning]]) -> None:
+    """Write warnings as attributes of a run, each once, as sentences and as data; they are computed when they are read."""
+
+    def unique() -> list[RunWarning]:
+        return list({str(item): item for item in warnings()}.values())
+
+    lock = threading.RLock()
+    run.attrs["warnings"] = Deferred(lambda: json.dumps([str(item) for item in unique()]), lock)
+    run.attrs["warning_data"] = Deferred(lambda: json.dumps([item.data for item in unique()]), lock)

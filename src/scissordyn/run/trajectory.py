@@ -110,8 +110,6 @@ def compute(
 ) -> Trajectory:
     """Simulate a mechanism; `curves` records the instants that `instants.add_recorded_samples` adds."""
     driver, prepared, choice = make_driver(plan, options)
-    content = driver.system.content
-    still = tuple(immobile_joints(plan, full_coordinates(plan, content, prepared.y, 0.0)))
     driver.sample_at(np.linspace(0.0, options.until, options.count) if times is None else times)
     driver.monitor(monitor)
     if record_steps or curves:
@@ -130,8 +128,14 @@ def compute(
         "seconds": seconds,
     }
     return current_trajectory(
-        driver, status=ended, cause=cause, statistics=statistics, immobile=still, warnings=prepared.warnings
+        driver, status=ended, cause=cause, statistics=statistics, start=prepared.y, warnings=prepared.warnings
     )
+
+
+def immobile_at_start(path: Trajectory) -> list[str]:
+    """Return the names of clearance joints that cannot move at the start of a run."""
+    assert path.start is not None
+    return immobile_joints(path.plan, full_coordinates(path.plan, path.system.content, path.start, 0.0))
 
 
 def current_trajectory(driver: Driver, **more: Any) -> Trajectory:

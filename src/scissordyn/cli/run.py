@@ -103,16 +103,18 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     """Draw pictures and the animation of the run; return the paths of the files."""
     if plot is None and film is None:
         return []
-    from scissordyn.plot.animation import animate
-    from scissordyn.plot.report import draw_all
     from scissordyn.run.advance.interrupt import raise_if_interrupted
     from scissordyn.run.simulate import simulate
 
     run, files = result.dataset(), []
     if plot is not None:
+        from scissordyn.plot.report import draw_all
+
         ideal = raise_if_interrupted(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
         files += draw_all(run, ideal, plot, mechanism)
     if film is not None:
+        from scissordyn.plot.animation import animate
+
         files.append(animate(run, mechanism, film))
     return files
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import matplotlib as mpl
@@ -39,9 +40,19 @@ def write(drawn: Figure | Axes | Sequence[Axes], path: str | os.PathLike[str]) -
     target = Path(path)
     format = target.suffix.lower().removeprefix(".")
     check_format(format)
-    content = _content(figure_of(drawn), format)
-    check_target(target, sample=f"picture.{format}")
-    return write_file(target, content, sample=f"picture.{format}")
+    return write_content(content_of(drawn, format), target)
+
+
+def content_of(drawn: Figure | Axes | Sequence[Axes], format: str) -> bytes:
+    """Return the content of the file of a picture."""
+    return _content(figure_of(drawn), format)
+
+
+def write_content(content: bytes, target: Path) -> Path:
+    """Write the content of the file of a picture."""
+    sample = f"picture{target.suffix.lower()}"
+    check_target(target, sample=sample)
+    return write_file(target, content, sample=sample)
 
 
 def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
@@ -51,7 +62,26 @@ def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
 def _content(figure: Figure, format: str) -> bytes:
     drawn = io.BytesIO()
     # removes the date and random identifiers from vector files
-    with mpl.rc_context({"svg.hashsalt": "scissordyn"}):
+    with mpl.rc_context({"svg.hashsalt": "scissordyn"}), _final_layout(figure):
         dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
         figure.savefig(drawn, format=format, dpi=SIZES.png_dpi, metadata=dated.get(format))
     return drawn.getvalue()
+
+
+@contextmanager
+def _final_layout(figure: Figure) -> Iterator[None]:
+    """Apply the layout of a figure at the resolution of a file, without drawing the figure for it as matplotlib does."""
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    if engine is None:
+        yield
+        return
+    figure.dpi = SIZES.png_dpi
+    for axes in figure.axes:
+        axes.apply_aspect()
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
+        figure.dpi = dpi

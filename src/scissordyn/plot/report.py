@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.contact import torque_sources
-from scissordyn.plot.file import check_format, write
+from scissordyn.plot.file import check_format, content_of, write_content
 from scissordyn.plot.joint import film, force, orbit
 from scissordyn.plot.over_time import energy, has_tracks, response, torque, track
 from scissordyn.plot.series import chosen_joints, clearance_pins
@@ -81,11 +81,12 @@ def draw_all(
             raise InputError(
                 f"picture '{kind}': the run lacks the data", f"a run with {KINDS[kind]}", f"--only {','.join(makers)}"
             )
-    drawn = {kind: make() for kind, make in makers.items() if only is None or kind in only}
+    # as files, so that only one figure is in memory
+    contents = {kind: content_of(make(), format) for kind, make in makers.items() if only is None or kind in only}
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         text = f"cannot make the folder '{target}': {error.strerror or error}"
         raise InputError(text, "a folder that can be written") from None
-    return [write(axes, target / f"{name}.{format}") for name, axes in drawn.items()]
+    return [write_content(content, target / f"{name}.{format}") for name, content in contents.items()]

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
+from functools import cache
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -140,6 +141,7 @@ def style(name: str = "screen", **parameters: Any) -> AbstractContextManager[obj
     return restoring
 
 
+@cache
 def dark_map(name: str, part: float = 0.65) -> Colormap:
     """Return the part of a sequential colour map that is readable on white paper.
 
@@ -149,7 +151,7 @@ def dark_map(name: str, part: float = 0.65) -> Colormap:
     from matplotlib.colors import ListedColormap
 
     levels = 256
-    return ListedColormap([colormaps[name](part * k / (levels - 1)) for k in range(levels)], name=f"dark {name}")
+    return ListedColormap(colormaps[name](part * np.arange(levels) / (levels - 1)), name=f"dark {name}")
 
 
 def shades(count: int) -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from scissordyn.kernel import F1, call_at, entry, kernel
 from scissordyn.laws.elastic.quadrature import quadrature_energy
 
@@ -14,6 +16,13 @@ APPROACH_FLOOR = 1e-6  # Least reference speed of damping [m/s]; avoids a divisi
 def elastic_force(pointer: int, delta: float, p: F1) -> float:
     """Return the elastic force [N] at indentation delta > 0 [m]."""
     return call_at(pointer, (delta,), (), (), (), p, ())
+
+
+@entry
+def write_elastic_forces(pointer: int, delta: F1, p: F1, force: F1) -> None:
+    """Compute the elastic forces [N] at indentations delta > 0 [m]."""
+    for k in range(delta.size):
+        force[k] = elastic_force(pointer, delta[k], p)
 
 
 @entry
@@ -101,3 +110,11 @@ def friction_limit(pointer: int, v: float, normal: float, p: F1) -> float:
     if pointer == 0:
         return math.inf
     return call_at(pointer, (v, normal), (), (), (), p, ())
+
+
+def elastic_forces(pointer: int, delta: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Return the elastic forces [N] at indentations delta > 0 [m], in the shape of `delta`."""
+    depths = np.array(delta, float).ravel()
+    forces = np.zeros(depths.size)
+    write_elastic_forces(pointer, depths, row, forces)
+    return forces.reshape(np.shape(delta))

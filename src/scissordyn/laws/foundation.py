@@ -23,7 +23,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.laws.contact import Elastic, JointContact
-from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.evaluate import elastic_forces
 from scissordyn.plugin.element import pointers, row_of
 
 # [clearances] smallest and largest indentation of the table; its first and last power laws continue beyond them
@@ -82,7 +82,7 @@ def _pressures(law: Elastic, joint: JointContact, w: np.ndarray) -> np.ndarray:
     c, pointer, row = joint.clearance, pointers(law)["force"], row_of(law, joint)
 
     def scaled(delta: np.ndarray) -> np.ndarray:
-        force = np.array([elastic_force(pointer, d, row) for d in delta.ravel().tolist()]).reshape(delta.shape)
+        force = elastic_forces(pointer, delta, row)
         return (c + delta) * force / (joint.length * joint.bearing_radius)
 
     # S = s - (s - c^2) x^2 and x = sin(pi u / 2) remove the singularities at both ends

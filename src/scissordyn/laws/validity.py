@@ -10,7 +10,7 @@ import numpy as np
 from scissordyn.laws.contact import Continued, Damping, Elastic, Friction, JointContact
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
-from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.evaluate import elastic_forces
 from scissordyn.laws.trial import doubts
 from scissordyn.plugin.element import is_built_in, pointers, row_of
 from scissordyn.warning import RunWarning, warning
@@ -81,7 +81,7 @@ def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np
     """Return the indentations [m] at which an elastic law has given forces [N]; 0 for none."""
     at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
     depths = np.geomspace(1e-12, 2.0, LAW_SAMPLES) * contact.journal_radius
-    table = np.array([elastic_force(at, depth, row) for depth in depths.tolist()])
+    table = elastic_forces(at, depths, row)
     positive = np.isfinite(table) & (table > 0.0)
     return np.exp(np.interp(np.log(np.maximum(forces, 1e-300)), np.log(table[positive]), np.log(depths[positive])))
 

@@ -52,7 +52,7 @@ def results(plan: Plan, configuration: str | Deferred[str], path: Trajectory, re
         **_energy_variables(plan, path, record),
         **_drive_variables(plan, path, record),
         **coupling_variables(plan, path, record),
-        **contact_variables(plan, path.contacts(), path.statistics.get("step", 0.0)),
+        **contact_variables(plan, path.contacts, path.statistics.get("step", 0.0)),
         **track_variables(path, record),
         **synchronisation_variables(plan, record),
         **event_variables(plan, path.log),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.integrate.integration import RISE
-from scissordyn.laws.evaluate import elastic_energy, elastic_force
+from scissordyn.laws.evaluate import elastic_energy, elastic_forces
 from scissordyn.laws.validity import LAW_SAMPLES
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.model.clearance import Clearance, GuideClearance
@@ -171,7 +171,7 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
     damping: Any = clearance.damping
     at, row, xi = pointers(law), row_of(law, surfaces), float(damping.factor)
     depth = np.geomspace(1e-9, 2.0, LAW_SAMPLES) * surfaces.journal_radius
-    force = np.array([elastic_force(at["force"], d, row) for d in depth.tolist()])
+    force = elastic_forces(at["force"], depth, row)
     energy = np.array([elastic_energy(at["energy"], at["force"], d, row) for d in depth.tolist()])
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
     s = np.linspace(0.0, 1.0, LAW_SAMPLES)[:-1]

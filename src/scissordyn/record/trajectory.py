@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -98,7 +99,9 @@ class Trajectory:
         """Evaluate positions, velocities, accelerations and forces at the samples."""
         return record(self.plan.maps, self.system, self.samples)
 
+    @cached_property
     def contacts(self) -> np.recarray:
+        """Table of contacts in the order of their onsets."""
         return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:

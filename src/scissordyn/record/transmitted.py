@@ -116,7 +116,7 @@ class Peaks(NamedTuple):
 
 def start_end(path: Trajectory) -> float:
     """Return the end of the start, in which concentric journals fall through their clearances [s]; inf without contacts."""
-    table = path.contacts()
+    table = path.contacts
     if not table.size:
         return math.inf
     return START_DURATION * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
@@ -168,7 +168,7 @@ def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None
 
 def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray, when: np.ndarray, after: np.ndarray) -> None:
     """Replace the largest forces at instants by the located ones of contacts."""
-    table, at = path.contacts(), plan.places(contact.name for contact in plan.contacts)
+    table, at = path.contacts, plan.places(contact.name for contact in plan.contacts)
     for j in plan.compliant_places:
         here = table[table["joint"] == j]
         size[at[j]], when[at[j]] = 0.0, 0.0

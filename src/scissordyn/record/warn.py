@@ -15,7 +15,7 @@ from scissordyn.integrate.integration import RISE
 from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
-from scissordyn.laws.evaluate import elastic_force
+from scissordyn.laws.evaluate import elastic_forces
 from scissordyn.laws.validity import LAW_SAMPLES, contact_failure, contact_warnings, loading_warnings
 from scissordyn.mechanics.monitored import COMPONENT_FORCE, COMPONENT_OUTPUT, FRICTION_RATIO, FRICTION_RATIO_MAX, INDENTATION
 from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
@@ -88,7 +88,7 @@ class Extremes:
         for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
             self._speeds[int(guard)].append(speed)
         if count:
-            table = path.contacts()
+            table = path.contacts
             columns = ("joint", "approach_speed", "effective_mass", "peak_normal_force")
             self._contacts.append(np.stack([table[name].astype(float) for name in columns]))
             np.maximum(self._indentation, path.peaks(INDENTATION)["largest"], out=self._indentation)
@@ -395,4 +395,4 @@ def force_at_equal_energy(law: Elastic, other: Elastic, contact: JointContact, i
 
 def _forces(law: Elastic, contact: JointContact, depth: np.ndarray) -> np.ndarray:
     row, pointer = row_of(law, contact), pointers(law)["force"]
-    return np.array([0.0, *(elastic_force(pointer, d, row) for d in depth[1:].tolist())])
+    return np.append(0.0, elastic_forces(pointer, depth[1:], row))

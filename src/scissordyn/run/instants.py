@@ -34,7 +34,7 @@ def add_recorded_samples(path: Trajectory) -> Trajectory:
     These are the start, largest force and end of every contact, the located largest values of all other monitored quantities,
     and ends of steps, up to `SAMPLES_MAX` samples.
     """
-    table, kept = path.contacts(), path.recorded
+    table, kept = path.contacts, path.recorded
     assert kept is not None
     start = table["start"]
     spans = [table[name] for name in ("peak_time", "peak_normal_time", "duration")]

@@ -52,7 +52,7 @@ class Ended:
     @cached_property
     def contacts(self) -> np.recarray:
         """Return all contacts, in order of their starts."""
-        return self.path.contacts()
+        return self.path.contacts
 
     def per_joint(self, value: Callable[[np.recarray], float]) -> np.ndarray:
         """Return one value for each clearance joint and contact point, computed from its contacts."""

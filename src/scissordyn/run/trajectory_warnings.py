@@ -62,7 +62,7 @@ def _not_converged(path: Trajectory) -> list[RunWarning]:
     # [steps] a contact that starts within this time after the previous one of its joint is not resolved
     resolved_steps = 3.0
     step, ends, unresolved = path.statistics["step"], dict[int, float](), 0.0
-    hard, contacts = set(path.plan.hard_places), path.contacts()
+    hard, contacts = set(path.plan.hard_places), path.contacts
     for contact in contacts:
         if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + resolved_steps * step:
             unresolved += contact.damping_loss

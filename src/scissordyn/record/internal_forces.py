@@ -144,7 +144,8 @@ def internal_forces(
     }
     import xarray as xr  # imported here because the import takes longer than most runs
 
-    return xr.Dataset(variables, coordinates, {"title": "scissordyn internal forces"})
+    plain = {name: (part.dims, part.values, part.attrs) for name, part in variables.items()}
+    return xr.Dataset(plain, coordinates, {"title": "scissordyn internal forces"})
 
 
 def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:

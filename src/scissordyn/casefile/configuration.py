@@ -20,7 +20,7 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.plugin.element import is_ours
+from scissordyn.plugin.element import is_built_in
 
 ATTRIBUTE = "configuration"  # Name of the attribute
 
@@ -141,4 +141,4 @@ def can_be_written(mechanism: Mechanism) -> bool:
     ]
     controllers = [part.controller for part in mechanism.components if isinstance(part, Actuator)]
     timed = mechanism.coordinate_drives or any(rod.motion is not None for rod in mechanism.rods)
-    return not timed and all(map(is_ours, (*mechanism.components, *laws, *controllers)))
+    return not timed and all(map(is_built_in, (*mechanism.components, *laws, *controllers)))

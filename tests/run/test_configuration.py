@@ -153,7 +153,7 @@ def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path)
     with pytest.raises(sd.InputError, match="digest"):
         replay(own_run, allow_code=[edited])
     assert len(replay(own_run, allow_code=[edited, str(moved)])["time"]) == 4
-    with pytest.raises(sd.InputError, match="no file"):
+    with pytest.raises(sd.InputError, match="does not exist"):
         replay(own_run, allow_code=[tmp_path / "none.py"])
 
 

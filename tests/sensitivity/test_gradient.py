@@ -184,7 +184,7 @@ REFUSED = {
     "peak_bar_stress.*taken at samples": {"of": ["peak_bar_stress"]},
     "no measure": {"of": []},
     "no parameter": {"by": []},
-    "'gravity_direction' does not act": {"by": ["gravity_direction"]},
+    "'gravity_direction' does not affect this run": {"by": ["gravity_direction"]},
     "no field 'clearanc'": {"by": ["Flores.clearanc"]},
     "method 'rodas5p' has no derivatives yet": {"method": "rodas5p"},
     "change = 2.0": {"change": 2.0},

@@ -278,7 +278,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"members": 0}, "members = 0"),
         ({"until": None}, "the end of the runs is missing; expected until"),
         ({"measures": ["peak_fource"]}, "did you mean 'peak_force'"),
-        ({"measures": {"late": "text"}}, "measure 'late' by 'text'; expected a function"),
+        ({"measures": {"late": "text"}}, "measure 'late': 'text'; expected a function"),
         ({"measures": [lambda run: 1.0]}, "'<lambda>' as the name of a user-defined measure"),
         ({"requirements": {"peak_fource": 1.0}}, "did you mean 'peak_force'"),
         ({"requirements": {"peak_force": None}}, "requirement on 'peak_force': None; expected an upper bound in SI"),

@@ -273,7 +273,7 @@ def test_a_default_namespace_and_lines_of_errors():
     ("more", "said"),
     [
         (
-            "<gazebo><joint name='c' type='revolute'><parent>arm</parent><child>base</child></joint></gazebo>",
+            "<gazebo><joint name='c' type='screw'><parent>arm</parent><child>base</child></joint></gazebo>",
             "joint 'c' (line 1) in <gazebo> between 'arm' and 'base' left out: if it closes a loop, the loop is open here",
         ),
         ("\n<gazebo reference='arm'><material>Red</material></gazebo>", "1 <gazebo> left out: line 2"),

@@ -14,12 +14,14 @@ import numpy as np
 from scissordyn.components.angle_stop import AngleStop
 from scissordyn.components.bushing import Bushing
 from scissordyn.components.clutch import Clutch
-from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.components.place import GROUND
 from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
-from scissordyn.exchange.mjcf_plane import TILT_MAX, plane_of
+from scissordyn.exchange.loop_joint import LoopJoint, mark_name
+from scissordyn.exchange.mjcf_frame import ModelFrames, compiled
+from scissordyn.exchange.mjcf_plane import TILT_MAX
 from scissordyn.exchange.robot_xml import Source, used_part
 from scissordyn.exchange.xml_element import EXAMPLE
 from scissordyn.lookup import library
@@ -38,7 +40,7 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     Parameters
     ----------
     text : str
-        XML of the model. A URDF is a tree, so it cannot contain closed loops.
+        XML of the model. Loops of a URDF are closed by `<loop_joint>` elements and by SDF joints in `<gazebo>`.
     folder : path, optional
         Folder of the files that a model in MJCF includes. Without a folder, or outside it, an include is an error. Mesh files
         whose mass counts are always an error.
@@ -60,13 +62,15 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     # by default MuJoCo writes its warnings into a file of the current folder
     mujoco.set_mju_user_warning(lambda message: source.notes.append(f"MuJoCo warns: {message}"))
     try:
-        model = mujoco.MjModel.from_xml_string(source.text)
+        model = compiled(mujoco, source)
         data = mujoco.MjData(model)
         if model.nkey:
             mujoco.mj_resetDataKeyframe(model, data, 0)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_comVel(model, data)
+    except InputError:
+        raise
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(
             f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF or URDF without further files", EXAMPLE
@@ -79,34 +83,11 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     return _Reader(mujoco, model, data, source).imported()
 
 
-class _Reader:
+class _Reader(ModelFrames):
     """Converter of a MuJoCo model at its start to the parts of a mechanism."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
-        self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
-        if source.key_count:
-            name = model.key(0).name or 0
-            self.notes.append(f"start: positions and velocities of keyframe '{name}', the first of {source.key_count}")
-        if not source.gives_gravity:
-            self.notes.append("gravity: a URDF has none; that of MuJoCo is assumed, 9.81 m/s^2 along -z")
-        # a body without mass and joints becomes points of the body to which it is fixed
-        self.host = [0]
-        for index in range(1, model.nbody):
-            fixed = not model.body_jntnum[index] and not model.body_mass[index] > 0.0
-            self.host.append(self.host[int(model.body_parentid[index])] if fixed else index)
-        self.bodies = [index for index in range(1, model.nbody) if self.host[index] == index]
-        self.hinged, self.sliding = (
-            [j for j in range(model.njnt) if model.jnt_type[j] == kind]
-            for kind in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-        )
-        if balls := int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)):
-            raise InputError(f"the model has {balls} ball joints", "hinges and slides, in one plane", EXAMPLE)
-        hinges, slides = ([(self._joint_name(j), data.xaxis[j]) for j in joints] for joints in (self.hinged, self.sliding))
-        self.basis = plane_of(hinges, slides, model.opt.gravity, self.notes)
-        self.names = [GROUND]
-        for index in range(1, model.nbody):
-            self.names.append(plain_name(model.body(index).name or f"body {index}", self.names))
-        self.points: dict[str, dict[str, Point]] = {name: {} for name in self.names}
+        super().__init__(mujoco, model, data, source)
         self.fixed_angle: set[int] = set()  # Bodies that slide in two directions without a hinge
         self.components: list[Any] = []
         self.joints: list[Revolute] = []
@@ -117,7 +98,9 @@ class _Reader:
     def imported(self) -> Imported:
         for index in self.bodies:
             self._attach(index)
-        for k in range(self.model.nsite):
+        for number, loop in enumerate(self.loops):
+            self._close(number, loop)
+        for k in range(0 if self.loops else self.model.nsite):  # a model with loop joints has only their sites
             name = self.model.site(k).name or f"site {k}"
             self._at(int(self.model.site_bodyid[k]), self.data.site_xpos[k], name)
         for k in range(self.model.neq):
@@ -143,14 +126,6 @@ class _Reader:
         )
         return imported(mechanism, self.notes)
 
-    def _joint_name(self, j: int) -> str:
-        return self.model.joint(j).name or f"joint {j}"
-
-    def _disabled(self, *kinds: str) -> bool:
-        """Return True if a <flag> of the model disables a kind of force; kinds unknown to this MuJoCo version are ignored."""
-        bits = [getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{kind}", 0) for kind in kinds]
-        return any(self.model.opt.disableflags & int(bit) for bit in bits)
-
     def _gravity(self) -> tuple[float, float]:
         """Return magnitude and direction of gravity in the plane."""
         gravity = self._flat(self.model.opt.gravity)
@@ -162,43 +137,6 @@ class _Reader:
         if abs(float(self.basis[2] @ self.model.opt.gravity)) > TILT_MAX * across:
             self.notes.append(f"gravity of {across:g} m/s^2: only its part in the plane, {size:g} m/s^2, is kept")
         return size, math.atan2(gravity[1], gravity[0])
-
-    def _flat(self, vector: Any) -> Point:
-        x, y, _ = self.basis @ np.asarray(vector, float)
-        return float(x), float(y)
-
-    def _angle(self, index: int) -> float:
-        """Return the angle of a body in the plane [rad]: of its x axis, or of its y axis if x is normal to the plane."""
-        if index == 0:
-            return 0.0
-        axes = self.data.xmat[index].reshape(3, 3)
-        normal = abs(axes.T @ self.basis[2])
-        x, y = self._flat(axes[:, 1 if int(np.argmax(normal)) == 0 else 0])
-        return math.atan2(y, x)
-
-    def _local(self, index: int, place: Any) -> Point:
-        """Return a point in space in the coordinates of a body, projected to the plane."""
-        x, y = self._flat(np.asarray(place) - self.data.xpos[index])
-        cos, sin = math.cos(self._angle(index)), math.sin(self._angle(index))
-        return cos * x + sin * y, cos * y - sin * x
-
-    def _at(self, index: int, place: Any, name: str) -> BodyPoint:
-        """Return the point of a body at a position in space; add a point with this name if there is none."""
-        index = self.host[index]
-        local, points = self._local(index, place), self.points[self.names[index]]
-        for named, other in points.items():
-            if math.dist(local, other) <= 1e-12:
-                return self.names[index], named
-        point = plain_name(name, points)
-        points[point] = local
-        return self.names[index], point
-
-    def _joints_of(self, index: int) -> range:
-        first = int(self.model.body_jntadr[index])
-        return range(first, first + int(self.model.body_jntnum[index]))
-
-    def _parent(self, index: int) -> int:
-        return self.host[int(self.model.body_parentid[index])]
 
     def _attach(self, index: int) -> None:
         """Add the joints between a body and its parent."""
@@ -385,20 +323,48 @@ class _Reader:
             if kind == kinds.mjEQ_WELD:
                 first, second = second, first
             places = self._place(a, first), self._place(b, second)
+        self._connect(name, (a, b), places, None if kind == kinds.mjEQ_CONNECT else self._weld_frames(k))
+
+    def _connect(self, name: str, ends: tuple[int, int], places: Any, weld_frames: Any) -> None:
+        """Add the pin of two bodies, or their weld if its orientations are given; report how far it is open at the start."""
         if np.linalg.norm(self.basis[:2] @ (places[0] - places[1])) > 1e-6:
             self.notes.append(f"connection '{name}' is open by {np.linalg.norm(places[0] - places[1]):.3g} m at the start")
-        points = self._at(a, places[0], name), self._at(b, places[1], name)
+        points = self._at(ends[0], places[0], name), self._at(ends[1], places[1], name)
         if points[0][0] == GROUND:
             points = points[1], points[0]
-        if kind == kinds.mjEQ_CONNECT:
+        if weld_frames is None:
             self.joints.append(Revolute(name, *points))
-        else:
-            if abs(turned := self._weld_angle(k)) > 1e-6:
-                self.notes.append(f"weld '{name}' is open by {math.degrees(turned):.3g} deg at the start: that angle is kept")
-            self.welds.append(Weld(name, *points))
+            return
+        first, second = weld_frames
+        x, y = self._flat(second @ first.T @ self.basis[0])
+        if abs(turned := math.atan2(y, x)) > 1e-6:
+            self.notes.append(f"weld '{name}' is open by {math.degrees(turned):.3g} deg at the start: that angle is kept")
+        self.welds.append(Weld(name, *points))
 
-    def _weld_angle(self, k: int) -> float:
-        """Return the angle in the plane from the orientation of a weld's second body in the weld to its present one [rad]."""
+    def _close(self, number: int, loop: LoopJoint) -> None:
+        """Add the pin, guide or weld of a joint that closes a loop."""
+        marks = [self.data.site(mark_name(number, k)) for k in range(4)]
+        ends = [self.host[int(self.model.site(mark_name(number, k)).bodyid[0])] for k in range(2)]
+        if ends[0] == ends[1]:
+            what = f"{loop.shown} joins '{loop.links[0]}' and '{loop.links[1]}', which are one rigid body"
+            raise InputError(what, "links that can move relative to each other", EXAMPLE)
+        parts: tuple[Any, ...] = (*self.joints, *self.guides, *self.welds)
+        name = plain_name(loop.name, [part.name for part in parts])
+        places = marks[2].xpos.copy(), marks[3].xpos.copy()
+        if loop.kind != "slide":
+            frames = [mark.xmat.reshape(3, 3) for mark in marks[2:]] if loop.kind == "weld" else None
+            self._connect(name, (ends[0], ends[1]), places, frames)
+            return
+        assert loop.axis is not None
+        follower, carrier = ends if ends[0] else ends[::-1]
+        along = self.data.site(mark_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
+        x, y = self._flat(along)
+        direction, through = math.atan2(y, x) - self._angle(carrier), self._local(carrier, places[0])
+        point = self._at(follower, places[0], name)
+        self.guides.append(Guide(name, point, through, direction, self.names[carrier], aligned=True))
+
+    def _weld_frames(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the orientation of a weld's second body in the weld, and its present one."""
         a, b = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
         if self.model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
             first, second = (self.data.site_xmat[site].reshape(3, 3) for site in (a, b))
@@ -406,8 +372,7 @@ class _Reader:
             pose = np.zeros(9)
             self.mujoco.mju_quat2Mat(pose, self.model.eq_data[k][6:10])
             first, second = self.data.xmat[a].reshape(3, 3) @ pose.reshape(3, 3), self.data.xmat[b].reshape(3, 3)
-        x, y = self._flat(second @ first.T @ self.basis[0])
-        return math.atan2(y, x)
+        return first, second
 
     def _couple(self, equality: Any, output: int, driver: int) -> None:
         """Add the coupling q1 - q1_0 = c0 + c1 (q2 - q2_0) of two joints, where q_0 is the model's reference position."""
@@ -450,9 +415,6 @@ class _Reader:
         here = math.cos(guide.direction) * through[0] + math.sin(guide.direction) * through[1]
         return Slide(guide.follower, guide.direction, base), 1.0, here
 
-    def _place(self, index: int, local: Any) -> np.ndarray:
-        return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))
-
     def _body(self, index: int) -> Body:
         """Return a body at the start; a body with two slides and no hinge does not rotate."""
         mass, name, turns = float(self.model.body_mass[index]), self.names[index], index not in self.fixed_angle
@@ -473,16 +435,6 @@ class _Reader:
             velocity=self._flat(twist[3:]),
             angular_velocity=float(self.basis[2] @ twist[:3]) if turns else None,
         )
-
-    def _twist(self, index: int) -> np.ndarray:
-        """Return a body's angular velocity and its origin's velocity in space; report components out of the plane."""
-        twist = np.zeros(6)
-        self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
-        normal = self.basis[2]
-        out = abs(float(normal @ twist[3:])) + float(np.linalg.norm(np.cross(normal, twist[:3])))
-        if out > TILT_MAX * float(np.linalg.norm(twist)):
-            self.notes.append(f"body '{self.names[index]}': its velocity out of the plane at the start is left out")
-        return twist
 
 
 def _coefficients(joint: Any) -> tuple[list[float], list[float]]:

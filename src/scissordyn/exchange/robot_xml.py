@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
+from scissordyn.exchange.loop_joint import LoopJoint, loop_joints
 from scissordyn.exchange.xml_element import EXAMPLE, Element, further_file, parse, with_includes
 
 BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
@@ -112,6 +113,7 @@ class Source(NamedTuple):
     notes: list[str]
     gives_gravity: bool  # False if MuJoCo's default gravity applies
     key_count: int  # Number of keyframes of the whole model
+    loops: list[LoopJoint]  # Joints that close loops of a URDF
 
 
 def used_part(text: str, folder: Path | None) -> Source:
@@ -123,7 +125,8 @@ def used_part(text: str, folder: Path | None) -> Source:
         raise InputError(f"the root of the model is <{root.tag}>", "<mujoco> or <robot> (URDF)", EXAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
-    return Source(content.decode("utf-8"), notes + part.notes(), part.gives_gravity or not part.is_urdf, part.key_count)
+    gives_gravity = part.gives_gravity or not part.is_urdf
+    return Source(content.decode("utf-8"), notes + part.notes(), gives_gravity, part.key_count, part.loops)
 
 
 class _UsedPart:
@@ -137,6 +140,7 @@ class _UsedPart:
         self.elements = defaultdict[str, list[Element]](list)
         self.unused = defaultdict[tuple[str, str], list[int]](list)
         self.lost: list[str] = []
+        self.loops: list[LoopJoint] = []
 
     def visit(self, root: Element) -> None:
         stack = [(root, 1)]
@@ -188,11 +192,22 @@ class _UsedPart:
             )
         if element.tag == "key":
             return
-        self.elements[element.tag].append(element)
-        if self.is_urdf:
-            for part in (element, *element.descendants()):
-                if part.tag.endswith("joint") and (part is element or "type" in part.attributes):
-                    self.lost.append(_lost_joint(part, element))
+        if not self.is_urdf:
+            self.elements[element.tag].append(element)
+            return
+        loops = loop_joints(element, self.lost)
+        self.loops += loops
+        read = {joint.shown for joint in loops}
+        for part in (element, *element.descendants()):
+            is_joint = part.tag.endswith("joint") and (part is element or "type" in part.attributes)
+            if is_joint and f"joint {part.shown}" not in read:
+                self.lost.append(_lost_joint(part, element))
+        if not loops:
+            self.elements[element.tag].append(element)
+        elif element.tag == "gazebo":
+            for child in element.children:
+                if child.tag != "joint":
+                    self.elements[child.tag].append(child)
 
     def _check(self, element: Element) -> None:
         for name in ("file", "filename"):

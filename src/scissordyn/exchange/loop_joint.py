@@ -1,0 +1,229 @@
+"""Read joints that close loops: `<loop_joint>` elements of a URDF, and SDF joints in its `<gazebo>` elements.
+
+Sources: the URDF parser of Drake's RigidBodyTree and the importer of Isaac Sim for `<loop_joint>` (children `link1` and `link2`
+with the attributes `link`, `xyz` and `rpy`; Drake also has `<axis xyz>`, 1 0 0 if absent); for SDF joints in `<gazebo>` the
+tutorial "Model a 4-bar linkage in SDFormat and URDF" of Gazebo; for their poses and axes the specification of SDFormat.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scissordyn.annotation import SHOWN_LENGTH_MAX
+from scissordyn.errors import InputError
+from scissordyn.exchange.xml_element import EXAMPLE, Element
+
+WORLD = "world"
+
+KINDS = {
+    "revolute": "pin",
+    "continuous": "pin",
+    "ball": "pin",
+    "spherical": "pin",
+    "prismatic": "slide",
+    "fixed": "weld",
+}
+"""Joint types that can close a loop in a plane, and their kinds."""
+
+
+class Pose(NamedTuple):
+    """Position and orientation of a frame in another frame."""
+
+    position: np.ndarray
+    rotation: Rotation
+
+    def times(self, inner: Pose) -> Pose:
+        """Return the pose of a frame in the outer frame; `inner` is its pose in this frame."""
+        return Pose(self.position + self.rotation.apply(inner.position), self.rotation * inner.rotation)
+
+    def inverse(self) -> Pose:
+        """Return the pose of the outer frame in this frame."""
+        back = self.rotation.inv()
+        return Pose(-back.apply(self.position), back)
+
+    @property
+    def quaternion(self) -> np.ndarray:
+        """Quaternion in the order of MuJoCo: w, x, y, z."""
+        return np.roll(self.rotation.as_quat(), 1)
+
+
+def pose(values: tuple[float, ...] = (0.0,) * 6) -> Pose:
+    """Return the pose of a position [m] and of roll, pitch and yaw [rad]: rotations about the fixed axes x, y, z in turn."""
+    return Pose(np.array(values[:3]), Rotation.from_euler("xyz", values[3:]))
+
+
+class Frame(NamedTuple):
+    """Frame that is fixed to a link."""
+
+    link: str
+    pose: Pose
+
+
+class LoopJoint(NamedTuple):
+    """Joint that closes a loop.
+
+    The joint is at `places[0]` on the first link and at `places[1]` on the second one. A frame of another link is read at the
+    start and then moves with the link of the joint.
+    """
+
+    name: str
+    shown: str  # Name and line for messages
+    kind: str  # "pin", "slide" or "weld"
+    links: tuple[str, str]
+    places: tuple[Frame, Frame]
+    axis: tuple[float, ...] | None  # Axis in the frame `axis_of`; None if the file does not give it
+    axis_of: Frame
+
+
+def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
+    """Return a number of finite values that a text must contain."""
+    try:
+        values = tuple(map(float, text.split()))
+    except ValueError:
+        values = ()
+    if len(values) != count or not np.all(np.isfinite(values)):
+        raise InputError(f"{what} = '{text.strip()[:SHOWN_LENGTH_MAX]}'", f"{count} finite number{'s' * (count > 1)}", EXAMPLE)
+    return values
+
+
+def child_of(element: Element, tag: str) -> Element | None:
+    """Return the first child with a tag, or None."""
+    return next((child for child in element.children if child.tag == tag), None)
+
+
+def text_of(element: Element, tag: str, default: str = "") -> str:
+    """Return the text of the first child with a tag, without blanks at its ends."""
+    child = child_of(element, tag)
+    return default if child is None else child.text.strip()
+
+
+def loop_joints(element: Element, notes: list[str]) -> list[LoopJoint]:
+    """Return the loop joints in an element of a URDF; none if it is not `<loop_joint>` or `<gazebo>`, or not complete."""
+    if element.tag.rpartition(":")[2] == "loop_joint":
+        return _urdf_joint(element, notes)
+    if element.tag == "gazebo" and "reference" not in element.attributes:
+        return [joint for child in element.children if child.tag == "joint" for joint in _gazebo_joint(child, notes)]
+    return []
+
+
+def _urdf_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
+    """Return the joint of a `<loop_joint>` with `link1` and `link2`."""
+    ends = [child_of(element, tag) for tag in ("link1", "link2")]
+    kind = KINDS.get(element.attributes.get("type", "revolute"), "")
+    # no source defines the direction of a slide in this element
+    if not kind or kind == "slide" or not all(end is not None and end.attributes.get("link") for end in ends):
+        return []
+    places = []
+    for end in ends:
+        assert end is not None
+        place = [
+            value
+            for name in ("xyz", "rpy")
+            for value in numbers(end.attributes.get(name, "0 0 0"), 3, f"line {end.line}: {name} of <{end.tag}>")
+        ]
+        places.append(Frame(end.attributes["link"], pose(tuple(place))))
+    axis = child_of(element, "axis")
+    along = None
+    if axis is not None and kind == "pin" and element.attributes.get("type") != "spherical":
+        along = _direction(axis.attributes.get("xyz", "1 0 0"), axis, f"line {axis.line}: xyz of <axis>")
+    _note_unread(element, {"link1", "link2", "axis"}, notes)
+    name = element.attributes.get("name", "") or "loop joint"
+    first, second = places
+    return [LoopJoint(name, f"joint {element.shown}", kind, (first.link, second.link), (first, second), along, first)]
+
+
+def _gazebo_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
+    """Return an SDF joint of a `<gazebo>` element; its frame is that of its child link unless a pose places it."""
+    kind = KINDS.get(element.attributes.get("type", ""), "")
+    child, parent = (link_name(element, tag) for tag in ("child", "parent"))
+    if not kind or not child or not parent:
+        return []
+    placed = child_of(element, "pose")
+    place = Frame(child, pose())
+    if placed is not None:
+        link = placed.attributes.get("relative_to") or placed.attributes.get("frame") or child
+        place = Frame(link, read_pose(placed))
+    along, axis_of = None, place
+    if (axis := child_of(element, "axis")) is not None:
+        along, frame = read_axis(axis)
+        axis_of = Frame(frame, pose()) if frame else place
+        _note_unread(axis, {"xyz", "use_parent_model_frame"}, notes, f"joint {element.shown}")
+    elif kind == "slide":
+        along = (0.0, 0.0, 1.0)
+    if kind == "slide" and axis_of is place:
+        notes.append(f"joint {element.shown}: its axis is read in the frame of the joint, as in SDFormat 1.5 and later")
+    _note_unread(element, {"child", "parent", "pose", "axis"}, notes)
+    name = element.attributes.get("name", "") or "joint"
+    return [LoopJoint(name, f"joint {element.shown}", kind, (child, parent), (place, place), along, axis_of)]
+
+
+def link_name(joint: Element, tag: str) -> str:
+    """Return the link in the text of `<parent>` or `<child>`, or in its attribute as in early files."""
+    end = child_of(joint, tag)
+    return "" if end is None else end.text.strip() or end.attributes.get("link", "")
+
+
+def read_pose(element: Element) -> Pose:
+    """Return the pose in an SDF `<pose>`: angles in radians or degrees, or a quaternion x, y, z, w."""
+    what = f"line {element.line}: <{element.tag}>"
+    if element.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw":
+        *place, x, y, z, w = numbers(element.text or "0 0 0 0 0 0 1", 7, what)
+        if not any((x, y, z, w)):
+            raise InputError(f"{what} has the quaternion 0 0 0 0", "a quaternion that is not zero", EXAMPLE)
+        return Pose(np.array(place), Rotation.from_quat((x, y, z, w)))
+    values = numbers(element.text if element.text.strip() else "0 0 0 0 0 0", 6, what)
+    if is_true(element.attributes.get("degrees", "")):
+        values = (*values[:3], *np.radians(values[3:]).tolist())
+    return pose(values)
+
+
+def read_axis(axis: Element, *, in_model: bool = False) -> tuple[tuple[float, ...], str]:
+    """Return the vector of an SDF `<axis>` and the name of its frame: "" for that of the joint, "__model__" for the model's."""
+    element = child_of(axis, "xyz")
+    text = "0 0 1" if element is None or not element.text.strip() else element.text
+    vector = _direction(text, axis, f"line {axis.line}: <xyz> of <axis>")
+    expressed = "" if element is None else element.attributes.get("expressed_in", "")
+    in_model = is_true(text_of(axis, "use_parent_model_frame", str(in_model)))
+    return vector, expressed or ("__model__" if in_model else "")
+
+
+def _direction(text: str, axis: Element, what: str) -> tuple[float, ...]:
+    vector = numbers(text, 3, what)
+    if not any(vector):
+        raise InputError(f"line {axis.line}: the axis of the joint is 0 0 0", "a vector, for example 0 1 0", EXAMPLE)
+    return vector
+
+
+def is_true(text: str) -> bool:
+    """Return True for the texts that SDF reads as true."""
+    return text.strip().lower() in ("true", "1")
+
+
+def _note_unread(element: Element, known: set[str], notes: list[str], owner: str = "") -> None:
+    """Add a note with the children of a joint that are not read."""
+    if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in known)):
+        tags = ", ".join(f"<{tag[:SHOWN_LENGTH_MAX]}>" for tag in unread[:5]) + (" and more" if len(unread) > 5 else "")
+        notes.append(f"{owner or f'joint {element.shown}'}: {tags} left out, because the joint closes a loop")
+
+
+def add_marks(spec: Any, joints: list[LoopJoint]) -> None:
+    """Add the frames of loop joints to a MuJoCo model as sites, which keep their place when MuJoCo fuses fixed links."""
+    bodies = {body.name: body for body in spec.bodies}
+    for number, joint in enumerate(joints):
+        frames = (*(Frame(link, pose()) for link in joint.links), *joint.places, joint.axis_of)
+        for k, frame in enumerate(frames):
+            link = WORLD if frame.link == "__model__" else frame.link
+            if link not in bodies:
+                raise InputError(
+                    f"{joint.shown} refers to '{link[:SHOWN_LENGTH_MAX]}'", "the name of a link of the model", EXAMPLE
+                )
+            site = bodies[link].add_site()
+            site.name, site.pos, site.quat = mark_name(number, k), frame.pose.position, frame.pose.quaternion
+
+
+def mark_name(number: int, k: int) -> str:
+    """Return the name of the k-th site of a loop joint: two links, two places and the frame of the axis."""
+    return f"mark {k} of loop joint {number}"

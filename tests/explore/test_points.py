@@ -60,7 +60,7 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
     assert session.case is case
     heard.say("open", point=99)
     heard.say("axis", name="nothing")
-    assert [message["text"][:8] for message in heard.of("said")] == ["point 99", "cannot d"]
+    assert [message["text"][:8] for message in heard.of("said")] == ["no point", "cannot d"]
     heard.page.close()
 
 

@@ -15,7 +15,7 @@ from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
 from scissordyn.studies.answer.page import varied_numbers
 from scissordyn.studies.answer.verdict import by_point
-from scissordyn.studies.ask.distribution import Distribution, from_scipy
+from scissordyn.studies.ask.distribution import PROBABILITY_MAX, PROBABILITY_MIN, Distribution, from_scipy
 from scissordyn.studies.ask.iso_286 import DEVIATIONS, DIAMETERS, GRADES, read_fit
 from scissordyn.studies.compute.table import column
 from scissordyn.units import Quantity
@@ -38,11 +38,16 @@ NUMBER = Quantity("1", minimum=0.0, maximum=1.0)
     ],
 )
 def test_limits_of_known_fits(fit: str, diameter: float, hole: tuple[int, int], shaft: tuple[int, int]) -> None:
-    """Published numbers: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it."""
+    """Published numbers: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it.
+
+    The ends of what is drawn are quantiles of the smallest and largest probability, p and 1 - p': the sum of two uniform
+    deviations of widths a and b is sqrt(2 p a b) and sqrt(2 p' a b) from its limits there.
+    """
     found = read_fit(fit, diameter * 1e-3)
     np.testing.assert_allclose(np.array([found.hole, found.pin]) * 1e6, [hole, shaft], atol=1e-9)
-    clearance = found.clearance()
-    np.testing.assert_allclose(clearance.ends, np.array([-shaft[1], hole[1] - shaft[0]]) * 0.5e-6, atol=1e-15)
+    area = 2.0 * (hole[1] - hole[0]) * (shaft[1] - shaft[0])
+    ends = np.sqrt(area * PROBABILITY_MIN) - shaft[1], hole[1] - shaft[0] - np.sqrt(area * (1.0 - PROBABILITY_MAX))
+    np.testing.assert_allclose(found.clearance().ends, 0.5e-6 * np.array(ends), rtol=1e-14, atol=1e-20)
 
 
 def test_tables_are_the_formula_of_the_standard_rounded() -> None:

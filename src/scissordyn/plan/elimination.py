@@ -16,7 +16,7 @@ Expression = dict[int, float]  # Linear combination: coefficient by column
 
 
 PIVOT_FRACTION_MIN = 1e-3
-"""Preferred columns with coefficients below this fraction of the largest are not used as pivots."""
+"""A preferred column is the pivot of an equation if its coefficient is at least this fraction of the largest; else any is."""
 
 CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX = 0.02, 30.0
 """Displacement from the placed position to one that meets all constraints: in mechanism sizes, and over the error as placed.

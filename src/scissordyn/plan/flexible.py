@@ -92,7 +92,7 @@ class Axis:
 
     @property
     def slopes(self) -> list[int]:
-        """Natural coordinates of the slopes at cross-sections without a direction of their own."""
+        """Index of the first natural coordinate of each slope vector at a cross-section that is not in `directed`."""
         slopes = self.first[len(self.bar.sections) : self.shapes.held]
         return [p for p, k in zip(slopes.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
 

@@ -262,7 +262,7 @@ def _normalized(matrix: Any, mass: Any, free: int, ordered: Callable[[csr_array]
         blocks.append(np.linalg.inv(lower).T if ordered is None else solve_triangular(lower, np.eye(size), lower=True).T)
         first += size
     back = np.argsort(order)
-    mixing = sp.csr_array(sp.block_diag(map(sp.coo_array, blocks), format="csr"))[back][:, back]
+    mixing = sp.csr_array(sp.block_diag([sp.coo_array(block) for block in blocks], format="csr"))[back][:, back]
     result = sp.csr_array(sp.hstack([moving @ mixing, matrix[:, free:]]))
     result.eliminate_zeros()
     result.sort_indices()

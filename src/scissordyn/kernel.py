@@ -356,7 +356,7 @@ def _append_field(field: _Field, part: Any, words: list[int]) -> None:
 
 
 def _append_changed(content: Any, described: type, words: list[int], other: Any, known: list[int]) -> None:
-    """Append the words of a tuple; those of nested tuples that are also in `other` are copied from the words `known`."""
+    """Append the words of a named tuple; a nested tuple that `other` has too is copied from `known`, the words of `other`."""
     for field, part, same in zip(_fields_in_memory(described), content, other, strict=True):
         if field.nested and part is same:
             words += known[len(words) : len(words) + field.words]

@@ -247,7 +247,10 @@ def _torques(cause: str, pairs: Mapping[str, tuple[float, float]]) -> Finding:
 
 
 def classified(group: Group, holds: Callable[[Sequence[Any]], bool]) -> Find:
-    """The criterion on the verdicts of motions under the periodic drive, with their exponents."""
+    """Return the criterion that `holds` is true of the kinds of motion, such as chaotic, of a group under the periodic drive.
+
+    The finding lists the kinds with their largest Lyapunov exponents.
+    """
 
     def find(choice: Choice, settled: Measured) -> Finding:
         motions = _of(group, choice, settled)

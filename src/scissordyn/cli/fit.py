@@ -118,7 +118,9 @@ def _ranges(free: list[str]) -> dict[str, str | None]:
     ranges: dict[str, str | None] = {}
     for text in free:
         path, _, values = text.partition("=")
-        if not path.strip() or path.strip() in ranges:
+        if not path.strip():
+            raise InputError(f"--free {text!r}: no parameter before the equals sign", "PARAMETER=RANGE", "--free 'arm.inertia'")
+        if path.strip() in ranges:
             raise InputError(f"--free {text!r}: the parameter is given twice", "each parameter once", "--free 'arm.inertia'")
         ranges[path.strip()] = values.strip() or None
     return ranges

@@ -55,5 +55,5 @@ class TravelStop:
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Return K, n, xi and the limit [m]."""
+        """Return the stiffness K [N/m^n], exponent n and damping factor xi of the stop, and its position [m]."""
         return self.stiffness, self.exponent, stop_damping(self.restitution), self.limit

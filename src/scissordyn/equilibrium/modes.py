@@ -85,7 +85,9 @@ def modes(
         return _modes_at(at, place, count, position, released_drive)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
-        raise InputError("times are not increasing", "increasing instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]")
+        raise InputError(
+            "times are not finite, increasing numbers", "increasing instants of the drives' motion [s]", "times=[0.0, 0.1, 0.2]"
+        )
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
         raise InputError("modes at several times of a mechanism without a drive", "a drive, or modes without times")

@@ -186,7 +186,7 @@ class _Reader(ModelFrames):
         if len(slides) == 2 and not hinges:
             if self._parent(index):
                 what = f"body '{self.names[index]}' slides in two directions on body '{self.names[self._parent(index)]}'"
-                raise InputError(what, "a body for each slide", EXAMPLE)
+                raise InputError(what, "a body of its own for each of the two slides", EXAMPLE)
             self.fixed_angle.add(index)
 
     def _hinge(self, j: int, index: int, parent: int) -> None:

@@ -71,7 +71,7 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
 
 
 def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
-    """Convert the content of a link to pins, bars, blocks and loads."""
+    """Convert a sketch, the content of a PMKS+ web address, to pins, bars, blocks and loads."""
     joints = sketch.joints
     names: dict[str, str] = {}
     for key, link in sketch.links.items():

@@ -104,7 +104,7 @@ def _check_attributes(attributes: dict[Any, Any]) -> None:
             content = None
         if not isinstance(content, kind):
             what = f"damaged run: the attribute '{name}' is {shown(attributes.get(name))}"
-            raise InputError(what, f"JSON, in {EXPECTED_RUN}")
+            raise InputError(what, f"a JSON {'object' if kind is dict else 'list'}, in {EXPECTED_RUN}")
 
 
 def _check_dims(run: xr.Dataset, name: str, dims: tuple[str, ...]) -> None:

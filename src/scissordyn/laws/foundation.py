@@ -78,7 +78,7 @@ def _integrals(row: np.ndarray, w: float) -> tuple[float, float]:
 
 
 def _pressures(law: Elastic, joint: JointContact, w: np.ndarray) -> np.ndarray:
-    """Return the pressures at some indentations by Gauss quadrature, shape (n,) [Pa]."""
+    """Return local pressures at local indentations w [m] that add up to the law's force (Abel's equation), shape of w [Pa]."""
     c, pointer, row = joint.clearance, pointers(law)["force"], row_of(law, joint)
 
     def scaled(delta: np.ndarray) -> np.ndarray:

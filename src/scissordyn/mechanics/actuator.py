@@ -129,9 +129,9 @@ def controller_slopes(t, i, S, z):
 
 @kernel
 def linearise_actuator(t, i, S, z, dt, first_state):
-    """Write the derivatives of actuator i's forces into Work.by_map and Work.by_map_rate, and those of its states.
+    """Write the derivatives of actuator i's forces by its map values and their rates into Work.by_map and Work.by_map_rate.
 
-    The partial derivatives by time are added to dt[n:] and dt[first_state:]; the torque is returned.
+    The derivatives of its states are written, too. Those by time are added to dt[n:] and dt[first_state:]. Return the torque.
     """
     M, P, W = S.model, S.parameters, S.work
     element, states = P.contact.size + i, z.size

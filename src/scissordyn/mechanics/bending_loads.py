@@ -74,7 +74,10 @@ def add_couples(S):
 
 @kernel
 def load_bending(lane, A, S):
-    """Add the loads of flexible bars to one lane for accelerations A of the columns; forces and weight to lane 0 only."""
+    """Add the inertial loads of flexible bars at accelerations A of the natural coordinates to one right-hand side, `lane`.
+
+    Elastic forces and weight are added to lane 0 only.
+    """
     R = S.friction
     B = R.bending
     if B.start.size == 0:

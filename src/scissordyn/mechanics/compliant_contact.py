@@ -79,7 +79,10 @@ def slip_of(i, at, u, H):
 
 @kernel
 def later_part(stiff):
-    """Return theta of a compliant contact; `stiff` is its damping times the step size over the effective mass."""
+    """Return theta, the weight of the end of a step in the theta method, for a contact's normal force or friction: 0.5 to 1.
+
+    `stiff` is the damping, or the slope of friction, times the step size over the effective mass.
+    """
     return 0.5 + 0.5 * stiff * stiff / (1.0 + stiff * stiff)
 
 

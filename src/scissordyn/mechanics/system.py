@@ -40,8 +40,8 @@ limit.
 """
 
 LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles", "loaded")])
-"""Addresses of these kernels, or 0; the number of friction states, which precede those of the normal force; and `loaded`, which
-is 1 if damping refers to `laws.evaluate.reference_speed` and 0 if it refers to the approach speed only.
+"""Fields: the address of each kernel of `LAW_KERNELS`, 0 without one; `bristles`, the number of friction states, which are
+stored before the states of the normal force; `loaded`, 1 if damping uses `laws.evaluate.reference_speed`, else 0.
 """
 
 CONTACT_RESULT = np.dtype(

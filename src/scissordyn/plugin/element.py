@@ -285,7 +285,10 @@ def _check(made: Any) -> None:
 
 
 def _places(declared: Element, key: str, present: tuple[str, ...]) -> dict[str, str]:
-    """Return the source text of each possible argument of a kernel, such as "q[0]", for a part with the states `present`."""
+    """Return the generated expression, such as "q[0]", of each argument that a kernel may have, by its name.
+
+    A declared state that is not in `present`, the states of the part, has the expression `ABSENT_STATE`.
+    """
     count, results = declared.slot.kernels[key]
     places = {name: f"q[{k}]" for k, name in enumerate(declared.slot.inputs[:count])}
     places |= {name: f"x[{k}]" for k, name in enumerate(declared.slot.context)}

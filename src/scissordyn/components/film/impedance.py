@@ -243,7 +243,10 @@ def finite_table(ratio: float) -> np.ndarray:
 
 @cache
 def pressure_table(model: str, ratio: float) -> np.ndarray:
-    """Return the table of a short or a long bearing, shape (GAPS, DIRECTIONS, 3); only its pressures are used."""
+    """Return the largest pressures in a short or long bearing, shape (GAPS, DIRECTIONS, 3).
+
+    The layout is that of `finite_table`: entry 2 is the pressure; entries 0 and 1, the impedances, stay zero.
+    """
     theta = np.linspace(0.0, 2.0 * np.pi, 721)
     table = np.zeros((GAPS, DIRECTIONS, 3))
     for i, e in enumerate(eccentricities()):

@@ -26,8 +26,8 @@ ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
 
 NAN = float("nan")
 
-CHANGED = "not what was written"
-UNREADABLE = "cannot be read"
+CHANGED = "not what was written"  # reason why a row of the table of cases is damaged: its digest differs
+UNREADABLE = "cannot be read"  # reason why a row of the table of cases is damaged: SQLite cannot read it
 
 
 @dataclass(frozen=True)

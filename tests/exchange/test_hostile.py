@@ -15,8 +15,11 @@ from scissordyn.exchange.export import drawing
 from scissordyn.exchange.source import SIZE_MAX
 
 from .test_dxf_forms import drawn, plain, text
+from .test_loops import CLOSINGS
+from .test_loops import four_bar as four_bar_in_urdf
 from .test_points import TABLE
 from .test_robots import ARMS, STEP, tree
+from .test_sdf import four_bars
 
 NUMBERS = ("0", "-1", "1e400", "nan", "", "1e300", "-1e9", "1e-300", "999999999999999999999", "2147483648")
 NUMBER = re.compile(r"-?\d+\.?\d*")
@@ -44,12 +47,15 @@ def seeds() -> list[tuple[object, str]]:
         (sd.read_dxf, drawing(sd.four_bar(), pin_radius=2e-3)),
         (sd.read_mjcf, f"<mujoco><option gravity='0 0 -9.81' {STEP}/><worldbody>{bodies}</worldbody>{start}</mujoco>"),
         (sd.read_mjcf, ARMS.format("", "1.57 0 0", "0 0 1", "0 0 0", "0 0 1", "")),
+        (sd.read_mjcf, four_bar_in_urdf(CLOSINGS["as in Drake"])),
+        (sd.read_mjcf, four_bar_in_urdf(CLOSINGS["in degrees"])),
+        (sd.read_mjcf, dict(four_bars())["relative poses and frames"]),
         (sd.read_points, TABLE),
         (sd.read_pmks, f"{link}&f=&s=10,false,false,m"),
     ]
 
 
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(9))
 def test_altered_files_are_one_line_or_a_mechanism(number: int, capfd: pytest.CaptureFixture[str]) -> None:
     """Contract: no other error, no second line, nothing printed and no warning of Python."""
     read, whole = seeds()[number]

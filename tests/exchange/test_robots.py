@@ -7,8 +7,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.exchange.robot_xml import BODIES_MAX
-from scissordyn.exchange.xml_element import DEPTH_MAX
+from scissordyn.exchange.xml_element import BODIES_MAX, DEPTH_MAX
 
 from .peer import by_mujoco, mujoco
 
@@ -384,7 +383,7 @@ def test_bodies_that_are_not_made_are_named():
             "<mesh builtin>",
         ),
         ("<robot name='r'><xacro:arm xmlns:xacro='x'/></robot>", "line 1: the URDF contains <xacro:arm>"),
-        ("<sdf/>", "the root of the model is <sdf>"),
+        ("<html/>", "the root of the model is <html>"),
         (arm('<joint name="inf" axis="0 1 0" ref="-NaN"/>'), "line 2: ref = '-NaN' of <joint>"),
         (arm('<joint axis="0 1 0" pos="0 inf 0"/>'), "line 2: pos = '0 inf 0' of <joint>"),
         ("<mujoco>\0</mujoco>", "cannot read the model"),

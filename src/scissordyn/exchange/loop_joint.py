@@ -14,9 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
-from scissordyn.exchange.xml_element import EXAMPLE, Element
+from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element
 
 WORLD = "world"
+
+VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
 
 KINDS = {
     "revolute": "pin",
@@ -79,13 +81,14 @@ class LoopJoint(NamedTuple):
 
 
 def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
-    """Return a number of finite values that a text must contain."""
+    """Return the numbers of a text, which must be as many as `count`."""
     try:
         values = tuple(map(float, text.split()))
     except ValueError:
         values = ()
-    if len(values) != count or not np.all(np.isfinite(values)):
-        raise InputError(f"{what} = '{text.strip()[:SHOWN_LENGTH_MAX]}'", f"{count} finite number{'s' * (count > 1)}", EXAMPLE)
+    if len(values) != count or not all(abs(value) <= VALUE_MAX for value in values):
+        expected = f"{count} number{'s' * (count > 1)} of at most {VALUE_MAX:g}"
+        raise InputError(f"{what} = '{text.strip()[:SHOWN_LENGTH_MAX]}'", expected, EXAMPLE)
     return values
 
 
@@ -194,7 +197,8 @@ def _direction(text: str, axis: Element, what: str) -> tuple[float, ...]:
     vector = numbers(text, 3, what)
     if not any(vector):
         raise InputError(f"line {axis.line}: the axis of the joint is 0 0 0", "a vector, for example 0 1 0", EXAMPLE)
-    return vector
+    largest = max(map(abs, vector))
+    return tuple(value / largest for value in vector)
 
 
 def is_true(text: str) -> bool:
@@ -211,6 +215,8 @@ def _note_unread(element: Element, known: set[str], notes: list[str], owner: str
 
 def add_marks(spec: Any, joints: list[LoopJoint]) -> None:
     """Add the frames of loop joints to a MuJoCo model as sites, which keep their place when MuJoCo fuses fixed links."""
+    if len(joints) > BODIES_MAX:
+        raise InputError(f"the model has more than {BODIES_MAX} joints that close loops", "fewer joints", EXAMPLE)
     bodies = {body.name: body for body in spec.bodies}
     for number, joint in enumerate(joints):
         frames = (*(Frame(link, pose()) for link in joint.links), *joint.places, joint.axis_of)

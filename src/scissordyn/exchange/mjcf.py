@@ -1,4 +1,4 @@
-"""Read planar mechanisms from MJCF and URDF with MuJoCo.
+"""Read planar mechanisms from MJCF, URDF and SDF with MuJoCo.
 
 A model is accepted if all hinges have parallel axes and all slides are perpendicular to them. Unused parts are reported.
 """
@@ -19,7 +19,7 @@ from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
-from scissordyn.exchange.loop_joint import LoopJoint, mark_name
+from scissordyn.exchange.loop_joint import VALUE_MAX, LoopJoint, mark_name
 from scissordyn.exchange.mjcf_frame import ModelFrames, compiled
 from scissordyn.exchange.mjcf_plane import TILT_MAX
 from scissordyn.exchange.robot_xml import Source, used_part
@@ -35,7 +35,7 @@ from scissordyn.units import checked
 
 @checked
 def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
-    """Return the planar mechanism of a model in MJCF or URDF at its start.
+    """Return the planar mechanism of a model in MJCF, URDF or SDF at its start.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
         raise
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(
-            f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF or URDF without further files", EXAMPLE
+            f"MuJoCo cannot read the model: {str(error)[:500]}", "MJCF, URDF or SDF without further files", EXAMPLE
         ) from None
     finally:
         mujoco.set_mju_user_warning(warn)
@@ -283,6 +283,8 @@ class _Reader(ModelFrames):
         low, high = joint.range.tolist()
         stops = []
         for side, limit, beyond in (("lower", low, low - q), ("upper", high, q - high)):
+            if abs(limit) >= VALUE_MAX:
+                continue
             if beyond > (TILT_MAX if unit == "rad" else ASSEMBLY_TOL):
                 self.notes.append(f"{side} limit of joint '{name}': left out; it is {limit:g} {unit}, the start {q:g} {unit}")
                 continue
@@ -327,8 +329,8 @@ class _Reader(ModelFrames):
 
     def _connect(self, name: str, ends: tuple[int, int], places: Any, weld_frames: Any) -> None:
         """Add the pin of two bodies, or their weld if its orientations are given; report how far it is open at the start."""
-        if np.linalg.norm(self.basis[:2] @ (places[0] - places[1])) > 1e-6:
-            self.notes.append(f"connection '{name}' is open by {np.linalg.norm(places[0] - places[1]):.3g} m at the start")
+        if math.hypot(*self._flat(places[0] - places[1])) > 1e-6:
+            self.notes.append(f"connection '{name}' is open by {math.hypot(*(places[0] - places[1])):.3g} m at the start")
         points = self._at(ends[0], places[0], name), self._at(ends[1], places[1], name)
         if points[0][0] == GROUND:
             points = points[1], points[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,11 @@ def compiled(mujoco: Any, source: Source) -> Any:
         return mujoco.MjModel.from_xml_string(source.text)
     spec = mujoco.MjSpec.from_string(source.text)
     add_marks(spec, source.loops)
-    return spec.compile()
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", UserWarning)
+        model = spec.compile()
+    source.notes.extend(f"MuJoCo warns: {' '.join(str(warning.message).split())}" for warning in warned)
+    return model
 
 
 class ModelFrames:

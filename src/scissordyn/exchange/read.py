@@ -11,19 +11,19 @@ from scissordyn.units import checked
 
 TABLE_ENDINGS = (".csv", ".tsv")
 
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", *TABLE_ENDINGS)
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", *TABLE_ENDINGS)
 
 
 @checked
 def read_drawing(
     source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
 ) -> Imported:
-    """Return the mechanism of a PMKS+ link, a drawing in DXF, a model in MJCF or URDF, or a table of points.
+    """Return the mechanism of a PMKS+ link, a drawing in DXF, a model in MJCF, URDF or SDF, or a table of points.
 
     Parameters
     ----------
     source : str or path
-        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .csv or .tsv; a file with any other ending holds a link.
+        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .sdf, .csv or .tsv; a file with any other ending holds a link.
     unit : str
         Length unit of a DXF without one (see `read_dxf`) or of a table of points (metres if not given).
     linear_density : float

@@ -1,4 +1,4 @@
-"""Remove the parts of an MJCF or URDF text that the import does not use.
+"""Remove the parts of an MJCF or URDF text that the import does not use, and convert SDF.
 
 Unused parts are overwritten with blanks, so that MuJoCo's messages have the line numbers of the user's text.
 """
@@ -13,9 +13,8 @@ from typing import NamedTuple
 from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.loop_joint import LoopJoint, loop_joints
-from scissordyn.exchange.xml_element import EXAMPLE, Element, further_file, parse, with_includes
-
-BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
+from scissordyn.exchange.sdf import convert_sdf
+from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element, further_file, listed, parse, with_includes
 
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 COUNT = re.compile(r"[0-9]{1,9}")
@@ -113,7 +112,7 @@ class Source(NamedTuple):
     notes: list[str]
     gives_gravity: bool  # False if MuJoCo's default gravity applies
     key_count: int  # Number of keyframes of the whole model
-    loops: list[LoopJoint]  # Joints that close loops of a URDF
+    loops: list[LoopJoint]  # Joints that close loops of a URDF or SDF
 
 
 def used_part(text: str, folder: Path | None) -> Source:
@@ -121,8 +120,11 @@ def used_part(text: str, folder: Path | None) -> Source:
     notes: list[str] = []
     content = bytearray(with_includes(text, folder, notes).encode("utf-8"))
     root = parse(bytes(content))
+    if root.tag == "sdf":
+        model = convert_sdf(root, notes)
+        return Source(model.text, notes, True, 0, model.loops)
     if root.tag not in ("mujoco", "robot"):
-        raise InputError(f"the root of the model is <{root.tag}>", "<mujoco> or <robot> (URDF)", EXAMPLE)
+        raise InputError(f"the root of the model is <{root.tag}>", "<mujoco>, <robot> (URDF) or <sdf>", EXAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
     gives_gravity = part.gives_gravity or not part.is_urdf
@@ -247,9 +249,9 @@ class _UsedPart:
             elements.sort(key=lambda element: element.start)
         for tag, elements in sorted(self.elements.items(), key=lambda group: group[1][0].start):
             bodies = ", with the bodies that it generates" if tag in BODY_GENERATORS else ""
-            lines.append(f"{len(elements)} <{tag}> left out{bodies}: {_listed([element.shown for element in elements])}")
+            lines.append(f"{len(elements)} <{tag}> left out{bodies}: {listed([element.shown for element in elements])}")
         for (tag, name), numbers in self.unused.items():
-            where = _listed([str(number) for number in dict.fromkeys(numbers)])
+            where = listed([str(number) for number in dict.fromkeys(numbers)])
             lines.append(f"attribute '{name}' of {len(numbers)} <{tag}> left out (line {where})")
         return lines + self.lost
 
@@ -260,10 +262,6 @@ def _lost_joint(joint: Element, outer: Element) -> str:
     between = f" between {' and '.join(f'{end!r}' for end in ends)}" if len(ends) == 2 else ""
     within = f" in <{outer.tag}>" if outer is not joint else ""
     return f"joint {joint.shown}{within}{between} left out: if it closes a loop, the loop is open here"
-
-
-def _listed(names: list[str], most: int = 5) -> str:
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def _count(element: Element) -> int:

@@ -16,6 +16,7 @@ EXAMPLE = "scissordyn import model.xml -o case.toml"
 
 DEPTH_MAX = 200  # [levels] Largest nesting of elements; each link of a chain is one level deeper
 
+BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
 
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
@@ -95,7 +96,7 @@ def parse(content: bytes) -> Element:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise InputError(f"cannot read the model: {error}", "MJCF or URDF without further files", EXAMPLE) from None
+        raise InputError(f"cannot read the model: {error}", "MJCF, URDF or SDF without further files", EXAMPLE) from None
     return top.children[0]
 
 
@@ -150,3 +151,8 @@ def further_file(element: Element, name: str) -> InputError:
         "a model in one file, with masses",
         EXAMPLE,
     )
+
+
+def listed(names: list[str], most: int = 5) -> str:
+    """Return the first names, and the number of the others."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

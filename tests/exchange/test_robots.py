@@ -240,6 +240,31 @@ def test_models_of_slides_alone(joints):
     assert run["position"].values == pytest.approx(places[:, :, plane], abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    "joints",
+    [
+        '<joint name="j" axis="0 1 0" armature="0.2"/>',
+        '<joint type="slide" axis="1 0 0"/><joint name="j" axis="0 -1 0" armature="0.2"/>',
+    ],
+)
+def test_the_rotor_of_a_hinge_on_the_ground_turns_with_its_body(joints):
+    """Cross-check: motion of a falling arm in MuJoCo, whose rotor has more inertia than the arm."""
+    run, places, notes = motions(arm(joints))
+    assert run["position"].values == pytest.approx(places[:, :, [0, 2]], abs=1e-9)
+    assert "rotor inertia of joint 'j': 0.2 kg m^2 is added to the inertia of body 'arm'" in notes
+    without = motions(arm(joints.replace("0.2", "0")))[1]
+    assert abs(without - places).max() > 0.01
+
+
+def test_other_rotors_are_left_out():
+    """Contract: a rotor on a moving base and the armature of a slide are named with the reason."""
+    inside = '<body name="fore" pos="0.5 0 0"><joint name="k" axis="0 1 0" armature="0.1"/><geom size="0.1"/></body></body>'
+    text = arm('<joint name="j" type="slide" axis="1 0 0" armature="0.2"/>').replace("</body>", inside)
+    notes = sd.read_mjcf(text).notes
+    assert "rotor inertia of joint 'j': left out, because it resists a slide" in notes
+    assert "rotor inertia of joint 'k': left out, because its base moves" in notes
+
+
 def test_a_slide_behind_a_hinge_turns_with_the_body():
     """Contract: no joint of the package says it, so that it is an error."""
     slide, hinge = '<joint name="s" type="slide" axis="1 0 0"/>', '<joint name="p" axis="0 1 0"/>'

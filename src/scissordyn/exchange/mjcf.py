@@ -89,6 +89,7 @@ class _Reader(ModelFrames):
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
         super().__init__(mujoco, model, data, source)
         self.fixed_angle: set[int] = set()  # Bodies that slide in two directions without a hinge
+        self.rotors: dict[int, float] = {}  # Rotor inertia of bodies on the ground [kg m^2]
         self.components: list[Any] = []
         self.joints: list[Revolute] = []
         self.guides: list[Guide] = []
@@ -169,7 +170,17 @@ class _Reader(ModelFrames):
         for j in slides:
             self._slide(j, index, parent, hinges, [other for other in slides if other != j])
         for j in (j for j in joints if model.joint(j).armature[0]):
-            self.notes.append(f"rotor inertia of joint '{self._joint_name(j)}': left out")
+            self._rotor(j, index, parent)
+
+    def _rotor(self, j: int, index: int, parent: int) -> None:
+        """Add the rotor inertia of a hinge on the ground to its body; report any other rotor inertia as left out."""
+        what, value = f"rotor inertia of joint '{self._joint_name(j)}'", float(self.model.joint(j).armature[0])
+        if j in self.hinged and not parent:
+            self.rotors[index] = value
+            self.notes.append(f"{what}: {value:g} kg m^2 is added to the inertia of body '{self.names[index]}'")
+        else:
+            reason = "its base moves" if j in self.hinged else "it resists a slide"
+            self.notes.append(f"{what}: left out, because {reason}")
 
     def _check_slides(self, index: int, hinges: list[int], slides: list[int]) -> None:
         """Raise `InputError` for a slide that turns with its own body, and for two slides without a hinge on a moving body."""
@@ -429,7 +440,7 @@ class _Reader(ModelFrames):
         return Body(
             name,
             mass,
-            inertia if turns else None,
+            inertia + self.rotors.get(index, 0.0) if turns else None,
             points=self.points[name] or {"origin": (0.0, 0.0)},
             centre=self._local(index, self.data.xipos[index]),
             position=self._flat(self.data.xpos[index]),

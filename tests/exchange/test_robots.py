@@ -358,6 +358,31 @@ def test_included_files_are_part_of_the_model(tmp_path):
     assert "attribute 'margin' of 1 <joint> left out (line 3)" in notes
 
 
+def test_included_files_are_found_as_in_mujoco(tmp_path):
+    """Cross-check: bodies of a model in three folders by MuJoCo; the folder of the model is the first place of each file."""
+    body = "<body name='{}'><joint axis='0 1 0'/><geom size='.1'/></body>"
+    texts = {
+        "model.xml": "<include file='a/one.xml'/><include file='last.xml'/>",
+        "a/one.xml": "<include file='b/two.xml'/><include file='both.xml'/><include file='beside.xml'/>",
+        "a/b/two.xml": "<include file='../up.xml'/>",
+        "a/up.xml": body.format("up"),
+        "both.xml": body.format("of the model"),
+        "a/both.xml": body.format("of the part"),
+        "a/beside.xml": body.format("beside"),
+        "last.xml": body.format("last"),
+        "a/last.xml": body.format("of the part"),
+    }
+    (tmp_path / "a/b").mkdir(parents=True)
+    for name, text in texts.items():
+        inside = f"<worldbody>{text}</worldbody>" if "<body" in text else text
+        (tmp_path / name).write_text(f"<mujoco>{inside}</mujoco>")
+    mechanism, notes = sd.read_drawing(tmp_path / "model.xml")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml"))
+    assert [body.name for body in mechanism.bodies] == [model.body(k).name for k in range(1, model.nbody)]
+    assert [body.name for body in mechanism.bodies] == ["up", "of the model", "beside", "last"]
+    assert "'../up.xml' (line 1) is included from 'a/up.xml'" in notes
+
+
 @pytest.mark.parametrize(
     ("file", "said"),
     [
@@ -366,6 +391,8 @@ def test_included_files_are_part_of_the_model(tmp_path):
         ("zero.xml", "line 1: 'zero.xml' is outside the folder of the model"),
         ("itself.xml", "line 1: 'itself.xml' is included twice"),
         ("none.xml", "No such file or directory"),
+        ("circle.xml", "Too many levels of symbolic links"),
+        ("x" * 5000, "File name too long"),
         ("broken.xml", "cannot read the model: no element found"),
     ],
 )
@@ -376,6 +403,7 @@ def test_includes_that_are_not_read(file, said, tmp_path):
     (tmp_path / "other.xml").write_text("<mujoco/>")
     (folder / "zero.xml").symlink_to("/dev/zero")
     (folder / "itself.xml").write_text("<mujoco><include file='itself.xml'/></mujoco>")
+    (folder / "circle.xml").symlink_to("circle.xml")
     (folder / "broken.xml").write_text("<mujoco>")
     (folder / "model.xml").write_text(f"<mujoco><include file='{file}'/></mujoco>")
     with pytest.raises(InputError, match=said):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -103,15 +104,19 @@ def parse(content: bytes) -> Element:
 def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
     """Return a model in which each include element is replaced by the content of its file, on the same line.
 
-    All files must be inside `folder`; without a folder an include is an error.
+    All files must be inside `folder`; without a folder an include is an error. As in MuJoCo, a file name is relative to this
+    folder, or else to the file that includes it.
     """
     files_max = 100  # largest number of included files
     content = text.encode("utf-8", "replace")
     files: set[Path] = set()
+    regions: list[tuple[int, Path]] = []  # Number of bytes behind each included part that is open, and folder of its file
     while found := [part for part in _mjcf_elements(content) if part.tag == "include"]:
         include = min(found, key=lambda part: part.start)
         name = include.attributes.get("file", "")
-        path = _included(include, name, folder)
+        while regions and include.start >= len(content) - regions[-1][0]:
+            regions.pop()
+        path, found_in = _included(include, name, folder, regions[-1][1] if regions else folder)
         if path in files:
             raise InputError(f"line {include.line}: '{name}' is included twice", "each file once, as MuJoCo requires", EXAMPLE)
         if len(files) == files_max:
@@ -120,10 +125,11 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
         inner, further = decode(read_source(path), path.suffix.lower())
         part = inner.encode("utf-8", "replace")
         root = parse(part)
+        regions.append((len(content) - include.end, path.parent))
         content = content[: include.start] + part[root.inside : root.close].translate(LINE_BREAKS) + content[include.end :]
         if len(content) > SIZE_MAX:
             raise InputError(f"the files of the model have more than {SIZE_MAX // 2**20} MiB", "a smaller model", EXAMPLE)
-        notes += [f"'{name}' (line {include.line}) is included", *further]
+        notes += [f"'{name}' (line {include.line}) is included{found_in}", *further]
     return content.decode("utf-8")
 
 
@@ -133,14 +139,18 @@ def _mjcf_elements(content: bytes) -> Iterator[Element]:
     return root.descendants() if root.tag == "mujoco" else iter(())
 
 
-def _included(include: Element, name: str, folder: Path | None) -> Path:
-    """Return the path of the file that an element includes."""
-    if folder is None:
+def _included(include: Element, name: str, folder: Path | None, beside: Path | None) -> tuple[Path, str]:
+    """Return the path of the file that an element includes, and its place if it is found next to the including file."""
+    if folder is None or beside is None:
         raise further_file(include, "file")
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
+    # unlike those of `Path`, these functions accept any name and links in a circle
+    root, path, other = (Path(os.path.realpath(place)) for place in (folder, folder / name, beside / name))
+    found, found_beside = (place.is_relative_to(root) and os.path.isfile(place) for place in (path, other))
+    if found_beside and not found:
+        return other, f" from '{other.relative_to(root)}'"
+    if not path.is_relative_to(root):
         raise InputError(f"line {include.line}: '{name}' is outside the folder of the model", "a file within it", EXAMPLE)
-    return path
+    return path, ""
 
 
 def further_file(element: Element, name: str) -> InputError:

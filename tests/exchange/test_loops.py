@@ -142,8 +142,13 @@ def test_a_weld_closes_a_loop():
             },
         ),
         (
-            IN_GAZEBO.format("revolute", "rod", "rocker", "<axis><xyz>0 1 0</xyz><limit/></axis>", ""),
-            {"joint 'C' (line 1): <limit> left out, because the joint closes a loop"},
+            IN_GAZEBO.format(
+                "revolute", "rod", "rocker", "<axis><xyz>0 1 0</xyz><limit><effort>1</effort></limit><mimic/></axis>", ""
+            ),
+            {
+                "joint 'C' (line 1): <effort> left out, because the joint closes a loop",
+                "joint 'C' (line 1): <mimic> left out, because the joint closes a loop",
+            },
         ),
         (
             IN_GAZEBO.format("screw", "rod", "rocker", AXIS, ""),

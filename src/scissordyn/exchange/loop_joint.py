@@ -7,6 +7,7 @@ tutorial "Model a 4-bar linkage in SDFormat and URDF" of Gazebo; for their poses
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,12 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element
 
 WORLD = "world"
+
+AXIS_PARTS = {
+    "limit": {"lower", "upper"},
+    "dynamics": {"damping", "friction", "spring_reference", "spring_stiffness"},
+}
+"""Elements of an SDF axis that are read, and their children that are read."""
 
 VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
 
@@ -78,6 +85,7 @@ class LoopJoint(NamedTuple):
     places: tuple[Frame, Frame]
     axis: tuple[float, ...] | None  # Axis in the frame `axis_of`; None if the file does not give it
     axis_of: Frame
+    attributes: dict[str, str]  # Limits, spring, damping and friction, as in MJCF
 
 
 def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
@@ -135,7 +143,7 @@ def _urdf_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
     _note_unread(element, {"link1", "link2", "axis"}, notes)
     name = element.attributes.get("name", "") or "loop joint"
     first, second = places
-    return [LoopJoint(name, f"joint {element.shown}", kind, (first.link, second.link), (first, second), along, first)]
+    return [LoopJoint(name, f"joint {element.shown}", kind, (first.link, second.link), (first, second), along, first, {})]
 
 
 def _gazebo_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
@@ -149,18 +157,22 @@ def _gazebo_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
     if placed is not None:
         link = placed.attributes.get("relative_to") or placed.attributes.get("frame") or child
         place = Frame(link, read_pose(placed))
-    along, axis_of = None, place
+    along, axis_of, attributes = None, place, dict[str, str]()
     if (axis := child_of(element, "axis")) is not None:
         along, frame = read_axis(axis)
         axis_of = Frame(frame, pose()) if frame else place
-        _note_unread(axis, {"xyz", "use_parent_model_frame"}, notes, f"joint {element.shown}")
+        _note_unread(axis, {"xyz", "use_parent_model_frame", *(AXIS_PARTS if kind == "pin" else ())}, notes, element)
+        for part in axis.children:
+            if part.tag in AXIS_PARTS and kind == "pin":
+                _note_unread(part, AXIS_PARTS[part.tag], notes, element)
+        attributes = axis_attributes(axis, element.attributes["type"]) if kind == "pin" else {}
     elif kind == "slide":
         along = (0.0, 0.0, 1.0)
     if kind == "slide" and axis_of is place:
         notes.append(f"joint {element.shown}: its axis is read in the frame of the joint, as in SDFormat 1.5 and later")
     _note_unread(element, {"child", "parent", "pose", "axis"}, notes)
     name = element.attributes.get("name", "") or "joint"
-    return [LoopJoint(name, f"joint {element.shown}", kind, (child, parent), (place, place), along, axis_of)]
+    return [LoopJoint(name, f"joint {element.shown}", kind, (child, parent), (place, place), along, axis_of, attributes)]
 
 
 def link_name(joint: Element, tag: str) -> str:
@@ -206,11 +218,52 @@ def is_true(text: str) -> bool:
     return text.strip().lower() in ("true", "1")
 
 
-def _note_unread(element: Element, known: set[str], notes: list[str], owner: str = "") -> None:
-    """Add a note with the children of a joint that are not read."""
+def _note_unread(element: Element, known: set[str], notes: list[str], joint: Element | None = None) -> None:
+    """Add a note with the children of a joint, or of an element in it, that are not read."""
     if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in known)):
         tags = ", ".join(f"<{tag[:SHOWN_LENGTH_MAX]}>" for tag in unread[:5]) + (" and more" if len(unread) > 5 else "")
-        notes.append(f"{owner or f'joint {element.shown}'}: {tags} left out, because the joint closes a loop")
+        notes.append(f"joint {(joint or element).shown}: {tags} left out, because the joint closes a loop")
+
+
+def value_of(element: Element, tag: str, default: float) -> float:
+    """Return the number in a child element; the default if it is absent."""
+    child = child_of(element, tag)
+    return default if child is None else numbers(child.text, 1, f"line {child.line}: <{tag}>")[0]
+
+
+def axis_attributes(axis: Element, kind: str) -> dict[str, str]:
+    """Return the limits, spring, damping and friction of an axis as attributes of a joint in MJCF."""
+    found: dict[str, str] = {}
+    limit, dynamics = child_of(axis, "limit"), child_of(axis, "dynamics")
+    if limit is not None and kind in ("revolute", "prismatic"):
+        low, high = (_bound(limit, tag, sign) for tag, sign in (("lower", -1.0), ("upper", 1.0)))
+        if low > high:
+            raise InputError(f"line {limit.line}: lower limit {low:g} > upper limit {high:g}", "lower < upper", EXAMPLE)
+        if low > -VALUE_MAX or high < VALUE_MAX:
+            # limits that coincide are apart by round-off, because MJCF requires a range
+            found["range"] = f"{low!r} {max(high, math.nextafter(low, math.inf))!r}"
+    if dynamics is not None:
+        for tag, name in (
+            ("damping", "damping"),
+            ("friction", "frictionloss"),
+            ("spring_stiffness", "stiffness"),
+            ("spring_reference", "springref"),
+        ):
+            if value := value_of(dynamics, tag, 0.0):
+                found[name] = repr(value)
+    return found
+
+
+def _bound(limit: Element, tag: str, sign: float) -> float:
+    """Return a limit; infinite ones are as large as the default."""
+    child = child_of(limit, tag)
+    try:
+        value = sign * VALUE_MAX if child is None else float(child.text)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        raise InputError(f"line {limit.line}: <{tag}> of <limit> is not a number", "a number, or inf", EXAMPLE)
+    return max(-VALUE_MAX, min(VALUE_MAX, value))
 
 
 def add_marks(spec: Any, joints: list[LoopJoint]) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -166,7 +167,8 @@ class _Reader(ModelFrames):
             self.guides.append(Guide(name, follower, through, direction, self.names[parent], aligned=not hinges))
         self._check_slides(index, hinges, slides)
         for j in hinges:
-            self._hinge(j, index, parent)
+            joint, start = model.joint(j), (float(self.data.joint(j).qpos[0]), self._sense(j))
+            self._hinge(joint, self._joint_name(j), start, (index, parent))
         for j in slides:
             self._slide(j, index, parent, hinges, [other for other in slides if other != j])
         for j in (j for j in joints if model.joint(j).armature[0]):
@@ -200,12 +202,14 @@ class _Reader(ModelFrames):
                 raise InputError(what, "a body of its own for each of the two slides", EXAMPLE)
             self.fixed_angle.add(index)
 
-    def _hinge(self, j: int, index: int, parent: int) -> None:
-        """Add the spring, damping, friction and limits of a hinge."""
-        joint, name = self.model.joint(j), self._joint_name(j)
+    def _hinge(self, joint: Any, name: str, begin: tuple[float, float], pair: tuple[int, int]) -> None:
+        """Add the spring, damping, friction and limits of a hinge.
+
+        `begin` holds its angle at the start and its sense in the plane, `pair` its body and the base.
+        """
+        (q, sense), (index, parent) = begin, pair
         ends, label = (self.names[index], self.names[parent]), plain_name(name, ())
-        sense, start = self._sense(j), self._angle(index) - self._angle(parent)
-        q = float(self.data.joint(j).qpos[0])
+        start = self._angle(index) - self._angle(parent)
 
         def angle(value: float) -> float:
             return start + sense * (value - q)
@@ -367,6 +371,8 @@ class _Reader(ModelFrames):
         if loop.kind != "slide":
             frames = [mark.xmat.reshape(3, 3) for mark in marks[2:]] if loop.kind == "weld" else None
             self._connect(name, (ends[0], ends[1]), places, frames)
+            if loop.kind == "pin" and loop.attributes and loop.axis is not None:
+                self._loop_hinge(name, number, loop, (ends[0], ends[1]))
             return
         assert loop.axis is not None
         follower, carrier = ends if ends[0] else ends[::-1]
@@ -375,6 +381,25 @@ class _Reader(ModelFrames):
         direction, through = math.atan2(y, x) - self._angle(carrier), self._local(carrier, places[0])
         point = self._at(follower, places[0], name)
         self.guides.append(Guide(name, point, through, direction, self.names[carrier], aligned=True))
+
+    def _loop_hinge(self, name: str, number: int, loop: LoopJoint, ends: tuple[int, int]) -> None:
+        """Add the spring, damping, friction and limits of a pin that closes a loop; its angle at the start is 0."""
+        part = {key: np.array(text.split(), float) for key, text in loop.attributes.items()}
+        zero = np.zeros(1)
+        joint = SimpleNamespace(
+            stiffness=part.get("stiffness", zero),
+            damping=part.get("damping", zero),
+            frictionloss=part.get("frictionloss", zero),
+            qpos_spring=part.get("springref", zero),
+            limited=["range" in part],
+            range=part.get("range"),
+        )
+        axis = self.data.site(mark_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
+        sense = math.copysign(1.0, float(axis @ self.basis[2]))
+        if ends[0]:
+            self._hinge(joint, name, (0.0, sense), ends)
+        else:  # a component acts on a body; the ground is its base
+            self._hinge(joint, name, (0.0, -sense), ends[::-1])
 
     def _weld_frames(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the orientation of a weld's second body in the weld, and its present one."""

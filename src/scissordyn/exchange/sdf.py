@@ -7,7 +7,6 @@ its joint, and in files before version 1.5 in that of the model.
 
 from __future__ import annotations
 
-import math
 import re
 from collections import defaultdict
 from typing import NamedTuple
@@ -18,11 +17,11 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.loop_joint import (
     KINDS,
-    VALUE_MAX,
     WORLD,
     Frame,
     LoopJoint,
     Pose,
+    axis_attributes,
     child_of,
     is_true,
     link_name,
@@ -31,6 +30,7 @@ from scissordyn.exchange.loop_joint import (
     read_axis,
     read_pose,
     text_of,
+    value_of,
 )
 from scissordyn.exchange.sdf_tree import Edge, mjcf_of, spanning_tree
 from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element, listed
@@ -174,14 +174,14 @@ class _Model:
 
     def _loop(self, edge: Edge, link: Pose) -> LoopJoint:
         """Return the loop joint of an edge; `link` is the pose of its child link."""
-        if edge.attributes:
+        if edge.attributes and edge.type == "prismatic":
             kept = ", ".join(edge.attributes)
-            self.notes.append(f"joint {edge.shown}: {kept} left out, because the joint closes a loop")
+            self.notes.append(f"joint {edge.shown}: {kept} left out, because the joint is a slide that closes a loop")
         place = Frame(edge.links[0], link.inverse().times(edge.pose))
         axis = tuple(edge.pose.rotation.inv().apply(edge.axis).tolist())
         kind = KINDS[edge.type]
         given = None if edge.type == "ball" else axis
-        return LoopJoint(edge.name, f"joint {edge.shown}", kind, edge.links, (place, place), given, place)
+        return LoopJoint(edge.name, f"joint {edge.shown}", kind, edge.links, (place, place), given, place, edge.attributes)
 
     def _edge(self, name: str, joint: Element) -> Edge:
         """Return a joint with its pose and axis in the world."""
@@ -200,7 +200,7 @@ class _Model:
         if element is not None:
             vector, frame = read_axis(element, in_model=self.is_old)
             turn = self._pose(frame, joint).rotation if frame else here.rotation
-            axis, attributes = turn.apply(vector), _attributes(element, kind)
+            axis, attributes = turn.apply(vector), axis_attributes(element, kind)
         return Edge(name, joint.shown, kind, (child, parent), here, axis, attributes)
 
     def _inertial(self, link: Element) -> tuple[np.ndarray, float, np.ndarray]:
@@ -214,9 +214,9 @@ class _Model:
             raise InputError(what, "mass and inertia in <inertial>", EXAMPLE)
         placed, inertia = child_of(element, "pose"), child_of(element, "inertia")
         here = pose() if placed is None else read_pose(placed)
-        mass = _value(element, "mass", 1.0)
+        mass = value_of(element, "mass", 1.0)
         ixx, iyy, izz, ixy, ixz, iyz = (
-            default if inertia is None else _value(inertia, name, default)
+            default if inertia is None else value_of(inertia, name, default)
             for name, default in (("ixx", 1.0), ("iyy", 1.0), ("izz", 1.0), ("ixy", 0.0), ("ixz", 0.0), ("iyz", 0.0))
         )
         turn = here.rotation.as_matrix()
@@ -262,44 +262,3 @@ class _Model:
             seen.add(name)
             name = link_name(element, "child") if element.tag == "joint" else element.attributes.get("attached_to") or MODEL
         return name
-
-
-def _value(element: Element, tag: str, default: float) -> float:
-    """Return the number in a child element; the default if it is absent."""
-    child = child_of(element, tag)
-    return default if child is None else numbers(child.text, 1, f"line {child.line}: <{tag}>")[0]
-
-
-def _attributes(axis: Element, kind: str) -> dict[str, str]:
-    """Return the limits, spring, damping and friction of an axis as attributes of a joint in MJCF."""
-    found: dict[str, str] = {}
-    limit, dynamics = child_of(axis, "limit"), child_of(axis, "dynamics")
-    if limit is not None and kind in ("revolute", "prismatic"):
-        low, high = (_bound(limit, tag, sign) for tag, sign in (("lower", -1.0), ("upper", 1.0)))
-        if low > high:
-            raise InputError(f"line {limit.line}: lower limit {low:g} > upper limit {high:g}", "lower < upper", EXAMPLE)
-        if low > -VALUE_MAX or high < VALUE_MAX:
-            # limits that coincide are apart by round-off, because MJCF requires a range
-            found["range"] = f"{low!r} {max(high, math.nextafter(low, math.inf))!r}"
-    if dynamics is not None:
-        for tag, name in (
-            ("damping", "damping"),
-            ("friction", "frictionloss"),
-            ("spring_stiffness", "stiffness"),
-            ("spring_reference", "springref"),
-        ):
-            if value := _value(dynamics, tag, 0.0):
-                found[name] = repr(value)
-    return found
-
-
-def _bound(limit: Element, tag: str, sign: float) -> float:
-    """Return a limit; infinite ones are as large as the default."""
-    child = child_of(limit, tag)
-    try:
-        value = sign * VALUE_MAX if child is None else float(child.text)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value):
-        raise InputError(f"line {limit.line}: <{tag}> of <limit> is not a number", "a number, or inf", EXAMPLE)
-    return max(-VALUE_MAX, min(VALUE_MAX, value))

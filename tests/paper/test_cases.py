@@ -109,7 +109,7 @@ def test_refused_cases():
     """Contract: a figure without results, friction in an ideal joint and a restitution above 1 are refused."""
     with pytest.raises(InputError, match=r"figure 5; expected a figure with results: 6, 7"):
         figure_of(5)
-    with pytest.raises(InputError, match="ideal joint"):
+    with pytest.raises(InputError, match="without clearance"):
         PaperCase(None, friction=0.1)
     with pytest.raises(InputError, match="restitution"):
         Choice(restitution=1.5)

@@ -60,7 +60,7 @@ def test_table_file_and_picture(case: str, tmp_path: Path, capsys: pytest.Captur
     text = capsys.readouterr().out
     assert "hole.first_contact = 2 ms" in text
     assert text.index("hole.clearance") < text.index("hole.restitution")
-    assert "1 runs in" in text
+    assert "\n1 run in " in text
     found = sd.load(saved)
     assert found["elasticity"].sel(parameter="hole.clearance").item() == pytest.approx(1.0, abs=1e-9)
     assert "<svg" in drawn.read_text(encoding="utf-8")

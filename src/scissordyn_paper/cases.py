@@ -172,7 +172,7 @@ class PaperCase:
 
     @property
     def toml(self) -> str:
-        """Text of the case file, without the constrained contact, which needs a Python function."""
+        """Text of the case file; a contact as a constraint is left out, because only a Python function can set it."""
         choice = self.choice
         lines = [
             f"# {self.name}: {choice.words}",

@@ -41,8 +41,8 @@ LIMIT, RAMP = 770.0, 0.02
 ECCENTRICITY_RATE_DAMPING = -1000.0  # Its damping of the rate of the eccentricity during the stroke [N s]
 SERVO = PID(2e5, derivative=4e3)  # Tracks the periodic reference; delayed feedback is added to it
 
-SLOW_PERIOD = 0.5
-EVALUATION_START = 40.0 * SLOW_PERIOD  # Start of the evaluation [s]; SLOW_PERIOD is that of the slow manoeuvre
+SLOW_PERIOD = 0.5  # Period of the periodic drive in the slow manoeuvre [s]
+EVALUATION_START = 40.0 * SLOW_PERIOD  # Start of the evaluation [s]
 
 GUST: Any = Force(
     "gust",

@@ -109,7 +109,7 @@ def _check_steps(time: np.ndarray, lines: list[int], path: Path) -> None:
     if np.any(steps <= 0.0):
         k = int(np.argmax(steps <= 0.0))
         ends = f"from {time[k]:.9g} s to {time[k + 1]:.9g} s"
-        raise InputError(f"'{path}' line {lines[k + 1]}: the time decreases {ends}", "increasing instants")
+        raise InputError(f"'{path}' line {lines[k + 1]}: the time does not increase {ends}", "increasing instants")
     usual, gap_steps = float(np.median(steps)), 10.0  # a step longer than 10 usual steps is a gap in the record
     if np.max(steps) > gap_steps * usual:
         k = int(np.argmax(steps))

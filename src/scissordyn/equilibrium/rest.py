@@ -102,7 +102,7 @@ def element_block(content: System, e: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the maps of component i, shape (6,), and their derivatives by the free coordinates, shape (6, n)."""
+    """Return u and both directions of component i, shape (6,), and their derivatives by the free coordinates, (6, n)."""
     model, X = content.model, content.work.X
     e = content.parameters.contact.size + i
     first, last = model.element_start[e], model.element_start[e + 1]

@@ -174,7 +174,7 @@ def _joint(record: list[str], scale: float) -> PmksJoint:
     x, y, angle = (_decimal(field, f"place of joint '{record[1]}'") for field in record[2:5])
     slot = tuple(record[5:8])
     if any(slot) and not all(slot):
-        raise InputError(f"the slot of joint '{record[1]}' has no link or fewer than two joints", EXPECTED_LINK, EXAMPLE)
+        raise InputError(f"the slot of joint '{record[1]}' does not name a link and two of its joints", EXPECTED_LINK, EXAMPLE)
     speed = _decimal(record[8], f"speed of joint '{record[1]}'") if len(record) > 8 else 0.0
     return PmksJoint(plain_name(record[1], ()), flags, (scale * x, scale * y), angle, slot if any(slot) else (), speed)
 

@@ -24,7 +24,8 @@ STRUCK = INTEGRAL + MONITORED_VALUES
 PEAK_COLUMNS = STRUCK + 2
 """Columns of `State.peak`: largest value, its instant, integrals from `INTEGRAL` on, a second value and its instant.
 
-The second value is the largest impact if the state jumps, otherwise that of the guard's companion.
+The second value is the largest impact if the state jumps, otherwise the largest value of the companion function, which is
+logged with that of the guard.
 """
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)  # Columns of `State.band`

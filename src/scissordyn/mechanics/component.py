@@ -38,7 +38,7 @@ def factor_of(t, i, S):
 
 @kernel
 def write_context(t, i, S):
-    """Write the context of a kernel: time, factor, mode, approach speed and reaction."""
+    """Write what component kernels may read: time, time function, contact mode, approach speed, effective mass and reaction."""
     x, guard = S.work.context, S.model.component_guard[i]
     x[TIME] = t
     x[FACTOR], x[FACTOR_RATE] = factor_of(t, i, S)

@@ -423,7 +423,7 @@ def look_ahead(h, new, S, H):
 
 @kernel
 def beyond_law(i, S, H):
-    """Return the indentation [m] of hard contact i at the end of the step minus that of its contact force."""
+    """Return the end-of-step indentation [m] of hard contact i minus that at which its law gives its force (0 if rigid)."""
     if H.work.yields[i] == 1 and H.work.closed[i] == 1:
         return H.work.ending[i] - max(law_depth(i, H.model.place[S.work.multiplier.size + 2 * i], H), 0.0)
     return H.work.ending[i]

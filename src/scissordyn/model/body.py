@@ -19,7 +19,7 @@ def check_place(label: str, place: Point) -> None:
         raise InputError(f"{label} = {place!r}", f"two numbers {PLACE.bounds}")
 
 
-PLACE = Quantity("m")  # Bounds of a position [m]
+PLACE = Quantity("m")  # Position [m], within the bounds that all lengths have
 
 
 @documented

@@ -125,7 +125,7 @@ def eliminate(
     nothing_left: float,
     contradiction: float,
 ) -> int:
-    """Solve the constraints for columns one after another; return DONE, CONTRADICTS or FULL.
+    """Solve each constraint in turn for one column; return DONE, CONTRADICTS, or FULL if `solved` must be larger.
 
     `progress` receives the index of the last constraint and the number of entries.
     """

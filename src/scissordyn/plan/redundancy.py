@@ -21,7 +21,7 @@ redundant if its residual stays below the second one after a move guided only by
 """
 
 ROUNDED_TOLS = (1e-2, 1e-4), (1e-2, 3e-3)
-"""Tolerances as in `EXACT_TOLS`, tried in order, for lengths and positions that are rounded and contradict each other."""
+"""Pairs as in `EXACT_TOLS`, tried in order, for lengths and positions that contradict each other because they are rounded."""
 
 MOVE_SIZE = 0.1  # Largest change of a map in a random move that tests redundancy; maps are of the order of one
 

@@ -35,7 +35,7 @@ class LineAngle:
 
     @property
     def bodies(self) -> tuple[str, str]:
-        """Bodies at the end and at the start of the line."""
+        """Bodies of the two centres that the line joins, that of its end first."""
         return self.end[0], self.start[0]
 
 

@@ -36,7 +36,7 @@ BAR_FRACTION, PIN_FRACTION = 0.6, 0.45  # Width of bars and diameter of pins as 
 
 BAR_EDGES = BLUE, GREEN
 BAR_FILLS = "#b5d3ea", "#b0dfcd"
-"""Outlines and fills of bars and plates, by their tone."""
+"""Outlines and fills of bars and plates, which alternate between two colours."""
 
 HATCH_STYLE: dict[str, Any] = {"facecolor": "white", "edgecolor": GREY, "hatch": "//////", "linewidth": 0.0}
 

@@ -125,7 +125,8 @@ def test_turns_of_measured_angles_count(arm):
     first = record()
     turned = Measured(first.time, first.headings, first.values + 4.0 * math.pi, first.units)
     one, other = (fit(arm, each, ["arm.inertia"], segment=math.inf) for each in (first, turned))
-    assert float(one["value"][0]) == pytest.approx(float(other["value"][0]), rel=1e-7)
+    apart = abs(float(one["value"][0]) - float(other["value"][0]))
+    assert apart < 1e-3 * float(one["standard_error"][0])  # the search ends at a relative change of 1e-8 of chi^2
     assert np.max(np.abs(other["residual"].values)) < 5.0 * NOISE
 
 

@@ -68,7 +68,6 @@ NOT_TYPED = {
     "solar_array.db": "takes many minutes; its answers are in docs/decisions/measured/study_results.md",
     "scissordyn motor": "is what the marker of its section runs",
     "lift_table.db": "takes minutes, as in tests/studies/test_lifts.py",
-    "bars.db": "takes ten minutes",
     "dask": "serves until Ctrl-C, as in tests/studies/test_cluster.py",
     "scissordyn sweep --scheduler": "needs other machines, as in tests/studies/test_cluster.py",
     "scissordyn sweep --cluster": "needs a queueing system, as in tests/studies/test_slurm.py",

@@ -28,7 +28,7 @@ from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import AUTO, Options
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
@@ -54,8 +54,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     mechanism, until = read.mechanism, read.run.until
     planned = plan(mechanism)
     check_tables(planned, until)
-    if read.run.samples != AUTO:
-        check_samples(planned, read.run.count)
+    check_samples(planned, read.run.count)
     driver, start, choice = make_driver(planned, read.run)
 
     rods: tuple[Any, ...] = mechanism.rods  # for type checkers, which do not see that rods are components

@@ -372,8 +372,7 @@ def shape_forces(axis: Axis, motion: BarMotion) -> np.ndarray:
 def mode_warnings(plan: Plan, run: Run, least_force: float = 0.1) -> list[RunWarning]:
     """Warn of contacts so short that they would excite higher bending modes than the bars have.
 
-    `least_force`: [of the run's largest force] Contacts with smaller forces are ignored by `mode_warnings`: they excite little
-    vibration.
+    Contacts below the fraction `least_force` of the run's largest force are left out, because they excite little vibration.
     """
     axes = [axis for axis in plan.coordinates.natural.axes if axis.shapes.modes > 0]
     if not axes or not run["contact_start"].values.size:

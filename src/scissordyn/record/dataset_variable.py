@@ -20,9 +20,6 @@ class DatasetVariable(xr.Variable):
     _array: Any
     _source: Variable | None  # result from which the array is copied, or None once it has been
 
-    def __init__(self, dims: Any, data: Any, attrs: Any = None, encoding: Any = None, fastpath: bool = False) -> None:
-        super().__init__(dims, data, attrs, encoding, fastpath)
-
     @classmethod
     def of(cls, variable: Variable) -> xr.Variable:
         """Return a variable that copies its array from a result when it is read.

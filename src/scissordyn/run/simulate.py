@@ -186,8 +186,7 @@ def compute_results(
     """Return the `Results` of `simulate`, before they become a Dataset; `curves` adds finer curves without a checkpoint."""
     tables = plan(mechanism)
     check_tables(tables, options.until)
-    if options.samples != AUTO:
-        check_samples(tables, options.count)
+    check_samples(tables, options.count)
     configuration = Deferred(lambda: write_configuration(mechanism, options), threading.RLock())
     if checkpoint is not None or not can_be_written(mechanism):
         configuration()

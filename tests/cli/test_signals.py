@@ -201,6 +201,35 @@ def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Sign
     assert process.returncode == -second
 
 
+LOSING = """
+import sys, time
+from scissordyn.cli import entry, main
+
+class Callback:
+    def __del__(self):
+        print("ready", flush=True)
+        time.sleep(100)
+
+def command(arguments):
+    callback = Callback()
+    del callback  # Python drops what is raised here
+    time.sleep(100)
+
+main.status_of = command
+entry.run()
+"""
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_that_python_drops(number: signal.Signals, status: int) -> None:
+    """Contract: a signal ends the command even if it comes in `__del__` or a callback, where Python ignores exceptions."""
+    with started(sys.executable, "-c", LOSING) as process:
+        says(process, "ready\n")
+        process.send_signal(number)
+        _, err = process.communicate(timeout=50)
+    assert (process.returncode, err) == (status, "scissordyn: interrupted\n")
+
+
 def test_a_signal_while_the_commands_are_loaded() -> None:
     """Contract: no traceback, at whatever moment of the start."""
     code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"

@@ -335,6 +335,19 @@ def take_signals() -> None:
     """Handle SIGINT and SIGTERM from now on; to be called in the main thread of a command's process."""
     for number in SIGNALS:
         signal.signal(number, _interrupt)
+    sys.unraisablehook = _repeat_lost_interrupt
+
+
+def _repeat_lost_interrupt(unraisable: sys.UnraisableHookArgs) -> None:
+    """Repeat a signal whose `KeyboardInterrupt` Python dropped, as it does in callbacks of weak references and in `__del__`."""
+    if unraisable.exc_type is not KeyboardInterrupt or not _received:
+        sys.__unraisablehook__(unraisable)
+        return
+    take_signals()
+    # to the main thread, whose wait for a lock it ends, and a moment later, when the callback has ended
+    main = threading.main_thread().ident
+    repeat = functools.partial(signal.pthread_kill, main) if hasattr(signal, "pthread_kill") and main else signal.raise_signal
+    threading.Timer(0.01, repeat, (_received.pop(),)).start()
 
 
 def _interrupt(number: int, _: FrameType | None) -> None:

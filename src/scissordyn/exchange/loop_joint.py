@@ -15,7 +15,17 @@ from scipy.spatial.transform import Rotation
 
 from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
-from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element
+from scissordyn.exchange.xml_element import (
+    BODIES_MAX,
+    EXAMPLE,
+    VALUE_MAX,
+    Element,
+    child_of,
+    is_true,
+    numbers,
+    text_of,
+    value_of,
+)
 
 WORLD = "world"
 
@@ -24,8 +34,6 @@ AXIS_PARTS = {
     "dynamics": {"damping", "friction", "spring_reference", "spring_stiffness"},
 }
 """Elements of an SDF axis that are read, and their children that are read."""
-
-VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
 
 KINDS = {
     "revolute": "pin",
@@ -86,29 +94,6 @@ class LoopJoint(NamedTuple):
     axis: tuple[float, ...] | None  # Axis in the frame `axis_of`; None if the file does not give it
     axis_of: Frame
     attributes: dict[str, str]  # Limits, spring, damping and friction, as in MJCF
-
-
-def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
-    """Return the numbers of a text, which must be as many as `count`."""
-    try:
-        values = tuple(map(float, text.split()))
-    except ValueError:
-        values = ()
-    if len(values) != count or not all(abs(value) <= VALUE_MAX for value in values):
-        expected = f"{count} number{'s' * (count > 1)} of at most {VALUE_MAX:g}"
-        raise InputError(f"{what} = '{text.strip()[:SHOWN_LENGTH_MAX]}'", expected, EXAMPLE)
-    return values
-
-
-def child_of(element: Element, tag: str) -> Element | None:
-    """Return the first child with a tag, or None."""
-    return next((child for child in element.children if child.tag == tag), None)
-
-
-def text_of(element: Element, tag: str, default: str = "") -> str:
-    """Return the text of the first child with a tag, without blanks at its ends."""
-    child = child_of(element, tag)
-    return default if child is None else child.text.strip()
 
 
 def loop_joints(element: Element, notes: list[str]) -> list[LoopJoint]:
@@ -213,22 +198,11 @@ def _direction(text: str, axis: Element, what: str) -> tuple[float, ...]:
     return tuple(value / largest for value in vector)
 
 
-def is_true(text: str) -> bool:
-    """Return True for the texts that SDF reads as true."""
-    return text.strip().lower() in ("true", "1")
-
-
 def _note_unread(element: Element, known: set[str], notes: list[str], joint: Element | None = None) -> None:
     """Add a note with the children of a joint, or of an element in it, that are not read."""
     if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in known)):
         tags = ", ".join(f"<{tag[:SHOWN_LENGTH_MAX]}>" for tag in unread[:5]) + (" and more" if len(unread) > 5 else "")
         notes.append(f"joint {(joint or element).shown}: {tags} left out, because the joint closes a loop")
-
-
-def value_of(element: Element, tag: str, default: float) -> float:
-    """Return the number in a child element; the default if it is absent."""
-    child = child_of(element, tag)
-    return default if child is None else numbers(child.text, 1, f"line {child.line}: <{tag}>")[0]
 
 
 def axis_attributes(axis: Element, kind: str) -> dict[str, str]:

@@ -20,11 +20,11 @@ from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
-from scissordyn.exchange.loop_joint import VALUE_MAX, LoopJoint, mark_name
+from scissordyn.exchange.loop_joint import LoopJoint, mark_name
 from scissordyn.exchange.mjcf_frame import ModelFrames, compiled
 from scissordyn.exchange.mjcf_plane import TILT_MAX
 from scissordyn.exchange.robot_xml import Source, used_part
-from scissordyn.exchange.xml_element import EXAMPLE
+from scissordyn.exchange.xml_element import EXAMPLE, VALUE_MAX
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide

@@ -22,18 +22,23 @@ from scissordyn.exchange.loop_joint import (
     LoopJoint,
     Pose,
     axis_attributes,
-    child_of,
-    is_true,
     link_name,
-    numbers,
     pose,
     read_axis,
     read_pose,
+)
+from scissordyn.exchange.sdf_tree import Edge, mjcf_of, spanning_tree
+from scissordyn.exchange.xml_element import (
+    BODIES_MAX,
+    EXAMPLE,
+    Element,
+    child_of,
+    is_true,
+    listed,
+    numbers,
     text_of,
     value_of,
 )
-from scissordyn.exchange.sdf_tree import Edge, mjcf_of, spanning_tree
-from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element, listed
 
 MODEL = "__model__"  # Name of a model's own frame
 

@@ -19,6 +19,8 @@ DEPTH_MAX = 200  # [levels] Largest nesting of elements; each link of a chain is
 
 BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the matrices of a chain grow with the square
 
+VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
+
 START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
 LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
 
@@ -166,3 +168,37 @@ def further_file(element: Element, name: str) -> InputError:
 def listed(names: list[str], most: int = 5) -> str:
     """Return the first names, and the number of the others."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
+    """Return the numbers of a text, which must be as many as `count`."""
+    try:
+        values = tuple(map(float, text.split()))
+    except ValueError:
+        values = ()
+    if len(values) != count or not all(abs(value) <= VALUE_MAX for value in values):
+        expected = f"{count} number{'s' * (count > 1)} of at most {VALUE_MAX:g}"
+        raise InputError(f"{what} = '{text.strip()[:SHOWN_LENGTH_MAX]}'", expected, EXAMPLE)
+    return values
+
+
+def child_of(element: Element, tag: str) -> Element | None:
+    """Return the first child with a tag, or None."""
+    return next((child for child in element.children if child.tag == tag), None)
+
+
+def text_of(element: Element, tag: str, default: str = "") -> str:
+    """Return the text of the first child with a tag, without blanks at its ends."""
+    child = child_of(element, tag)
+    return default if child is None else child.text.strip()
+
+
+def value_of(element: Element, tag: str, default: float) -> float:
+    """Return the number in a child element; the default if it is absent."""
+    child = child_of(element, tag)
+    return default if child is None else numbers(child.text, 1, f"line {child.line}: <{tag}>")[0]
+
+
+def is_true(text: str) -> bool:
+    """Return True for the texts that SDF reads as true."""
+    return text.strip().lower() in ("true", "1")

@@ -12,7 +12,9 @@ from benchmarks.rounded_drawings import judge
 from tests.build import warnings_of
 
 import scissordyn as sd
+from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import plan
+from scissordyn.plan.redundancy import basis_of
 
 
 def four_bar(lengths: tuple[float, float, float, float], angles: tuple[float, float, float]) -> sd.Mechanism:
@@ -109,10 +111,8 @@ def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool)
     assert bool(contradiction) == (decimals < 8)
 
 
-@pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 8, 9, 10, 12])
-@pytest.mark.parametrize("units", [3, 8, 12])
-def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
-    """Limit: a Hoberman ring with rounded positions and points, in m and rad."""
+def rounded_ring(units: int, decimals: int) -> tuple[sd.Mechanism, sd.Mechanism]:
+    """Return a Hoberman ring and the same with rounded positions and points, in m and rad."""
 
     def rounded(place: tuple[float, float]) -> tuple[float, float]:
         return round(place[0], decimals), round(place[1], decimals)
@@ -128,7 +128,34 @@ def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
         )
         for body in exact.bodies
     )
-    runs = [sd.simulate(ring, until=0.5, samples=6) for ring in (exact, replace(exact, bodies=bodies))]
+    return exact, replace(exact, bodies=bodies)
+
+
+@pytest.mark.parametrize("units", [3, 8, 12])
+def test_kept_constraints_are_far_from_dependent(units: int) -> None:
+    """Limit: rounding changes neither the number of kept constraints nor the condition of their gradients."""
+
+    def condition(ring: sd.Mechanism) -> tuple[int, float]:
+        coordinates = plan(ring).coordinates
+        gradients = Gradients(coordinates.free, coordinates.basis, list(coordinates.constraints))
+        b = basis_of(np.array([ring.bodies[0].placed_angle]))
+        rows = gradients.unit(np.append(coordinates.nearest(b, coordinates.placed[0]), b))
+        values = np.linalg.svd(rows if isinstance(rows, np.ndarray) else rows.toarray(), compute_uv=False)
+        return values.size, float(values[0] / values[-1])
+
+    count, exact = condition(rounded_ring(units, 12)[1])
+    for decimals in range(3, 12):
+        size, rounded = condition(rounded_ring(units, decimals)[1])
+        assert size == count
+        assert rounded < 2.0 * exact
+
+
+@pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 8, 9, 10, 12])
+@pytest.mark.parametrize("units", [3, 8, 12])
+def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
+    """Limit: a ring with rounded numbers moves as the exact one."""
+    exact, rounded = rounded_ring(units, decimals)
+    runs = [sd.simulate(ring, until=0.5, samples=6) for ring in (exact, rounded)]
     assert [run.attrs["status"] for run in runs] == ["complete", "complete"]
     apart = np.max(np.abs(runs[1]["angle"].values - runs[0]["angle"].values))
     assert apart < 100.0 * 10.0**-decimals

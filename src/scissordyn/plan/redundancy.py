@@ -46,16 +46,16 @@ def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool =
         _check_motion(coordinates, holding, lenient)
         return coordinates
     # drop rods first, because the multiplier of a length is not reported; couplings last
-    order = np.argsort([2 if constraint.linear else not constraint.name for constraint in holding], kind="stable")
+    classes = np.array([2 if constraint.linear else int(not constraint.name) for constraint in holding])
     values, left = gradients.value.copy(), dict[int, float]()
     for dependent, follows, near in ((*EXACT_TOLS, True), *((*level, False) for level in ROUNDED_TOLS), (*EXACT_TOLS, False)):
         gradients.value[:] = values  # reset the drives to the start
-        left = _redundant(gradients, x, angles, order, dependent, follows, near=near)
+        left = _redundant(gradients, x, angles, classes, dependent, follows, near=near)
         if left:
             break
     if not left:
         if not lenient:
-            _check_gradients(gradients, np.append(x, b), order)
+            _check_gradients(gradients, np.append(x, b), classes)
         _check_motion(coordinates, holding, lenient)
         return coordinates
     for k in left:
@@ -81,7 +81,7 @@ def _check_motion(coordinates: Coordinates, holding: list[Constraint], lenient: 
         raise InputError(f"{in_words(couplings)} leave{'s' if len(couplings) == 1 else ''} no motion", "one coupling fewer")
 
 
-def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) -> None:
+def _check_gradients(gradients: Gradients, full: np.ndarray, classes: np.ndarray) -> None:
     """Raise `InputError` for a coupling or drive whose gradient depends on those of other constraints at all positions."""
     if not np.any(gradients.linear):
         return
@@ -90,7 +90,7 @@ def _check_gradients(gradients: Gradients, full: np.ndarray, order: np.ndarray) 
     largest = np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=ASSEMBLY_TOL)
     aside[: gradients.free] += MOVE_SIZE * step / largest
     unit = gradients.unit(aside)
-    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, EXACT_TOLS[0])
+    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), classes, EXACT_TOLS[0])
     for k in left:
         if gradients.linear[k]:
             raise InputError(
@@ -103,7 +103,7 @@ def _redundant(
     gradients: Gradients,
     x: np.ndarray,
     angles: np.ndarray,
-    order: np.ndarray,
+    classes: np.ndarray,
     dependent: float,
     follows: float,
     *,
@@ -111,7 +111,7 @@ def _redundant(
 ) -> dict[int, float]:
     """Return the indices of redundant constraints and their residuals after a move, by the method of `independent`.
 
-    `dependent` and `follows` are the tolerances in `EXACT_TOLS`. Constraints that come first in `order` are kept. If `near`,
+    `dependent` and `follows` are the tolerances in `EXACT_TOLS`. Constraints of lower `classes` are kept first. If `near`,
     return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
@@ -128,7 +128,7 @@ def _redundant(
     if moved is None:
         return {}
     unit = gradients.unit(np.append(*moved))
-    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), order, dependent)
+    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), classes, dependent)
     if not left:
         return {}
     again = _move(gradients, np.array(kept), moved[0], angles, random, ROUND_OFF_TOL)
@@ -205,22 +205,26 @@ def _move(
     return None if closed is None else (closed, b)
 
 
-def _pivots(rows: np.ndarray, order: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
-    """Split rows into independent ones and linear combinations of them; rows that come first in `order` are kept.
+def _pivots(rows: np.ndarray, classes: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
+    """Split unit rows into independent ones and linear combinations of them.
 
-    `dependent` is the length of a remainder below which a unit row counts as a combination of the kept ones.
+    Rows of lower classes are kept first. Within a class those with the longest remainder are
+    kept first, so that the kept rows are far from dependent. `dependent` is the length of a remainder below which a row counts
+    as a combination of the kept ones.
     """
+    from scipy.linalg import qr
+
     kept: list[int] = []
-    left: list[int] = []
-    basis = np.zeros(rows.shape)
-    for k in order.tolist():
-        pivots = basis[: len(kept)]
-        rest = rows[k] - pivots.T @ (pivots @ rows[k])
-        rest -= pivots.T @ (pivots @ rest)
-        size = float(np.linalg.norm(rest))
-        if size > dependent:
-            basis[len(kept)] = rest / size
-            kept.append(k)
-        else:
-            left.append(k)
-    return kept, left
+    basis = np.zeros((rows.shape[1], 0))
+    for group in (np.flatnonzero(classes == level) for level in np.unique(classes)):
+        rest = rows[group].T
+        for _ in range(2):  # the second time removes the round-off of the first
+            rest = rest - basis @ (basis.T @ rest)
+        # weights prefer earlier rows among equally long ones, so that round-off does not choose
+        weights = np.linspace(1.0, 0.5, group.size)
+        directions, factors, chosen = qr(rest * weights, mode="economic", pivoting=True)
+        short = np.abs(np.diag(factors)) <= dependent * weights[chosen[: factors.shape[0]]]
+        rank = int(np.argmax(short)) if np.any(short) else short.size
+        kept += group[chosen[:rank]].tolist()
+        basis = np.hstack([basis, directions[:, :rank]])
+    return sorted(kept), sorted(set(range(len(rows))).difference(kept))

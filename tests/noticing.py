@@ -127,7 +127,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ): GROUPED,
     (
         *("run/batch.py", "_together", "bound"),
-        "min(int(sum((driver.tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)), SLICE_STEPS_MAX)",
+        "min(int(sum((driver.steps_tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)), SLICE_STEPS_MAX)",
     ): GROUPED,
     (
         *("integrate/control.py", "after_event", "bound"),

@@ -109,7 +109,7 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
     bar = [body.name for body in at.bodies].index(FREE_BAR)
     time, contact, touching = samples.time, rows.contact[:, 0], samples.mode[:, 0] == 1
     table = ended.contacts
-    spans = np.stack([table["start"], table["start"] + ended.lasting(table)], axis=1)
+    spans = np.stack([table["start"], table["start"] + ended.durations(table)], axis=1)
     peak, when = table["peak_normal_force"], table["start"] + table["peak_normal_time"]
     torque = float(ended.peaks(DRIVE_TORQUE)[0])
     if printed:

@@ -266,7 +266,7 @@ def test_checkpoint_depends_on_the_code(case: Path, tmp_path: Path) -> None:
     again = sd.simulate(sd.read_case(case).mechanism, **options, checkpoint=checkpoint)
     np.testing.assert_array_equal(again["friction_force"], run["friction_force"])
     (tmp_path / "mine.py").write_text(MINE.replace("2.0 * soft", "2.1 * soft"), encoding="utf-8")
-    with pytest.raises(InputError, match="is of another run"):
+    with pytest.raises(InputError, match="belongs to another run"):
         sd.simulate(sd.read_case(case).mechanism, **options, checkpoint=checkpoint)
 
 

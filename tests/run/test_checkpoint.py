@@ -257,7 +257,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
     keeper = opened(checkpoint, arms[0], options)
     compute(plan(arms[0]), options, keeper=keeper)
     assert opened(checkpoint, arms[0], options).parts
-    with pytest.raises(InputError, match=r"is of another run: configuration\.code\.class"):
+    with pytest.raises(InputError, match=r"belongs to another run: configuration\.code\.class"):
         opened(checkpoint, arms[1], options)
 
 

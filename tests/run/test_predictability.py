@@ -71,7 +71,7 @@ def test_second_run_that_breaks_off(crank):
         assert run.attrs["predictability"] == "unknown: the run is not complete"
         assert "trusted_until" not in run.attrs
         steps = int(1.2 * steps)
-    assert run.attrs["predictability"].startswith("unknown: the more accurate run ended there")
+    assert run.attrs["predictability"].startswith("unknown: the more accurate run ended early")
     assert "steps are not enough" in run.attrs["predictability"]
     assert run.attrs["trusted_until"] < 0.2
 

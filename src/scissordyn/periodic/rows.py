@@ -14,9 +14,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, run_cycles
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.engine import STATES, Outcome, error_text
+from scissordyn.run.engine import STATUSES, Outcome, error_text
 
-PENDING = STATES[0]  # status of a case that has not been computed yet
+PENDING = STATUSES[0]  # status of a case that has not been computed yet
 
 
 @dataclass(frozen=True)

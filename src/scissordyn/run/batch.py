@@ -29,7 +29,7 @@ from scissordyn.run.advance.driver import FIRST_STEPS, Driver
 from scissordyn.run.advance.loop import CALL_SECONDS, SLICE_STEPS_MAX, UNFINISHED, advance_together
 from scissordyn.run.engine import outcomes, workers_of
 from scissordyn.run.ideal_path import ideal_path, make_stages
-from scissordyn.run.measure import LOAD, MEASURES, Ended, Measure, check_measures, load_units, parts_of
+from scissordyn.run.measure import LOAD_UNIT, MEASURES, Ended, Measure, check_measures, load_units, parts_of
 from scissordyn.run.trajectory import RECORDED_STEPS_MAX, advance_to, describe_stop, make_driver, model_failure
 from scissordyn.run.trajectory_warnings import ignored_roots, stepping_warnings
 from scissordyn.tolerance import DATA_TOL
@@ -37,7 +37,7 @@ from scissordyn.tolerance import DATA_TOL
 TITLE = "scissordyn batch"  # Title of the data set
 
 GROUP_CASES_MAX = 16
-"""Largest number of cases that are prepared one after the other.
+"""Largest number of cases that a thread prepares before it advances them.
 
 Preparing a single case between two calls of the loop takes three to ten times as long, since the loop leaves nothing in the
 processor's caches.
@@ -144,11 +144,13 @@ def _broadcast_values(mechanism: Mechanism, over: Mapping[str, ArrayLike]) -> di
     for parameter, column in columns.items():
         number(mechanism, parameter)
         if column.ndim > 1 or not column.size:
-            raise InputError(f"'{parameter}': values of shape {column.shape}", "one dimension; ravel a grid")
+            raise InputError(
+                f"'{parameter}': values of shape {column.shape}", "a number or a one-dimensional array", "values.ravel()"
+            )
     sizes = {column.size for column in columns.values()} - {1}
     if len(sizes) > 1:
         raise InputError(
-            f"the parameters have {' and '.join(map(str, sorted(sizes)))} values", "as many values of each, or single numbers"
+            f"the parameters have {' and '.join(map(str, sorted(sizes)))} values", "arrays of one length, or single numbers"
         )
     cases = max(sizes, default=1)
     return {parameter: np.broadcast_to(column, cases) for parameter, column in columns.items()}
@@ -198,7 +200,7 @@ class Row(NamedTuple):
 
 
 class Worker:
-    """Arrays of one thread, kept from case to case; the thread prepares a group of cases and then advances each of them."""
+    """Arrays of one thread, reused for all its cases; the thread prepares a group of cases and then advances each of them."""
 
     def __init__(
         self,
@@ -228,13 +230,13 @@ class Worker:
         mechanism: Callable[[int], Mechanism],
         perturb: Callable[[int, np.ndarray], np.ndarray] = lambda case, y: y,
     ) -> Iterator[Row]:
-        """Simulate the cases with the given indices; `perturb` changes the initial state of a case."""
+        """Simulate the cases with the given indices and yield their rows; `perturb` changes the initial state of a case."""
         began = clocks.perf_counter()
         self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
         ready, rows = list[tuple[int, _Slot, Driver]](), list[Row]()
         for case, slot in zip(group, self.slots, strict=False):
             try:
-                driver = slot.started(mechanism(case), self.options, partial(perturb, case))
+                driver = slot.begin_case(mechanism(case), self.options, partial(perturb, case))
                 slot.path = self._compare(driver) if self.compares else None
                 if self.sampled or self.records:
                     count = self.options.count if self.sampled else COARSE_SAMPLES
@@ -251,7 +253,9 @@ class Worker:
         for (case, slot, driver), status in zip(ready, statuses, strict=True):
             cause, taken = self._advance(driver, status)
             ended = None if cause else Ended(driver, slot.path, self.options)
-            rows.append(Row(case, ended, cause, seconds + taken, () if cause else (*slot.warned, *self._warned(driver))))
+            rows.append(
+                Row(case, ended, cause, seconds + taken, () if cause else (*slot.warned, *self._counter_warnings(driver)))
+            )
         yield from rows
         self.seconds = (clocks.perf_counter() - began) / len(group)
 
@@ -263,7 +267,9 @@ class Worker:
         steps = min(max(1, self.slice // len(drivers)), self.options.most_steps)
         statuses = advance_together(drivers, self.options.until, steps)
         seconds = clocks.perf_counter() - began
-        self.slice = min(int(sum(driver.tried for driver in drivers) * CALL_SECONDS / max(seconds, 1e-9)), SLICE_STEPS_MAX)
+        self.slice = min(
+            int(sum(driver.steps_tried for driver in drivers) * CALL_SECONDS / max(seconds, 1e-9)), SLICE_STEPS_MAX
+        )
         return statuses, seconds / len(drivers)
 
     def _advance(self, driver: Driver, status: int) -> tuple[str, float]:
@@ -292,7 +298,7 @@ class Worker:
         driver.compare_with(path.table, path.step)
         return path
 
-    def _warned(self, driver: Driver) -> list[str]:
+    def _counter_warnings(self, driver: Driver) -> list[str]:
         """Return warnings from the counters of a run: roots ignored with fixed steps, impulses that are not solved."""
         if driver.stepping is None:
             return list(map(str, ignored_roots(driver.plan, self.options)))
@@ -300,7 +306,7 @@ class Worker:
 
 
 class _Slot:
-    """Arrays of one case of a group, kept from group to group."""
+    """Arrays of one case of a group, reused in the next groups."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.system = plan, make_system(plan)
@@ -308,7 +314,7 @@ class _Slot:
         self.warned: tuple[str, ...] = ()
         self.path: IdealPath | None = None
 
-    def started(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
+    def begin_case(self, mechanism: Mechanism, options: Options, perturb: Callable[[np.ndarray], np.ndarray]) -> Driver:
         """Return a driver at the start of a case, in the arrays of the previous case if these fit."""
         fits = self.plan.fits(mechanism)
         self.plan = self.plan.case(mechanism) if fits else plan(mechanism)
@@ -414,7 +420,7 @@ class _Batch:
         variables: dict[str, Any] = {}
         for name, measure in self.measures.items():
             units = measure.units
-            if units == LOAD:
+            if units == LOAD_UNIT:
                 units = " or ".join(dict.fromkeys(loads[measure.dims[0]].values())) or "1"
             about = {"units": units, "long_name": measure.long_name}
             variables[name] = (("case", *measure.dims), self.values[name], about)

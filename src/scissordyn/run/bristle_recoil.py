@@ -19,11 +19,11 @@ def recoil_warnings(
 ) -> list[RunWarning]:
     """Warn of ideal pins and guides whose bristles recoil faster than the Stribeck speed while the joint is nearly at rest.
 
-    `instants` yields times and states; the system must be at each of them. A mass m under the normal force N on bristles of
-    stiffness sigma_0 N, bent up to mu_s/sigma_0, recoils at mu_s sqrt(N/(sigma_0 m)). Above the Stribeck speed, friction falls
-    to its kinetic value within one vibration of the bristles.
+    `instants` yields times and states, and sets the system's modes and memories to each. A mass m under the normal force N on
+    bristles of stiffness sigma_0 N, bent up to mu_s/sigma_0, recoils at mu_s sqrt(N/(sigma_0 m)). Above the Stribeck speed,
+    friction falls to its kinetic value within one vibration of the bristles.
 
-    `holding`: [Stribeck speeds] recoil speed that bristles of the recommended stiffness have.  They hold a suddenly applied
+    `holding`: [Stribeck speeds] recoil speed that bristles of the recommended stiffness have. They hold a suddenly applied
     load up to the friction coefficient mu_k + 0.87 (mu_s - mu_k) (decision 0006).
     """
     start, first = system.content.model.state_start, 2 * plan.coordinates.free
@@ -63,7 +63,7 @@ def recoil_speed(plan: Plan, system: Handle, time: float, y: np.ndarray, part: P
         return rates(system, time, moved)
 
     def slip() -> float:
-        """Return the slip speed; unbent bristles have it times their stiffness as rate."""
+        """Return the slip speed: the rate of unbent bristles divided by their stiffness."""
         return float(rates_at(0.0)[entry]) / part.bristle_stiffness
 
     speed = slip()

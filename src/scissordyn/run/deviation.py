@@ -39,7 +39,7 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
     return {
         "part": labels("part", PARTS, "cause of a deviation"),
         "deviation_part": described(("time", "track", "part", "axis"), np.moveaxis(parts, 0, 2), "m", of_parts),
-        "peak_deviation_part": described(("track", "part", "axis"), at_peaks, "m", f"{of_parts} when that is largest"),
+        "peak_deviation_part": described(("track", "part", "axis"), at_peaks, "m", f"{of_parts} when it is largest"),
         "track_deviation": described(("time", "track"), np.hypot(*np.moveaxis(difference, -1, 0)), "m", about),
         **{
             name: described("track", np.full_like(values, np.nan) if unknown else values, units, text)

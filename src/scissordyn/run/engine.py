@@ -33,25 +33,25 @@ Task = TypeVar("Task")
 Value = TypeVar("Value")
 
 TASKS_PER_WORKER = 2  # tasks submitted per worker: one in work and one waiting, so that no worker waits for this process
-STOP_SECONDS = 0.5  # [s] time in which a worker, thread or process, may end by itself after Ctrl-C
+STOP_SECONDS = 0.5  # [s] longest wait after Ctrl-C for a thread or process to end by itself
 RECOUNT_SECONDS = 1.0  # [s] interval at which the workers of an executor are counted
-STATES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
+STATUSES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
 
-LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Environment variables that limit the threads of linear algebra libraries; by default each process starts one per processor.
 """
 
-END: Any = object()  # mark of the end of the tasks
+NO_TASK_LEFT: Any = object()  # returned by `next` when all tasks have been submitted
 
 # message for a script that starts processes when it is imported, as each process imports it again
-START_FAILURE = "a worker process could not begin; a script that starts some needs 'if __name__ == \"__main__\":'"
+START_FAILURE = "a worker process could not start; a script that uses processes needs 'if __name__ == \"__main__\":'"
 
 Engine = Executor | int | None  # an int is a number of threads; None means one thread per processor
 ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.futures"  # accepted engines, for error messages
 
 
 class EngineError(ScissordynError):
-    """Loss of workers that could be reached before."""
+    """Failure of an engine: its workers died, cannot be started or cannot be reached."""
 
 
 def processors() -> int:
@@ -97,7 +97,7 @@ def outcomes(
     total: int = 0,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Outcome[Task, Value]]:
-    """Yield the outcomes of tasks in the order in which they finish; a single thread is the caller's own.
+    """Yield the outcomes of tasks in the order in which they finish; with one thread, tasks run in the caller's thread.
 
     Progress is called after each task, once its outcome has been used, with the number of finished tasks and the total. Ctrl-C
     interrupts running tasks. `EngineError` is raised if a user's executor loses a worker.
@@ -153,7 +153,7 @@ def _compute_on(
                 if suspects:
                     alone = True
                     task = suspects.pop()
-                elif (task := next(waiting, END)) is END:
+                elif (task := next(waiting, NO_TASK_LEFT)) is NO_TASK_LEFT:
                     break
                 handed[_submit(executor, here, stop, function, task)] = task
             if not handed:
@@ -177,7 +177,7 @@ def _compute_on(
                     suspects.append(outcome.task)
             alone = alone and bool(handed)
         if isinstance(executor, Processes):
-            executor.rest()
+            executor.shutdown_unless_kept()
     except BaseException:
         stop.set()
         for future in handed:
@@ -196,7 +196,7 @@ def _submit(
     try:
         return executor.submit(_compute_pickled, dumps((function, task)))
     except (BrokenExecutor, RuntimeError, OSError) as error:
-        raise EngineError(f"no task can be handed out ({error}); completed tasks are kept") from error
+        raise EngineError(f"no task can be submitted ({error}); completed tasks are kept") from error
 
 
 def _outcome(future: Future[Any], task: Task, here: bool) -> Outcome[Task, Any]:
@@ -270,7 +270,7 @@ class Processes(Executor):
         self._kept = True
         return self
 
-    def rest(self) -> None:
+    def shutdown_unless_kept(self) -> None:
         """End the processes, unless a `with` block keeps them for another computation."""
         if not self._kept:
             self.shutdown()
@@ -328,7 +328,7 @@ def _watch_parent() -> None:
 @contextmanager
 def _shield_processes() -> Iterator[None]:
     """Shield processes started in this block from Ctrl-C and give them one thread for linear algebra, unless set otherwise."""
-    added = {name: "1" for name in LIBRARIES if name not in os.environ}
+    added = {name: "1" for name in THREAD_VARIABLES if name not in os.environ}
     os.environ.update(added)
     try:
         with block_signals():

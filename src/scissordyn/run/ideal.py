@@ -21,8 +21,8 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import xarray as xr
 
-IDEAL_SAMPLES_MAX = 50_001  # [instants] largest number that is chosen automatically, for about a hundred turns
-IDEAL_SAMPLES = 501  # [instants] default number of a motion with ideal joints
+IDEAL_SAMPLES_MAX = 50_001  # [instants] largest number of samples chosen automatically, for about a hundred revolutions
+IDEAL_SAMPLES = 501  # [instants] default number of samples of a motion with ideal joints
 ROTATION_MAX = math.radians(5.0)  # [rad] largest rotation of a body between two instants that are chosen automatically
 
 
@@ -81,7 +81,7 @@ def ideal_kinematics(mechanism: Mechanism, *, until: float, samples: int | None 
     warnings = [] if path is None else path_warnings(path, until)
     if samples is None and needed > IDEAL_SAMPLES_MAX:
         most = f"bodies rotate by up to {math.degrees(_largest_rotation(run)):.3g} deg between two instants"
-        warnings.append(f"{most}, so that extremes are missed; a shorter run has them")
+        warnings.append(f"{most}, so that peaks are missed; a shorter run resolves them")
     run.attrs["singular_warnings"] = json.dumps(warnings)
     return run
 

@@ -18,7 +18,7 @@ from scissordyn.run.trajectory import compute
 
 
 def make_stages(mechanism: Mechanism) -> tuple[Mechanism, ...]:
-    """Return the mechanism on its commanded path, with its servos, and with its bars that bend; all joints are ideal."""
+    """Return a mechanism with ideal joints in three versions: rigid on its commanded path, rigid with servos, and bending."""
     bending = mechanism.ideal()
     stiff = rigid(bending)
     path = commanded(stiff)

@@ -72,7 +72,10 @@ def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
 
 
 def choose_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the rows of recorded instants that become samples: all `wanted` ones, and as many others as there is room for."""
+    """Return the indices of those recorded instants `time` that become samples, the `wanted` ones first.
+
+    With the equally spaced instants `equal` there are at most `SAMPLES_MAX` samples.
+    """
     chosen, room = np.zeros(0, int), max(0, SAMPLES_MAX - max(equal.size, DEFAULT_SAMPLES))
     is_wanted = np.isin(time, wanted)
     for rows in (np.flatnonzero(is_wanted), np.flatnonzero(~is_wanted)):

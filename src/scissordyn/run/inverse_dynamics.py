@@ -94,10 +94,10 @@ def inverse_dynamics(
         "time": described("time", path.samples.time, "s", "time"),
         "input": labels("input", list(inputs)),
         "output": labels("output", [drive.name for drive in outputs], "driven coordinate"),
-        "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "its unit"),
+        "input_unit": labels("input", [coordinate.unit for coordinate in inputs.values()], "unit of an input"),
         "input_force": Variable(over, force, {"long_name": "torque [N m] or force [N] at an input"}),
         "input_value": Variable(over, values, {"long_name": "angle [rad] or length [m] of an input"}),
-        "input_rate": Variable(over, rates, {"long_name": "its rate"}),
+        "input_rate": Variable(over, rates, {"long_name": "rate of an input"}),
         "input_power": described(over, force * rates, "W", "power of an input"),
         "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
     }
@@ -171,10 +171,10 @@ def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, au
         return
     quoted, wanted = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
     if np.all(authority <= DATA_TOL):
-        raise InputError(f"input {quoted} without authority over {wanted}: it does not move with the motion", "other inputs")
+        raise InputError(f"input {quoted} cannot move {wanted}: it stays at rest in this motion", "other inputs")
     raise InputError(
         f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",
-        "a motion that stays away from it",
+        "a motion that ends before the singular position",
     )
 
 

@@ -93,7 +93,7 @@ class Ended:
             forces[j] = np.max(np.fmax(struck, contacts["peak_normal_force"]), initial=0.0)
         return forces
 
-    def lasting(self, contacts: np.recarray) -> np.ndarray:
+    def durations(self, contacts: np.recarray) -> np.ndarray:
         """Return the durations of contacts [s]; a contact that has not ended counts up to the present time."""
         return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
 
@@ -105,11 +105,11 @@ class Ended:
         """Return the root mean squares of one kind of monitored quantity up to now."""
         return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
 
-    def at_end(self, kind: int) -> np.ndarray:
+    def current_values(self, kind: int) -> np.ndarray:
         """Return the current values of one kind of monitored quantity."""
         return np.asarray(self.driver.state.monitored[self.driver.rows(kind), 0])
 
-    def deployed(self) -> float:
+    def deployment_time(self) -> float:
         """Return the time when the last latch locked [s]; infinite while a latch is open, NaN without latches."""
         model, log, mode = self.driver.system.content.model, self.path.log, self.driver.state.mode
         latches = model.component_guard[model.latch[:, 2]].tolist()
@@ -174,7 +174,7 @@ def _bar_measure(quantity: str, units: str, text: str) -> Measure:
 
 
 def _static_measure(dim: str, text: str, units: str, *kinds: str) -> Measure:
-    """Return the measure of the largest static value of each part; statics names it by kind and part, or by kind alone."""
+    """Return the measure of the largest static value of each part, named "KIND PART" or "KIND" in the results of statics."""
 
     def value(ended: Ended) -> np.ndarray:
         peaks = ended.static_peaks
@@ -255,7 +255,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
             "1",
             "fraction of the time in contact",
             _JOINT,
-            lambda e: e.per_joint(lambda contacts: sum(e.lasting(contacts).tolist())) / e.time,
+            lambda e: e.per_joint(lambda contacts: sum(e.durations(contacts).tolist())) / e.time,
         ),
         "first_contact": _contact_measure(
             "s", "start of the first contact", lambda contacts: np.min(contacts["start"], initial=math.inf)
@@ -274,11 +274,11 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
         "peak_indentation": Measure("m", "largest indentation", _JOINT, lambda e: e.peaks(INDENTATION)),
         "peak_track_deviation": _track_measure(f"largest {_DEVIATION}", lambda e: e.peaks(TRACK_DEVIATION)),
         "rms_track_deviation": _track_measure(f"root mean square {_DEVIATION}", lambda e: e.root_mean_squares(TRACK_DEVIATION)),
-        "end_track_deviation": _track_measure(f"{_DEVIATION} at the end", lambda e: e.at_end(TRACK_DEVIATION)),
+        "end_track_deviation": _track_measure(f"{_DEVIATION} at the end", lambda e: e.current_values(TRACK_DEVIATION)),
         **{f"{part}_deviation": _deviation_measure(number, False) for number, part in enumerate(PARTS)},
         **{f"end_{part}_deviation": _deviation_measure(number, True) for number, part in enumerate(PARTS)},
         "settling_time": _track_measure(SETTLING, lambda e: settling_times(e.plan, e.path.bands(TRACK_DEVIATION), e.time), "s"),
-        "deployment_time": Measure("s", "when the last latch has locked", (), Ended.deployed),
+        "deployment_time": Measure("s", "when the last latch has locked", (), Ended.deployment_time),
         "peak_component_force": Measure(
             "N or N m", "largest force [N] or torque [N m]", ("component",), lambda e: e.peaks(COMPONENT_FORCE)
         ),
@@ -314,7 +314,7 @@ MEASURES: Mapping[str, Measure] = MappingProxyType(
 """Predefined measures by name."""
 
 
-LOAD = "N or N m"  # unit of measures whose parts exert forces or torques
+LOAD_UNIT = "N or N m"  # unit of measures whose parts exert forces or torques
 
 
 def load_units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
@@ -373,5 +373,5 @@ def check_measures(mechanism: Mechanism, measures: Mapping[str, Measure]) -> Non
         lacking = [bar.name for bar in bars if needed and not all(getattr(part, needed) for part in bar.parts)]
         if lacking:
             raise InputError(
-                f"measure '{name}': bar '{lacking[0]}' has no {needed}", f"a {needed} of every bar", f"{needed} = ..."
+                f"measure '{name}': bar '{lacking[0]}' has no {needed}", f"{needed} of every bar", f"{needed} = ..."
             )

@@ -58,7 +58,7 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         why = f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}"
         return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
-        return Choice(options.method, "asked for")
+        return Choice(options.method, "requested")
     frictions = [(contact.name, laws.friction) for contact, laws in zip(plan.contacts, plan.clearances, strict=True)]
     stiff = [(name, friction) for name, friction in frictions if friction.stiff]
     if stiff and not (bends(plan.mechanism) and y.size > implicit_states_max):
@@ -97,7 +97,7 @@ def _choose_by_motion(plan: Plan, system: Handle, y: np.ndarray, options: Option
     thin_film_ratio = 3e5
     # Steps per period that accuracy requires anyway; a problem is stiff if stability requires more.
     accurate_steps = 40.0
-    nothing = Choice(EXPLICIT, "nothing decays faster than it has to be resolved")
+    nothing = Choice(EXPLICIT, "no decay is fast enough to limit explicit steps")
     quiet = Choice(STIFF, "the fastest vibrations are at rest and would keep explicit steps short for stability alone")
     if not plan.components:
         return quiet if bends(plan.mechanism) and vibrations_rest(plan, system, y, options, tolerances) else nothing
@@ -135,7 +135,7 @@ def contacts_open_soon(plan: Plan, system: Handle, y: np.ndarray, tolerances: To
         driver.begin(plan, y, explicit, tolerances)
         driver.monitor(False)
         closed, status = np.flatnonzero(system.content.state.mode[: len(plan.contacts)] == 1), ADVANCING
-        while closed.size and driver.tried < most and status == ADVANCING:
+        while closed.size and driver.steps_tried < most and status == ADVANCING:
             status = advance(driver, until, most_steps=most // TRIAL_STEPS)
             closed = np.setdiff1d(closed, driver.log["guard"][driver.log["mode"] == 0])
     return closed.size == 0
@@ -170,7 +170,7 @@ def vibrations_rest(
 def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, tolerances: Tolerances) -> tuple[float, str]:
     """Return the step of time stepping [s] and its reason: the requested step, or the step that the fastest part needs."""
     if options.step is not None:
-        return options.step, "the step was asked for"
+        return options.step, "the step was requested"
     run_steps, fall_steps = 5000, 5  # smallest number of steps in a run, and in a fall across the smallest clearance from rest
     oscillation_step = 0.5  # largest step times the fastest angular frequency of components
     # Largest step times the fastest decay of components. This limit shrinks the step at most tenfold, since implicit
@@ -199,7 +199,7 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
 
 
 def longest_turn(options: Options) -> tuple[float, float]:
-    """Return the limits of `Choice.turn`, by which a freely rotating body gains at most a millionth of its energy in a run.
+    """Return the limits `Choice.turn` with which a freely rotating body gains at most a millionth of its energy in a run.
 
     At the angular speed omega each step h adds the fraction (3/4) (omega h)^4 of the energy. A sample between the ends of a
     step lies on their chord and misses the fraction (omega h)^2/4.
@@ -270,7 +270,7 @@ def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:
 
 
 def projected_jacobian(system: Handle, y: np.ndarray, products: int = 60) -> np.ndarray:
-    """Return the Jacobian projected onto a Krylov space (Arnoldi 1951); their largest eigenvalues nearly agree."""
+    """Return the Jacobian projected onto a Krylov space (Arnoldi 1951), which has nearly the same largest eigenvalues."""
     scale = np.maximum(np.abs(y), 1e-3)
     count = min(products, y.size)
     basis, small = np.zeros((count + 1, y.size)), np.zeros((count + 1, count))

@@ -25,11 +25,11 @@ from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import INTERRUPTED, compute, make_driver
 
 JOURNAL_DIVERGENCE = 0.1
-"""[clearances] distance between two positions of a journal, relative to its bearing, from which two runs count as diverged; the
-same holds for a corner of a block across its guide"""
+"""[clearances] difference of a journal's position in its bearing, or of a block's corner across its guide, from which two runs
+count as diverged"""
 
 BODY_DIVERGENCE = 1e-2
-"""[mechanism sizes] distance between two positions of a point of a body from which two runs count as diverged"""
+"""[mechanism sizes] difference of the position of a point of a body from which two runs count as diverged"""
 REPETITION = "repetition"  # name of the second run in a checkpoint
 
 COMPARED_INSTANTS = 10_001
@@ -130,15 +130,15 @@ def _repeat_run(
             new = slice(seen, len(again))
             beyond = np.flatnonzero(~(_relative_distance(path, times[new], states[new], again[new]) < 1.0))
             if beyond.size:
-                return "diverged", float(times[new][beyond[0]]), driver.tried
+                return "diverged", float(times[new][beyond[0]]), driver.steps_tried
             if stop.cause:
-                return f"unknown: the more accurate run ended there ({stop.cause})", driver.time, driver.tried
+                return f"unknown: the more accurate run ended early ({stop.cause})", driver.time, driver.steps_tried
             seen = len(again)
     except KeyboardInterrupt:
         if keeper is not None:
             keeper.write(REPETITION, driver, clocks.perf_counter() - began)
-        return INTERRUPTED, driver.time, driver.tried
-    return "to the end", math.inf, driver.tried
+        return INTERRUPTED, driver.time, driver.steps_tried
+    return "to the end", math.inf, driver.steps_tried
 
 
 def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:

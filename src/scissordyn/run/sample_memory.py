@@ -36,7 +36,7 @@ def check_samples(plan: Plan, samples: int) -> None:
 
     Measured peaks of examples/paper.toml, four_bar.toml and mast.toml with 200 000 samples are 0.97 to 1.04 of the estimate.
     """
-    available = None if samples <= SAMPLES_MAX else free_memory()  # as many are taken automatically
+    available = None if samples <= SAMPLES_MAX else free_memory()  # `samples = "auto"` records up to this number
     whole = 25  # values per sample: time, energies, drives, ends of the structure
     body = 14  # values per sample and body: motion, direction, load
     joint = 2 + (6 if plan.contacts else 0)  # values per sample and joint: reaction, and contact variables

@@ -28,7 +28,7 @@ from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.instants import add_recorded_samples, sample_times, select_samples
 from scissordyn.run.predictability import compute_comparable, predictability
 from scissordyn.run.sample_memory import check_samples
-from scissordyn.run.trajectory import FAILED, compute, immobile_at_start, record_trajectory
+from scissordyn.run.trajectory import MODEL_FAILED, compute, immobile_at_start, record_trajectory
 from scissordyn.run.trajectory_warnings import trajectory_warnings
 from scissordyn.units import Meaning, checked
 from scissordyn.warning import RunWarning, plain, warning
@@ -52,7 +52,7 @@ def simulate(
     trust: bool = Options.trust,
     step: float | None = Options.step,
     progress: Callable[[float], None] | None = None,
-    checkpoint: Annotated[Checkpoint | None, Meaning("where the state is kept", "Checkpoint('run.checkpoint')")] = None,
+    checkpoint: Annotated[Checkpoint | None, Meaning("a file for the state", "Checkpoint('run.checkpoint')")] = None,
 ) -> xr.Dataset:
     """Simulate a mechanism and return its motion, forces, contacts and energies.
 
@@ -123,7 +123,7 @@ _FUNCTIONS_BY_TITLE = {
     "scissordyn bifurcation": "bifurcation(...)",
     "scissordyn cycles": "cycle(...)",
 }
-"""Function that makes other datasets, by their titles."""
+"""Function that makes a Dataset, by the title of the Dataset."""
 
 
 @checked
@@ -206,7 +206,7 @@ def compute_results(
         run.variables |= bar_extremes(path, record, run.variables)
         if run.attrs["status"] == "failed":
             failures = [str(failure) for failure in contact_failures(tables, run)]
-            run.attrs["cause"] = "; ".join(failures if failures and FAILED in path.cause else [path.cause, *failures])
+            run.attrs["cause"] = "; ".join(failures if failures and MODEL_FAILED in path.cause else [path.cause, *failures])
         if ideal is not None:
             run.variables.update(deviation_variables(run, path, ideal, options))
 

@@ -32,13 +32,13 @@ def stops(
     """Advance a driver to each time in turn and yield there; the last stop is the first that was not reached.
 
     With `resets` the event log, totals, peaks and the count of steps start from zero after each stop. The caller may change or
-    restore the driver between two stops. A driver that is beyond a time stays where it is.
+    restore the driver between two stops. A time that the driver has already passed is a stop without a step.
     """
     for number, until in enumerate(times):
         begin, mode, steps = driver.time, driver.state.mode.copy(), int(driver.state.counts["steps"][0])
         if resets:
             driver.clear_record()
-        since = driver.tried if resets else 0
+        since = driver.steps_tried if resets else 0
         cause = advance_to(driver, until, most_steps, progress, since=since) if until > begin else ""
         yield Stop(number, begin, mode, int(driver.state.counts["steps"][0]) - steps, cause)
         if cause:

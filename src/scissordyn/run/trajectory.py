@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 RECORDED_STEPS_MAX = 2 * SAMPLES_MAX  # recorded steps from which every second one is dropped
 RUN_PART = "run"  # name of the run itself in a checkpoint
 
-FAILED = "the contact model has failed"  # cause of a failed run
+MODEL_FAILED = "the contact model has failed"  # first words of the cause of a run whose contact model failed
 
 INTERRUPTED = "interrupted"  # status of a run and cause of its end
 
@@ -79,11 +79,10 @@ def make_driver(
 def choose_crossing(plan: Plan, options: Options, joints: int = 6, hard_joints: int = 3) -> int:
     """Return how steps treat the onset and release of contacts: end there (`ENDS`), or one of `CROSSES` and `IGNORES`.
 
-    `joints`: [clearance joints] smallest number for which steps cross contacts that begin or end, as the decision pages
-    explain.
+    `joints`: [clearance joints] smallest number for which steps cross onsets and releases.
 
-    `hard_joints`: [clearance joints] smallest number with hard contacts for which steps cross contacts.  Located impacts would
-    follow each other ever faster, since each one pushes other joints into contact.
+    `hard_joints`: [clearance joints] smallest number with hard contacts for which steps cross onsets and releases. Located
+    impacts would follow each other ever faster, since each one pushes other joints into contact.
     """
     if options.step is not None and not plan.hard_places:
         return IGNORES
@@ -175,7 +174,7 @@ def advance_to(
     driver: Driver, until: float, most_steps: int, progress: Callable[[float], None] | None = None, *, since: int = 0
 ) -> str:
     """Advance to a time; return the cause if it is not reached, else "". The first `since` steps do not count."""
-    status = advance(driver, until, most_steps=most_steps - (driver.tried - since), progress=progress)
+    status = advance(driver, until, most_steps=most_steps - (driver.steps_tried - since), progress=progress)
     return f"{most_steps} steps are not enough" if status == loop.ADVANCING else describe_stop(status, driver)
 
 
@@ -189,10 +188,10 @@ def model_failure(driver: Driver) -> str:
     for j in plan.compliant_places:
         failure = contact_failure(plan.contacts[j].name, plan.clearances[j].surfaces, float(depth[j]))
         if failure:
-            return f"{FAILED}: {failure}"
+            return f"{MODEL_FAILED}: {failure}"
     if driver.stepping is None:
         return ""
-    counts = driver.stepping.counted()
+    counts = driver.stepping.counters()
     if counts["steps_not_solved"] > 0.01 * counts["contact_steps"]:
         return f"the impulses of {counts['steps_not_solved']} of {counts['contact_steps']} steps with contacts are not solved"
     return _describe_overlap(driver)

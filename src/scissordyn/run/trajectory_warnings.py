@@ -137,7 +137,7 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
 
     A change above 1000 times the tolerance, relative to the largest force of the component, means that three digits are lost.
     """
-    places = _places(path)
+    places = _component_states(path)
     content, warnings = path.system.content, list[RunWarning]()
     allowed = state_tolerance(options.rtol, options.atol)
     change, size = np.zeros(len(places)), np.zeros(len(places))
@@ -165,7 +165,7 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
 
 
 def _instants(path: Trajectory) -> Iterator[tuple[float, np.ndarray]]:
-    """Yield times and states of up to 500 samples, while the system is at each of them."""
+    """Yield times and states of up to 500 samples; before each, set the modes and memories of the system to it."""
     samples, state = path.samples, path.system.content.state
     instants = samples.time.size
     for at in np.unique(np.linspace(0, instants - 1, min(instants, 500)).astype(int)).tolist() if instants else ():
@@ -175,7 +175,7 @@ def _instants(path: Trajectory) -> Iterator[tuple[float, np.ndarray]]:
         yield float(samples.time[at]), samples.state[at].copy()
 
 
-def _places(path: Trajectory) -> list[tuple[int, Component, int, State]]:
+def _component_states(path: Trajectory) -> list[tuple[int, Component, int, State]]:
     """Return component index, component, index in y and declaration of each state of a component."""
     start, places = path.system.content.model.state_start, []
     controlled = dict(path.plan.actuators)

@@ -126,7 +126,7 @@ class _Pass:
         """Advance to the end; return the reason why the run stopped before, or ""."""
         driver = self.driver
         while True:
-            left = most_steps - driver.tried
+            left = most_steps - driver.steps_tried
             if left <= 0:
                 return f"{most_steps} steps are not enough"
             status = self.library.lockstep(

@@ -25,7 +25,7 @@ from scissordyn.plan.system import guard_values, rates
 if TYPE_CHECKING:
     from scissordyn.run.advance.driver import Driver
 
-Passed = Sequence[tuple[float, float]]  # times of passed change points, and half the steps across them [s]
+Passed = Sequence[tuple[float, float]]  # [s] time of each passed change point, and half the size of the step across it
 
 
 def step_across(driver: Driver, until: float) -> bool:
@@ -46,7 +46,7 @@ def step_across(driver: Driver, until: float) -> bool:
         near[3], clock["longest"] = np.inf, ahead
         return True
     if driver.stepping is not None and np.any(state.mode[: len(driver.plan.contacts)]):
-        return _step_beyond(driver, ahead, driver.stepping.size)
+        return _limit_step_size(driver, ahead, driver.stepping.size)
     h = min(2.0 * ahead, until - time, *driver.integration.content.work.delays.tolist())
     reached = _find_state_beyond(driver, time, h, before, slope)
     if reached is not None:
@@ -59,7 +59,7 @@ def step_across(driver: Driver, until: float) -> bool:
         if near[1] > dependence_min:  # the step across is shorter nearer to the point
             return True
         if driver.stepping is not None:
-            return _step_beyond(driver, ahead, driver.stepping.size)
+            return _limit_step_size(driver, ahead, driver.stepping.size)
         near[3], clock["longest"] = time + 4.0 * ahead, ahead  # the integration method continues as it can
         return True
     ends = (before, slope), (after, end_slope)
@@ -75,8 +75,8 @@ def step_across(driver: Driver, until: float) -> bool:
     return True
 
 
-def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
-    """Place the singular position a quarter of a step from the middle and the end of the steps of time stepping.
+def _limit_step_size(driver: Driver, ahead: float, size: float) -> bool:
+    """Limit the step size of time stepping so that the singular position lies a quarter step before the end of a step.
 
     Impulses at closed contacts change the velocities, so no smooth step is possible. Time stepping evaluates the constraints at
     the middle and at the end of a step.
@@ -91,7 +91,7 @@ def _step_beyond(driver: Driver, ahead: float, size: float) -> bool:
 def replace_undefined(
     maps: BodyMaps, system: Handle, samples: Samples, state: np.ndarray, outputs: Record, passed: Passed
 ) -> None:
-    """Replace undefined recorded values at samples on change points by their limits from both sides.
+    """Replace the recorded values of samples on change points, where they are undefined, by their limits from both sides.
 
     `state` holds the samples' states before their projection. Means of two instants before and after have errors of second
     order; their difference leaves errors of fourth order.
@@ -115,7 +115,7 @@ def replace_undefined(
 def _project_and_differentiate(driver: Driver, time: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return rates and powers at a state, after the state is projected onto the constraints to round-off.
 
-    Close to a change point, errors of the state enter the multipliers divided by the square of the distance.
+    Close to a change point, the error of the multipliers is that of the state divided by the square of the distance to it.
     """
     work, n = driver.system.content.work, driver.plan.coordinates.free
     constraints = [
@@ -154,7 +154,7 @@ def _is_smooth(driver: Driver, start: tuple[float, np.ndarray, np.ndarray], end:
 def _find_state_beyond(
     driver: Driver, time: float, h: float, before: np.ndarray, slope: np.ndarray
 ) -> tuple[np.ndarray, float] | None:
-    """Return the state beyond the point and the longest step that may follow; None if the state is not on the branch."""
+    """Return the state beyond the change point and the longest step that may follow; None if the step leaves the branch."""
     n, answer = driver.plan.coordinates.free, np.zeros(2)
     v, a = before[n : 2 * n], slope[n : 2 * n]
     after_a, after_slope = a, slope

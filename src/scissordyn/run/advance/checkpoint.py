@@ -24,7 +24,7 @@ from scissordyn.units import Quantity, check_quantities
 
 TITLE = "scissordyn checkpoint"  # Title of the file
 
-EXAMPLE = "-o run.nc --checkpoint '60 s'"  # Options of the command line, for error messages
+EXAMPLE = "-o run.nc --checkpoint '60 s'"  # Command-line options that error messages give as an example
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, 
     for name, text in wanted.items():
         there = stored.attrs.get(name)
         if not isinstance(there, str) or there != text:
-            raise _refused(path, f"is of another run: {_difference(there, text, name)}")
+            raise _refused(path, f"belongs to another run: {_difference(there, text, name)}")
     try:
         parts = {
             str(key): Part(part.values.astype(np.uint8, casting="no").tobytes(), float(part.attrs["seconds"]))

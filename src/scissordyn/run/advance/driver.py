@@ -96,14 +96,14 @@ class Choice:
     method: str
     reason: str
     step: float = 0.0  # [s] step of time stepping; 0 for other methods
-    # longest step [s] at a fastest rotation of 1/s (it falls with the power -4/3 of the rotation), and longest turn in a step
-    # [rad]; infinite if the user gave the step
+    # longest step [s] if the fastest body rotates at 1 rad/s (proportional to the power -4/3 of this speed), and largest
+    # rotation in a step [rad]; infinite if the user gave the step
     turn: tuple[float, float] = (math.inf, math.inf)
     fixed: float = 0.0  # [s] size of every step of another method; 0 if the error control chooses it
 
 
 class Driver:
-    """Arrays and time loop of a mechanism that advances; a batch uses one driver for several cases."""
+    """Arrays of a mechanism that the time loop advances; a batch reuses one driver for several cases."""
 
     def __init__(
         self, plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, *, loads: bool = False
@@ -114,7 +114,7 @@ class Driver:
         """
         self.plan, self.system, self.method = plan, system, method.method
         self.stepping = Stepping(plan) if method.step > 0.0 else None
-        self.pace, self._most = FIRST_STEPS, np.inf
+        self.slice_steps, self._most = FIRST_STEPS, np.inf
         content: System = system.content
         model, signals = content.model, content.state.initial_history.size
         if signals:
@@ -237,7 +237,7 @@ class Driver:
         return steps._replace(**{name: part[:count] for name, part in _rows_of(steps)})
 
     def rows(self, kind: int) -> np.ndarray:
-        """Return the rows of one kind of quantity among the guards and the monitored quantities."""
+        """Return the row indices of the quantities of one kind, in arrays of guards followed by monitored quantities."""
         return monitored_rows(self.system.content.model, kind)
 
     def _limits(self) -> np.ndarray:
@@ -257,11 +257,17 @@ class Driver:
         self.state.counts["samples"] = 0
 
     def compare_with(self, table: np.ndarray, step: float) -> None:
-        """Monitor the distance of tracked points from the ideal ones in `table`, shape (nodes, 6 tracks)."""
+        """Monitor the distance of tracked points from their ideal positions.
+
+        `table` has the ideal motion at instants `step` [s] apart, shape (instants, 6 tracks).
+        """
         self.system.exchange("parameters", ideal=table, ideal_step=np.array([step]))
 
     def record_steps(self, *, inside: bool = False, most: float = np.inf) -> None:
-        """Record the ends of steps from now on, thinned out at `most` rows; `inside` adds events and largest values."""
+        """Record the ends of steps from now on, and with `inside` also events and largest values.
+
+        When there are `most` rows, every second end of a step is dropped.
+        """
         self._exchange(steps=make_record(1024, self.state, inside=inside))
         self.state.counts["recorded"], self._most = 0, most
 
@@ -274,7 +280,7 @@ class Driver:
     def clear_record(self) -> None:
         """Delete events, totals and peaks so far, and the history that delayed feedback no longer needs.
 
-        A contact that lasts is monitored from now on.
+        Peaks and integrals of a contact that is closed now start from zero.
         """
         self.state.counts["events"] = 0
         self.state.total[:] = self.state.peak[:] = 0.0
@@ -287,7 +293,8 @@ class Driver:
             self.state.history_length[0] = length - old
 
     @property
-    def tried(self) -> int:
+    def steps_tried(self) -> int:
+        """Number of steps so far, rejected ones included."""
         counts = self.state.counts
         return int(counts["steps"][0] + counts["rejected"][0])
 
@@ -329,7 +336,7 @@ class Driver:
         return Snapshot(arrays)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Restore a state of this mechanism, or of one that differs in parameters only."""
+        """Copy a snapshot into the driver; it must be of this mechanism, or of one that differs in parameters only."""
         self._put({f"state.{name}": part for name, part in snapshot.arrays.items()})
         self.state.clock["prepared"] = 0
         if self.stepping is not None:
@@ -373,14 +380,14 @@ class Driver:
             place[...] = stored
 
     def _store(self, name: str) -> np.ndarray:
-        """Return all rows of an array."""
+        """Return an array of the driver by its name in `arrays`, with the rows that are not used yet."""
         owner, _, part = name.partition(".")
         owners = {"workspace": self.system.content.work, "hard": self.stepping and self.stepping.content.state}
         source = owners.get(owner) or getattr(self.integration.content, owner)
         return np.asarray(getattr(source, part) if part else source)
 
     def bind(self, parameters: Parameters) -> None:
-        """Continue with other parameters of the same model."""
+        """Replace the parameters of the model; the state stays the same."""
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0

@@ -18,13 +18,13 @@ SLICE_STEPS_MAX = 20_000  # [steps] largest number between two checks of Ctrl-C;
 CALL_SECONDS = 0.1
 """[s] duration of one call of the compiled loop; Python handles Ctrl-C only between two calls."""
 
-GROWING = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)  # statuses for which an array is too short
+FULL_STATUSES = (loop.LOG_FULL, loop.HISTORY_FULL, loop.RECORD_FULL)  # statuses for which an array is too short
 
-UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *GROWING)  # statuses from which a driver can advance further
+UNFINISHED = (loop.ADVANCING, loop.CHANGE_POINT, *FULL_STATUSES)  # statuses from which a driver can advance further
 
 
 def advance_together(drivers: Sequence[Driver], until: float, most_steps: int) -> list[int]:
-    """Advance some drivers to a time, in one call of the loop; return their statuses."""
+    """Advance each driver towards a time by at most `most_steps` steps, in one call of the loop; return their statuses."""
     for driver in drivers:
         driver.state.clock["end"] = until
     statuses = np.zeros(len(drivers), np.int64)
@@ -44,17 +44,17 @@ def advance(
     """Advance a driver to a time, across change points and with growing arrays; return the status of the loop."""
     status, left = loop.ADVANCING, most_steps
     while status == loop.ADVANCING and left > 0:
-        before, called = driver.tried, clocks.perf_counter()
+        before, called = driver.steps_tried, clocks.perf_counter()
         if driver.state.clock["longest"][0] < 0.0 and not step_across(driver, until):
             return loop.STEP_TOO_SMALL
-        status = advance_together([driver], until, min(driver.pace, left))[0]
-        taken = driver.tried - before
+        status = advance_together([driver], until, min(driver.slice_steps, left))[0]
+        taken = driver.steps_tried - before
         left -= max(1, taken)
         if status == loop.ADVANCING:
-            driver.pace = next_slice(taken, clocks.perf_counter() - called, SLICE_STEPS_MAX)
+            driver.slice_steps = next_slice(taken, clocks.perf_counter() - called, SLICE_STEPS_MAX)
         if status == loop.CHANGE_POINT:
             status = loop.ADVANCING
-        if status in GROWING:
+        if status in FULL_STATUSES:
             driver.grow(status)
             status = loop.ADVANCING
         check_interrupt()

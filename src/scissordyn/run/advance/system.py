@@ -19,8 +19,8 @@ from scissordyn.plan.plan import Plan
 MECHANICS = Problem(**FUNCTIONS)  # functions of the mechanics that the time loop calls
 HARD = Jumps(**HARD_FUNCTIONS)  # functions of hard contacts that the time loop calls
 
-CARRIED = [name for name in HardState._fields if name not in ("stick", "counts", "overlap")]
-"""Fields of the state that the next step depends on; the others are counts since the start."""
+CARRIED_FIELDS = [name for name in HardState._fields if name not in ("stick", "counts", "overlap")]
+"""Fields of `HardState` that the next step depends on; the other fields count since the start."""
 
 
 @entry
@@ -77,8 +77,8 @@ class Stepping:
         self.touching.content.size[0], self.touching.content.turn[:] = size, turn
 
     def forget(self) -> None:
-        """Reset what the next step depends on, after the integrator's state was replaced; the counts go on."""
-        for name in CARRIED:
+        """Reset the fields that the next step depends on, after the integrator's state was replaced; counts continue."""
+        for name in CARRIED_FIELDS:
             getattr(self.content.state, name)[:] = HARD_START[name]
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -86,19 +86,19 @@ class Stepping:
         return {f"hard.{name}": array for name, array in self.content.state._asdict().items()}
 
     def statistics(self, time: float) -> dict[str, Any]:
-        """Return the step, the counters, and the fraction of the time for which each joint has stuck."""
+        """Return the step size, the solver's counters, and sticking fraction and largest overlap of each hard contact."""
         names = [contact.name for contact in self.plan.contacts]
         which, state = self.content.model.which.tolist(), self.content.state
         stuck, overlap = (zip(which, part.tolist(), strict=True) for part in (state.stick, state.overlap))
         return {
             "step": self.size,
             "impacts_located": bool(self.content.parameters.locate[0]),
-            **self.counted(),
+            **self.counters(),
             "sticking": {names[j]: lasting / time for j, lasting in stuck if lasting > 0.0},
             "overlap": {names[j]: depth for j, depth in overlap if depth > 0.0},
         }
 
-    def counted(self) -> dict[str, int]:
+    def counters(self) -> dict[str, int]:
         counts = self.content.state.counts
         names = {
             "contact_steps": solver.IMPULSIVE,

@@ -15,14 +15,14 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates
 
 FRICTION_STATE_FACTOR = 100.0
-"""Factor by which the error weights of friction states are looser.
+"""Error weight of friction states divided by the requested tolerance.
 
 The states relax within microseconds, so that their errors do not add up. Measured: the events keep their digits, and the steps
 become 16 to 28 % fewer.
 """
 
 BENDING_FACTOR = 100.0
-"""Factor by which the error weights of bending coordinates are looser in mechanisms with contacts.
+"""Error weight of bending coordinates divided by that of other coordinates, in mechanisms with contacts.
 
 The clearances are a thousandth of the bars. The steps resolve axial waves, which are far faster than all else.
 Errors in vibrations do not grow with time. Measured: half as many steps; contact forces change by 2e-5.
@@ -37,12 +37,12 @@ class Tolerances:
 
     absolute: np.ndarray  # (ny,)
     relative: np.ndarray  # (ny,)
-    rounding: np.ndarray  # (ny,) times 1/h: velocity error of a linearly implicit step due to rounded positions
+    rounding: np.ndarray  # (ny,) step size times the velocity error of a linearly implicit step due to rounded positions
     group: np.ndarray  # boundaries of the groups whose root mean squares the relative weights refer to
     precision: np.ndarray  # (guards,) precision of located events, in the guard's unit
     crossable: np.ndarray  # (guards,) 1 for a guard that may start to act within a step
     delays: tuple[float, ...]  # delays of controllers [s]
-    vibration: np.ndarray  # (ny,) factors of the weights
+    vibration: np.ndarray  # (ny,) factors that multiply the weights: `BENDING_FACTOR` or 1
     time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -104,14 +104,14 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
 
 
 def state_tolerance(rtol: float, atol: float) -> float:
-    """Return the error of a component's state that is allowed in a step, as a fraction of its scale."""
+    """Return the error allowed in a state of a component in one step, as a fraction of the state's declared scale."""
     return min(rtol, atol)
 
 
 def _internal_weights(
     plan: Plan, system: System, *, rtol: float, atol: float, acceleration: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return absolute and relative weights of the internal states, in their order in y."""
+    """Return absolute and relative error weights of the internal states, in their order in y."""
     declared = system.parameters.state_scale
     friction = int(system.model.state_start[system.parameters.contact.size])
     sliding, absolute, relative = _sliding_states(system), np.empty(declared.size), np.empty(declared.size)

@@ -29,7 +29,7 @@ from scissordyn.plot.study import (
 )
 from scissordyn.plot.style import SIZES, Canvas
 from scissordyn.record.store import save
-from scissordyn.run.engine import STATES
+from scissordyn.run.engine import STATUSES
 from scissordyn.studies.answer.page import page
 from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.surface import surfaces
@@ -131,7 +131,7 @@ def table(results: xr.Dataset) -> pd.DataFrame:
             else:
                 heads = (f"{part}.{name}" for part in variable[variable.dims[1]].values)
                 columns |= dict(zip(map(_headed, heads, units), variable.values.T, strict=True))
-    columns["status"] = np.array([STATES[int(code)] for code in results["status"].values])
+    columns["status"] = np.array([STATUSES[int(code)] for code in results["status"].values])
     columns["cause"] = results["cause"].values.astype(object)
     return pd.DataFrame(columns)
 

@@ -16,13 +16,13 @@ import xarray as xr
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.measure import LOAD, MEASURES, load_units, parts_of
+from scissordyn.run.measure import LOAD_UNIT, MEASURES, load_units, parts_of
 from scissordyn.studies.ask.design import Design
 from scissordyn.studies.ask.distribution import Levels, Names, Variation
 
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
-LOADS = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD)
+LOADS = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD_UNIT)
 """Measures of forces and torques, whose unit is that of the component, coupling or drive of a coordinate."""
 
 KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by unit

@@ -16,13 +16,13 @@ import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.file.output_file import put_file, remove_unfinished
-from scissordyn.run.engine import STATES
+from scissordyn.run.engine import STATUSES
 from scissordyn.studies.ask.description import OwnMeasure, Study, from_plain, to_plain
 from scissordyn.studies.ask.design import INTEGER_MAX, Design
 from scissordyn.studies.compute import table
 from scissordyn.warning import LISTED_MAX
 
-PENDING, COMPLETE, FAILED = range(len(STATES))  # Status of a case; one without a row is pending
+PENDING, COMPLETE, FAILED = range(len(STATUSES))  # Status of a case; one without a row is pending
 FORMAT_VERSION = 3  # `user_version` of the file
 APPLICATION_ID = 0x73636973  # `application_id` of the file, "scis"
 
@@ -374,7 +374,7 @@ class Store:
         texts = rows.filled(cases, np.array(rows.texts, object).reshape(-1, len(TEXTS)), "")
         for k, (name, meaning) in enumerate(TEXTS.items()):
             variables[name] = ("case", texts[:, k], {"long_name": meaning})
-        about = {"long_name": "status", "flag_values": list(range(len(STATES))), "flag_meanings": " ".join(STATES)}
+        about = {"long_name": "status", "flag_values": list(range(len(STATUSES))), "flag_meanings": " ".join(STATUSES)}
         variables["status"] = ("case", rows.filled(cases, rows.status, PENDING), about)
         labels = {name: (dims, np.array(texts, object)) for name, (dims, texts) in columns.labels.items()}
         with self._sound("study"):

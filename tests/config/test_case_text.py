@@ -223,7 +223,8 @@ def candidates(described: type, name: str) -> list[list[Any]]:
         elif member == tuple[float, float]:
             found += [(0.1 / 3.0, -0.2 / 7.0), (0.0, 0.1 / 9.0)]
         elif origin is tuple and inside[1:] == (Ellipsis,) and inside[0] is float:
-            found.append(tuple(DRAW.uniform(-1.0, 1.0) for _ in range(4)))
+            row = tuple(DRAW.uniform(-1.0, 1.0) for _ in range(4))
+            found += [row, tuple(map(abs, row))]
         elif origin is tuple:
             found += TABLES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
         elif isinstance(origin, type) and issubclass(origin, Mapping):

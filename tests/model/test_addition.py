@@ -63,7 +63,7 @@ def test_payload_at_a_joint():
     assert sd.with_payload(arm, "unit 1/upper", 2.0) == sd.with_payload(arm, ("unit 1/bar 1", "end"), 2.0)
     slider = sd.with_payload(arm, ("slider", "centre"), 2.0).body("slider")
     marked = {**arm.body("slider").points, "payload": (0.0, 0.0)}
-    assert slider == dataclasses.replace(arm.body("slider"), mass=7.0, points=marked)
+    assert slider == dataclasses.replace(arm.body("slider"), mass=7.0, points=marked, payloads=(2.0,))
 
 
 def test_panels_on_bars_of_a_pattern():

@@ -489,9 +489,10 @@ def test_position_of_payloads_and_panels() -> None:
     moved = sd.simulate(arm, until=0.02, samples=5)
     placement = Placement.at(arm, moved, slice(None))
     panel, payload = load_shapes(arm, placement, 0.02)
-    assert (panel.kind, payload.kind) == ("panel", "payload")
+    assert (panel.kind, payload.kind, payload.name) == ("panel", "payload", "payload, 12 kg")
     assert payload.points.mean(axis=1) == pytest.approx(placement.place(("unit 2/bar 1", "end")))
     ends = [placement.place(("unit 1/bar 2", name)) for name in ("start", "end")]
     assert panel.points.mean(axis=1) == pytest.approx(0.5 * (ends[0] + ends[1]))
-    twice = sd.with_payload(arm, "unit 2/bar 1.end", 1.0).body("unit 2/bar 1").points
-    assert {"payload", "payload 2"} <= twice.keys()
+    twice = sd.with_payload(arm, "unit 2/bar 1.end", 1.0).body("unit 2/bar 1")
+    assert {"payload", "payload 2"} <= twice.points.keys()
+    assert twice.payloads == (12.0, 1.0)

@@ -239,6 +239,7 @@ _TURNING = "moment of inertia about the mass centre; without inertia and length 
 def _body_keys() -> dict[str, tuple[Any, Any]]:
     """Return the keys of the table of a body, including those of a straight bar."""
     examples: dict[str, Any] = {"position": "0, 0 m", "angle": "30 deg", "velocity": "0, 0 m/s", "angular_velocity": "0 rpm"}
+    examples["payloads"] = "12 kg"
     keys = keys_of(Body, (), name="crank", mass="1 kg", points={"tip": "0.2, 0.05 m"}, **examples)
     further = {
         "length": (Annotated[float | None, Quantity("m", above=0.0, help=_STRAIGHT), About(examples=["0.2 m"])], None),

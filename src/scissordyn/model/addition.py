@@ -50,7 +50,8 @@ def with_payload(
     body = mechanism.body(name)
     local = _local(body, point)
     marked = _with_points(body, {PAYLOAD: local}, len(payload_points(body)))
-    return _with_bodies(mechanism, [_with_mass(marked, mass, local, inertia)])
+    loaded = _with_mass(marked, mass, local, inertia)
+    return _with_bodies(mechanism, [dataclasses.replace(loaded, payloads=(*body.payloads, mass))])
 
 
 @documented

@@ -40,6 +40,9 @@ class Body:
     angle: Annotated[float | None, Quantity("rad", help="direction at the start")] = None
     velocity: Annotated[Point | None, Quantity("m/s", help="initial velocity of the origin, or it follows")] = None
     angular_velocity: Annotated[float | None, Quantity("rad/s", help="angular velocity at the start")] = None
+    payloads: Annotated[
+        tuple[float, ...], Quantity("kg", above=0.0, help='masses at its points "payload", which its mass includes')
+    ] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self, f"body '{self.name}'")

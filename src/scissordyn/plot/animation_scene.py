@@ -265,8 +265,10 @@ def load_shapes(mechanism: Mechanism, placement: Placement, size: float) -> list
             aside = BAND * size * np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
             corners = np.stack([start - aside, end - aside, end + aside, start + aside], axis=1)
             shapes.append(Shape(first.replace(" start", ""), "panel", corners))
-        middles = {name: placement.place((body.name, name)) for name in payload_points(body)}
-        shapes += [Shape(name, "payload", middle[:, None] + square) for name, middle in middles.items()]
+        masses = dict(zip(payload_points(body), body.payloads, strict=False))  # a point that a user named so has no mass
+        for name in payload_points(body):
+            shown = f"{name}, {masses[name]:.4g} kg" if name in masses else name
+            shapes.append(Shape(shown, "payload", placement.place((body.name, name))[:, None] + square))
     return shapes
 
 

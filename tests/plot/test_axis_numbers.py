@@ -10,6 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from scissordyn.plot.animation import film_title
+from scissordyn.plot.file import content_of
 from scissordyn.plot.scale import Scale
 from scissordyn.plot.style import dark_map, number_decades, panels, signed
 
@@ -52,6 +53,11 @@ def test_minus_signs_are_those_of_the_axes() -> None:
     assert signed("-540 N·m in unit-1, from -3 to 2") == "\N{MINUS SIGN}540 N·m in unit-1, from \N{MINUS SIGN}3 to 2"
     with mpl.rc_context({"axes.unicode_minus": False}):
         assert signed("-540 N·m") == "-540 N·m"
+    axes = Figure().subplots()
+    axes.set_title("from -3 to 2")
+    axes.annotate("-1", (0.0, 0.0))
+    content_of(axes, "svg")
+    assert [axes.get_title(), axes.texts[0].get_text()] == ["from \N{MINUS SIGN}3 to 2", "\N{MINUS SIGN}1"]
 
 
 def test_films_have_titles() -> None:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
-from scissordyn.plot.style import SIZES
+from scissordyn.plot.style import SIZES, use_minus_signs
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -60,6 +60,7 @@ def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
 
 
 def _content(figure: Figure, format: str) -> bytes:
+    use_minus_signs(figure)
     drawn = io.BytesIO()
     # removes the date and random identifiers from vector files
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}), _final_layout(figure):

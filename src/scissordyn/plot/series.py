@@ -6,13 +6,26 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.style import BLACK, BLUE, GREY, IDEAL, LIGHT, LINE_WIDTH, OUTSIDE, normal, small, wrap_text
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    IDEAL,
+    LIGHT,
+    LINE_WIDTH,
+    OUTSIDE,
+    normal,
+    small,
+    use_minus_signs,
+    wrap_text,
+)
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
 from scissordyn.warning import LISTED_MAX
 
@@ -56,7 +69,14 @@ def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
         sections["Parameters"] = "\n".join(described[name] for name in names)
         written = [f"{title}\n{'-' * len(title)}\n{text}" for title, text in sections.items()]
         draw.__doc__ = "\n\n".join([summary, *written])
-        return draw
+
+        @wraps(draw)
+        def with_minus_signs(*given: Any, **options: Any) -> Any:
+            drawn: Any = draw(*given, **options)
+            use_minus_signs(drawn)
+            return drawn
+
+        return cast("Draw", with_minus_signs)
 
     return completed
 

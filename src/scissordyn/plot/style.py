@@ -177,6 +177,16 @@ def signed(text: str) -> str:
     return re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text) if rcParams["axes.unicode_minus"] else text
 
 
+def use_minus_signs(drawn: Artist | Iterable[Artist]) -> None:
+    """Replace hyphens before numbers by minus signs in all texts of a figure or of some Axes."""
+    from matplotlib.artist import Artist
+    from matplotlib.text import Text
+
+    for part in [drawn] if isinstance(drawn, Artist) else drawn:
+        for text in part.findobj(Text):
+            text.set_text(signed(text.get_text()))
+
+
 def number_decades(axis: Axis) -> None:
     """Number a logarithmic axis at powers of ten, and also at 2 and 5 times them where it has fewer than two decades."""
     from matplotlib.ticker import LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter

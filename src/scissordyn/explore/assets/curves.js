@@ -14,7 +14,8 @@ export function ticks(low, high, most) {
   const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
   const plain = places < 6 && Math.max(Math.abs(low), Math.abs(high)) < 1e6;
-  return found.map(value => [value, plain ? (Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(places) : value === 0 ? "0" : value.toPrecision(4).replace(/\.?0+(e|$)/, "$1")]);
+  const written = value => plain ? (Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(places) : value === 0 ? "0" : value.toPrecision(4).replace(/\.?0+(e|$)/, "$1");
+  return found.map(value => [value, written(value).replaceAll("-", "\u2212")]);
 }
 
 // first index whose x is not smaller, of x that does not fall

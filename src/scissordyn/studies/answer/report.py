@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -19,7 +18,7 @@ from matplotlib.axes import Axes
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import print_pdf
-from scissordyn.plot.file import figure_of, write
+from scissordyn.plot.file import content_of, figure_of, write
 from scissordyn.plot.study import (
     feasibility_map,
     pareto_front,
@@ -249,10 +248,8 @@ def write_report(result: StudyResult, path: Path) -> Path:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
     store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
     for title, figure in figures(result):
-        picture = io.BytesIO()
-        figure.savefig(picture, format="png", dpi=SIZES.png_dpi)
         width = round(LAYOUT.scale * SIZES.png_dpi * figure.get_figwidth())
-        pictures.append((title, width, base64.b64encode(picture.getvalue()).decode()))
+        pictures.append((title, width, base64.b64encode(content_of(figure, "png")).decode()))
     answers = as_html(page(result, store, LAYOUT.rows))
     content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
     try:

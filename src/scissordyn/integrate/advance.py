@@ -62,7 +62,6 @@ ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, 
 After `CHANGE_POINT` the caller makes a step across a singular position.
 """
 
-_EXPLICIT = EXPLICIT
 
 STALLED_MAX = 1000  # Number of trials and events without progress in time after which a run is stuck
 
@@ -317,7 +316,7 @@ def carry_over(T, s, w):
     for k in range(s.mode.size):
         w.start_value[k], w.start_rate[k] = w.end_value[k], w.end_rate[k]
     s.clock[0].prepared = OUTPUTS
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
         for i in range(s.y.size):
             w.slope[i] = inverse * w.stages[last, i]

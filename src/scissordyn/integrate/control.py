@@ -11,8 +11,6 @@ from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 from scissordyn.tolerance import SHORT_STEP_FRACTION
 
-_EXPLICIT = EXPLICIT
-
 SAFETY_FACTOR = 0.9  # Factor on the step size that the error estimate suggests
 STEP_FACTOR_MIN = 0.2  # Least ratio of successive step sizes
 STEP_FACTOR_MAX = 8.0  # Largest ratio of successive step sizes
@@ -171,7 +169,7 @@ def after_acceptance(T, h, error, s, w):
         # the singularity is as close as the step is long, so the next even step must not be longer
         grow = min(grow, 1.0)
     elif clock.last_event != NO_EVENT:
-        size = h * max(1.0, grow) if T.kind == _EXPLICIT else 2.0 * h
+        size = h * max(1.0, grow) if T.kind == EXPLICIT else 2.0 * h
         if clock.last_event == RISE:
             clock.after_rise = size
         else:
@@ -186,11 +184,11 @@ def after_event(T, full, event, s):
     clock = s.clock[0]
     remembered = clock.after_rise if event == RISE else clock.after_fall
     if remembered > 0.0:
-        clock.step = remembered if T.kind == _EXPLICIT else min(full, remembered)
+        clock.step = remembered if T.kind == EXPLICIT else min(full, remembered)
     else:
         clock.step = full
     clock.last_event, clock.reach, clock.previous_error = event, math.inf, 0.0
     clock.touching = 0
     for k in range(s.mode.size):
-        if T.kind == _EXPLICIT and s.mode[k] == 1:
+        if T.kind == EXPLICIT and s.mode[k] == 1:
             clock.touching = 1

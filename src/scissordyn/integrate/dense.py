@@ -10,8 +10,6 @@ from scissordyn.integrate.step import add_rows, explicit_stage, fraction, stage_
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-_EXPLICIT = EXPLICIT
-
 
 @kernel
 def complete(problem, T, t, h, s, w, S):
@@ -19,7 +17,7 @@ def complete(problem, T, t, h, s, w, S):
     if w.has_dense[0] == 1:
         return
     w.has_dense[0] = 1
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         explicit_dense(problem, T, t, h, s, w, S)
         s.counts[0].rates += T.nodes.size - T.stages - 1
     else:
@@ -117,7 +115,7 @@ def guards_at(problem, T, theta, t, h, s, w, S):
 @kernel
 def integrals_at(T, theta, h, s, w, out):
     """Compute the integrals of the powers up to theta."""
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return
     for q in range(s.total.size):

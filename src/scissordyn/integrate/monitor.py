@@ -24,8 +24,6 @@ from scissordyn.integrate.step import fraction, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-_EXPLICIT = EXPLICIT
-
 INNER_POINTS = SPARE_ROWS - 1  # Number of equidistant points inside an explicit step that are evaluated if a maximum is likely
 
 VERTEX_OUTSIDE_MAX = 0.5  # A vertex outside the step by less than this fraction of the step may still be a maximum inside
@@ -64,7 +62,7 @@ def end_peak(guard, s, w, row):
 @kernel
 def step_integral(T, h, w, which):
     total = 0.0
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         last = T.stages
         for k in range(last):
             total += T.a[last, k] * w.power[k, which]
@@ -83,7 +81,7 @@ def is_monitored(row, s):
 @kernel
 def monitor_step(problem, T, t, h, s, w, S):
     """Update the monitored values over the step just made, and store those at its end."""
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         monitor_stages(problem, T, t, h, s, w, S)
         last = T.stages
     else:
@@ -215,13 +213,13 @@ def probe_row(problem, T, row, theta, t, h, s, w, S):
 @kernel
 def last_point(T):
     """Return the index of the step's end among the points at which a maximum is searched; the start has index 0."""
-    return (INNER_POINTS if T.kind == _EXPLICIT else T.gauss.size) + 1
+    return (INNER_POINTS if T.kind == EXPLICIT else T.gauss.size) + 1
 
 
 @kernel
 def index_of(T, point):
     """Return the index in Work.monitored of a point at which a maximum is searched (see `last_point`)."""
-    if T.kind != _EXPLICIT:
+    if T.kind != EXPLICIT:
         return point
     if point == 0:
         return 0
@@ -231,7 +229,7 @@ def index_of(T, point):
 @kernel
 def place_of(T, point):
     """Return theta of a point at which a maximum is searched: 0 at the start of the step, 1 at its end."""
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         return point / (INNER_POINTS + 1.0)
     if point == 0:
         return 0.0
@@ -336,7 +334,7 @@ def follow_band(problem, T, row, t, h, s, w, S):
     if math.isnan(band[FIRST_WITHIN]) and start <= limit:
         band[FIRST_WITHIN] = t
     highest = max(start, end)
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         for stage in range(1, T.stages):
             highest = max(highest, w.monitored[stage, row, 0])
         if min(start, end) > limit or highest <= limit:

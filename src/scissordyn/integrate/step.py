@@ -14,8 +14,6 @@ import math
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
 
-_EXPLICIT = EXPLICIT
-
 NOTHING, OUTPUTS, EVERYTHING = range(3)
 """Values available at the start of a step: none, guards and monitored values, or these and the slope."""
 
@@ -53,7 +51,7 @@ def prepare(problem, T, t, s, w, S):
     """Compute slope, monitored values and guards at the start of a step, and the linearisation for a Rosenbrock method."""
     clock, counts = s.clock[0], s.counts[0]
     counts.rates += 1
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         problem.rate(t, s.y, S, w.slope)
     else:
         problem.linearise(t, s.y, S, w.slope, w.slope_t)
@@ -70,7 +68,7 @@ def attempt(problem, T, t, h, s, w, S):
     """Make one step from (t, s.y) to w.new; return whether the factorization succeeded."""
     counts = s.counts[0]
     w.has_dense[0] = 0
-    if T.kind == _EXPLICIT:
+    if T.kind == EXPLICIT:
         explicit_step(problem, T, t, h, s, w, S)
         counts.rates += T.stages
         return True
@@ -181,7 +179,7 @@ def error_norm(T, h, s, w):
     """
     y, new, K, estimate = s.y, w.new, w.stages, w.estimate
     worst = 0.0
-    stages = T.stages + 1 if T.kind == _EXPLICIT else T.stages
+    stages = T.stages + 1 if T.kind == EXPLICIT else T.stages
     for which in range(1 + T.combined):
         for i in range(y.size):
             estimate[which, i] = 0.0
@@ -213,7 +211,7 @@ def weigh_errors(T, h, size, start, stop, s, w):
     first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]
     absolute, relative, rounding = w.atol[start:stop], w.rtol[start:stop], w.rounding[start:stop]
     if T.combined == 0:
-        factor = h if T.kind == _EXPLICIT else 1.0
+        factor = h if T.kind == EXPLICIT else 1.0
         for i in range(first.size):
             first[i] = abs(factor * first[i]) / (absolute[i] + relative[i] * size + rounding[i] / h)
         return

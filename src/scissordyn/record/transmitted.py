@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -122,8 +122,11 @@ def start_end(path: Trajectory) -> float:
     return START_DURATION * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
 
 
-def _chunks(path: Trajectory, source: Samples) -> Iterator[Samples]:
-    """Yield the instants of `source` in chunks, without change points and instants that the run did not reach."""
+def _chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
+    """Yield the instants of all sources in chunks, without change points and instants that the run did not reach."""
+    if not sources:
+        return
+    source = Samples(*map(np.concatenate, zip(*sources, strict=True)))
     wanted = source.time <= path.end
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
@@ -147,10 +150,9 @@ def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None
     if path.recorded is not None:
         sources.append(Samples(*(getattr(path.recorded, name) for name in Samples._fields)))
     with state_kept(path.system):
-        for source in sources:
-            for part in _chunks(path, source):
-                found = transmitted(plan, record(plan.maps, path.system, part), part.time)
-                sizes.append((part.time, found.sizes))
+        for part in _chunks(path, sources):
+            found = transmitted(plan, record(plan.maps, path.system, part), part.time)
+            sizes.append((part.time, found.sizes))
     count, begin = len(plan.mechanism.joint_names) + len(plan.mechanism.welds), start_end(path)
     size, when, after = np.full((3, count), math.nan)
     for time, forces in sizes:

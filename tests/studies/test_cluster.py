@@ -223,7 +223,7 @@ def said(error: str) -> list[str]:
 
 def written(store: Path) -> int:
     """Return the number of blocks in a store."""
-    return int(np.count_nonzero(Store(store).times()["attempts"])) if Store(store).begun() else 0
+    return int(np.count_nonzero(Store(store).times()["attempts"])) if Store(store).has_content() else 0
 
 
 def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from scissordyn.plot.study import response_curves
 from scissordyn.studies.answer.conclusion import agreement, conclude, needs, point_table, trend_table
 from scissordyn.studies.answer.page import best_points, response_ranges, varied_numbers
 from scissordyn.studies.answer.surface import between_points
-from scissordyn.studies.answer.trend import fitted, morris_indices, ranked, rankings, sensitivities, trends
+from scissordyn.studies.answer.trend import fit_trends, morris_indices, rank_parameters, rankings, sensitivities, trends
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, least_margins, recommended, worst_cases
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
@@ -36,7 +36,7 @@ def test_exponents_are_recovered() -> None:
     """Closed form: 3e5 c^1.02 v^-0.5 without noise; the value that meets a bound is the inverse."""
     rng = np.random.default_rng(1)
     x = np.stack([rng.uniform(1e-5, 4e-4, 20), rng.uniform(10.0, 20.0, 20)], axis=1)
-    law = fitted(x, 3e5 * x[:, 0] ** 1.02 * x[:, 1] ** -0.5, np.arange(20), ("c", "v"))[0]
+    law = fit_trends(x, 3e5 * x[:, 0] ** 1.02 * x[:, 1] ** -0.5, np.arange(20), ("c", "v"))[0]
     assert law.form == "power"
     np.testing.assert_allclose(law.slopes, [1.02, -0.5], atol=1e-10)
     assert (law.r2, law.predicted, law.error) == pytest.approx((1.0, 1.0, 0.0), abs=1e-9)
@@ -48,7 +48,7 @@ def test_exponents_are_recovered() -> None:
 def test_line_with_an_offset() -> None:
     """Closed form: 4 + 3 x predicts better than a power law, and no x > 0 gives 2."""
     x = np.linspace(0.1, 3.0, 12)[:, None]
-    line = fitted(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
+    line = fit_trends(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
     assert line.form == "linear"
     assert (line.constant, float(line.slopes[0])) == pytest.approx((4.0, 3.0))
     assert line.inverse("x", 2.0, {}) == pytest.approx(-2.0 / 3.0)
@@ -60,7 +60,7 @@ def test_intervals_of_exponents_cover() -> None:
     for _ in range(400):
         x = np.stack([rng.uniform(1.0, 8.0, 24), rng.uniform(1.0, 5.0, 24)], axis=1)
         values = 7.0 * x[:, 0] ** 1.5 * np.exp(0.2 * rng.standard_normal(24))
-        law = next(one for one in fitted(x, values, np.arange(24), ("a", "b")) if one.form == "power")
+        law = next(one for one in fit_trends(x, values, np.arange(24), ("a", "b")) if one.form == "power")
         hits += bool(abs(law.slopes[0] - 1.5) < law.intervals[0])
     assert 0.92 * 400 <= hits <= 0.98 * 400
 
@@ -70,16 +70,16 @@ def test_cross_validation_finds_no_trend_in_noise() -> None:
     rng = np.random.default_rng(3)
     x = np.repeat(rng.uniform(1.0, 2.0, (15, 3)), 4, axis=0)
     values = np.repeat(rng.uniform(1.0, 2.0, 15), 4)  # the same in all samples: a fit by rows would seem to predict it
-    assert all(not one.clear and one.points == 15 for one in fitted(x, values, np.arange(60) // 4, ("a", "b", "c")))
+    assert all(not one.clear and one.points == 15 for one in fit_trends(x, values, np.arange(60) // 4, ("a", "b", "c")))
 
 
 def test_too_few_points_have_no_trend() -> None:
     """Contract: three points, constants and failed cases are not fitted."""
     x = np.array([[1.0], [2.0], [3.0]])
-    assert fitted(x, x[:, 0], np.arange(3), ("x",)) == ()
+    assert fit_trends(x, x[:, 0], np.arange(3), ("x",)) == ()
     x = np.linspace(1.0, 2.0, 9)[:, None]
-    assert fitted(x, np.ones(9), np.arange(9), ("x",)) == ()
-    assert fitted(x, np.full(9, np.nan), np.arange(9), ("x",)) == ()
+    assert fit_trends(x, np.ones(9), np.arange(9), ("x",)) == ()
+    assert fit_trends(x, np.full(9, np.nan), np.arange(9), ("x",)) == ()
 
 
 def proportional(bound: float, points: int = 24) -> tuple:
@@ -227,7 +227,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     """Closed form: of 19 factors in 16 samples the effective one is first and beyond chance; in noise 5 % have any."""
     rng = np.random.default_rng(5)
     numbers = rng.random((16, 19))
-    known, order, first, chance = ranked(numbers, np.where(numbers[:, 7] > 0.9, np.inf, numbers[:, 7]))
+    known, order, first, chance = rank_parameters(numbers, np.where(numbers[:, 7] > 0.9, np.inf, numbers[:, 7]))
     assert order[0] == 7
     assert known[7] == pytest.approx(1.0, abs=0.05)
     assert first[7] > 0.9
@@ -252,7 +252,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
 
 
 def test_numbers_of_an_unclear_trend_are_ranked() -> None:
-    """Contract: factors are ranked only if the trend does not predict points left out."""
+    """Contract: factors are rank_parameters only if the trend does not predict points left out."""
     described = study(design=Design("random", 20), measures=("peak_force",))
     numbers = described.numbers(np.arange(20))["A.clearance"]
     noise = np.random.default_rng(3).lognormal(size=20)

@@ -11,7 +11,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
 from scissordyn.model.options import Options
-from scissordyn.studies.compute.convergence import Level, _agrees, _tried, read_wanted
+from scissordyn.studies.compute.convergence import Level, _agrees, _settings_to_try, read_wanted
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,8 @@ def test_steps_around_a_given_one(arm):
     """Contract: a shorter given step is in the middle of those tried; a longer one has no effect."""
     hard = arm.replace("A.contact", "hard")
     steps = {
-        asked: [each[0] for each in _tried(hard, Options(0.01, step=asked), "accuracy")[1]] for asked in (None, 1e-8, 1e-2)
+        asked: [each[0] for each in _settings_to_try(hard, Options(0.01, step=asked), "accuracy")[1]]
+        for asked in (None, 1e-8, 1e-2)
     }
     assert steps[1e-8] == [1e-8 * 2.0**k for k in range(4, -4, -1)]
     assert steps[None] == steps[1e-2] != steps[1e-8]

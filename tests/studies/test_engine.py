@@ -193,4 +193,4 @@ def test_script_without_a_guard(tmp_path: Path) -> None:
     script.write_text(UNGUARDED)
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 1
-    assert done.stderr.splitlines()[-1].endswith("a script that starts some needs 'if __name__ == \"__main__\":'")
+    assert done.stderr.splitlines()[-1].endswith("a script that uses processes needs 'if __name__ == \"__main__\":'")

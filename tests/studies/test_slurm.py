@@ -82,7 +82,7 @@ def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seco
 def blocks(folder: Path) -> int:
     """Return the number of stored blocks."""
     store = Store(folder / "study.db")
-    return int((store.times()["attempts"] > 0).sum()) if store.begun() else 0
+    return int((store.times()["attempts"] > 0).sum()) if store.has_content() else 0
 
 
 def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:

@@ -328,7 +328,7 @@ def refine_study(
     goals: Sequence[str] = (),
 ) -> Study:
     """Return a study with changed factors, uncertain parameters, samples or goals."""
-    apart = {factor.name: factor for factor in study.apart}
+    apart = {factor.name: factor for factor in study.variant_factors}
     vary, uncertain = dict(vary or {}), dict(uncertain or {})
     places = {name: _places(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
     study = study.with_places(places)

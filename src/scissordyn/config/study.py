@@ -52,8 +52,8 @@ from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Names, Variation
 from scissordyn.studies.ask.requirement import (
-    KINDS,
-    LOADS,
+    LOAD_KINDS,
+    LOAD_MEASURES,
     SHORTFALL,
     Optimisation,
     Requirement,
@@ -305,7 +305,9 @@ def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify:
     )
     if cheap is None:
         return study
-    return replace(study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.apart, base.read)))
+    return replace(
+        study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.variant_factors, base.read))
+    )
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:
@@ -375,13 +377,15 @@ def read_requirement(text: str, own: Mapping[str, str] | None = None) -> Require
     try:
         part, measure, unit = read_response(match[1], own)
         value, unit_given = number_and_unit(match[3])
-        if measure in LOADS:
-            unit = unit_like(unit_given, KINDS)
+        if measure in LOAD_MEASURES:
+            unit = unit_like(unit_given, LOAD_KINDS)
             if not unit:
                 what = f"unit '{unit_given}' does not fit" if unit_given else "missing unit"
-                raise InputError(what, f"a number and its unit [{' or '.join(KINDS)}]", f"{value} {next(iter(KINDS))}")
+                raise InputError(
+                    what, f"a number and its unit [{' or '.join(LOAD_KINDS)}]", f"{value} {next(iter(LOAD_KINDS))}"
+                )
         factor = scale_of(unit_given, unit, sample=f"{match[1]} {match[2]} {value} {unit}")
     except InputError as error:
         raise InputError(f"requirement '{text}': {error.what}", error.expected, error.example) from None
-    exerted = unit if measure in LOADS else ""
+    exerted = unit if measure in LOAD_MEASURES else ""
     return Requirement(measure, match[2], float(value) * factor, part, text.strip(), exerted)

@@ -1,1 +1,1 @@
-"""Studies of many runs: parameters, runners, diagrams, ensembles, exponents."""
+"""Studies of many runs: their description, their computation and their answers."""

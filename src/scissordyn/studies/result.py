@@ -18,7 +18,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.engine import Engine
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.answer.conclusion import Conclusion, conclude
-from scissordyn.studies.answer.fidelity import Corrected, confirmed, estimates, screened, verified_path
+from scissordyn.studies.answer.fidelity import Corrected, compute_both_fidelities, confirmed, estimates, verified_path
 from scissordyn.studies.answer.grouped import grouped, grouped_lines
 from scissordyn.studies.answer.page import design_size, page
 from scissordyn.studies.answer.report import LAYOUT, StudyPictures, as_html, export, table, write_figures, write_report
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 FilePath = str | os.PathLike[str]
 ShowProgress = Callable[[Progress], None] | None
-COUNTED = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}  # Status of cases in the order in which it is counted
+STATUS_CODES = {"complete": COMPLETE, "failed": FAILED, "pending": PENDING}  # Stored status of a case by its name
 
 
 class StudyResult:
@@ -88,9 +88,9 @@ class StudyResult:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of cases by status."""
+        """Number of cases of each status."""
         status = self.dataset["status"].values
-        return {name: int(np.sum(status == code)) for name, code in COUNTED.items()}
+        return {name: int(np.sum(status == code)) for name, code in STATUS_CODES.items()}
 
     @property
     def damage(self) -> str:
@@ -99,13 +99,13 @@ class StudyResult:
 
     @property
     def causes(self) -> dict[str, list[int]]:
-        """Failed cases by cause, the most frequent first; numbers in a cause do not make it another one."""
+        """Failed cases by cause, the most frequent first; causes that differ only in numbers are one."""
         failed = np.flatnonzero(self.dataset["status"].values == FAILED).tolist()
         return grouped((str(self.dataset["cause"].values[case]), case) for case in failed)
 
     @property
     def warnings(self) -> dict[str, list[int]]:
-        """Complete cases by warning, the most frequent first; numbers in a warning do not make it another one."""
+        """Complete cases by warning, the most frequent first; warnings that differ only in numbers are one."""
         return grouped_lines(self.dataset["warnings"].values)
 
     # --- answers --------------------------------------------------------------------------------------------------------
@@ -153,7 +153,7 @@ class StudyResult:
 
     @cached_property
     def recommendation(self) -> Recommendation | None:
-        """The recommended point, with places of names; None without requirements, or while no point is computed."""
+        """The recommended point, with indices for names; None without requirements, or while no point is computed."""
         return recommended(self.study, self.dataset) if self.study.requirements else None
 
     @cached_property
@@ -163,7 +163,7 @@ class StudyResult:
 
     @cached_property
     def between(self) -> Callable[[str], Surface | None]:
-        """Surfaces of responses by name; None where the points do not predict each other, or names vary."""
+        """Function that returns the surface of a response by its name, or None if the points do not predict each other."""
         return cache(partial(between_points, self.study, self.points))
 
     @cached_property
@@ -219,7 +219,7 @@ class StudyResult:
         Parameters
         ----------
         response : str
-            All that have indices if empty.
+            Name of a response; if empty, all responses that have indices.
 
         Returns
         -------
@@ -245,7 +245,7 @@ class StudyResult:
 
     @property
     def front(self) -> pd.DataFrame:
-        """The points than which no other that meets the requirements is better in all goals."""
+        """Pareto front: the points that meet the requirements and that no other such point dominates."""
         points = self.optimum.points
         numbered = points.assign_coords(point=np.arange(points.sizes["point"]))
         return numbered.isel(point=np.flatnonzero(points["front"].values)).to_dataframe()
@@ -315,7 +315,7 @@ class StudyResult:
         Parameters
         ----------
         engine : Executor or int, optional
-            A number is one of threads; one thread per processor if not given.
+            Executor, or number of threads; by default one thread per processor.
         retry : bool
             Repeat failed cases.
         progress : callable, optional
@@ -379,7 +379,7 @@ class StudyResult:
         Returns
         -------
         StudyResult
-            Of the search.
+            Result of the search.
         """
         study = self.built()
         options = {"risk": risk, "population": population, "generations": generations, "seed": seed}
@@ -391,7 +391,7 @@ class StudyResult:
         return self.study if self._build is None else self._build()
 
     def _now(self, now: StudyResult) -> StudyResult:
-        """Return the same result after a computation, and read its data again."""
+        """Take over the store of a computed result and forget the data read before; return this result."""
         study, build = replace(self.study, design=now.study.design), self._build
         vars(self).clear()
         self.study, self.store, self._build = study, now.store, build
@@ -448,12 +448,12 @@ def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **o
 def computed(
     study: Study, path: FilePath, *, points: int | None = None, budget: float | None = None, **how: Unpack[How]
 ) -> StudyResult:
-    """Compute a study, or what its store lacks of it."""
+    """Compute the missing cases of a study, of more points of it or of a search, and return its result."""
     if budget is not None and (study.accurate is None or points is not None):
         sample = '[screen] with set = ["run.rtol=1e-3"], or screen={"rtol": 1e-3}'
         raise InputError("a budget of a study without cheap and accurate runs", "a study with both", sample)
     if study.accurate is not None and points is None:
-        store = screened(study, path, budget, **how)
+        store = compute_both_fidelities(study, path, budget, **how)
     elif study.optimisation is not None:
         store = optimise(study, path, **how)
     elif points is not None:

@@ -25,9 +25,10 @@ from scissordyn.warning import LISTED_MAX, RunWarning, warning
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
-FORMS = {"power": "power law", "linear": "straight line"}  # Names of the forms of trends
-CHECK_SAMPLES_MIN = 64  # [samples] that check a recommended point: the interval of 64 successes of 64 begins at 94.4 %
-TOLERANCE = "+- 10 %"  # Tolerance that is proposed where the study has no uncertain number
+FORM_NAMES = {"power": "power law", "linear": "straight line"}  # Names of the forms of trends in tables
+# [samples] smallest number in a suggested check of the recommended point: the interval of 64 successes of 64 begins at 94.4 %
+CHECK_SAMPLES_MIN = 64
+SUGGESTED_TOLERANCE = "+- 10 %"  # Tolerance in the suggested check of a study without uncertain parameters
 INTERVAL_WIDTH_MAX = 0.2  # [-] width of the interval of a fraction above which more points are proposed
 
 
@@ -51,7 +52,7 @@ class Conclusion:
     point: Section  # Numbers of the recommended point
     trends: Section
     next: tuple[tuple[str, str], ...]  # Purpose and command
-    facts: tuple[dict[str, Any], ...]  # The same as plain data
+    facts: tuple[dict[str, Any], ...]  # Requirements, recommended point and trends as plain data
 
     def to_plain(self) -> list[dict[str, Any]]:
         """Return all answers as plain data for JSON."""
@@ -119,7 +120,7 @@ def _interval_text(fraction: FeasibleFraction) -> str:
 
 
 def agreement(study: Study, points: xr.Dataset) -> RunWarning:
-    """Return at how many points ensemble members disagree, and on the requirements."""
+    """Return the sentence that counts the points whose members disagree, in a response or on the requirements."""
     about = {"least": REPORTED_FRACTION, "differ": int(points["disagrees"].sum()), "tried": points.sizes["point"]}
     if not about["differ"]:
         return warning("members agree", "", "", **about)
@@ -168,7 +169,7 @@ def requirement_table(
 
 
 def point_table(study: Study, points: xr.Dataset, point: Recommendation) -> Section:
-    """Return the numbers of the recommended point, the range that was tried, and that in which all requirements are met."""
+    """Return each parameter's value at the recommended point, its range tried, and its range that meets all requirements."""
     always = np.flatnonzero((points["met"].values == 1.0) & (points["complete"].values == 1.0))
     rows = []
     for name in study.paths:
@@ -181,7 +182,7 @@ def point_table(study: Study, points: xr.Dataset, point: Recommendation) -> Sect
 
 
 def _range_text(scale: Scale, values: np.ndarray) -> str:
-    """Return the names among some values, or their smallest and largest value."""
+    """Return values of a parameter as text: the names that occur, or the smallest and largest value with the unit."""
     values = values[np.isfinite(values)]
     if scale.labels:
         return ", ".join(scale.text(float(place)) for place in np.unique(values))
@@ -195,7 +196,7 @@ def trend_table(fitted: Mapping[str, tuple[Trend, ...]]) -> Section:
     columns: list[tuple[str, ...]] = [("response", "form", *names, "R2", "error at points left out")]
     for name, both in fitted.items():
         trend = both[0]
-        form = FORMS[trend.form] if trend.clear else "no clear trend"
+        form = FORM_NAMES[trend.form] if trend.clear else "no clear trend"
         cells = {number: _effect_text(trend, k) if trend.clear else "" for k, number in enumerate(trend.numbers)}
         columns.append((name, form, *(cells.get(number, "") for number in names), f"{trend.r2:.2f}", f"{trend.error:.1%}"))
     note = (
@@ -229,7 +230,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
             continue
         k = int(np.argmax(able))
         name, (first, last) = trend.numbers[k], map(float, trend.ranges[k])
-        value = trend.reached(name, requirement.bound, numbers)
+        value = trend.parameter_at_bound(name, requirement.bound, numbers)
         if math.isnan(value):
             ends = np.array([trend.value({**numbers, name: end}) for end in (first, last)])
             found.append(Need(requirement.label, name, value, f"{'any' if requirement.met(ends).all() else 'no'} {name}"))
@@ -242,8 +243,8 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
             text += f", extrapolated from {scale.text(first, 3)} to {scale.with_unit(last, 3)}"
         other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_MIN), None)
         if other is not None:
-            second = other.reached(name, requirement.bound, numbers)
-            text += f"; by a {FORMS[other.form]} {'no value' if math.isnan(second) else _rounded(scale, second)}"
+            second = other.parameter_at_bound(name, requirement.bound, numbers)
+            text += f"; by a {FORM_NAMES[other.form]} {'no value' if math.isnan(second) else _rounded(scale, second)}"
         found.append(Need(requirement.label, name, value, text, beyond))
     return found
 
@@ -297,17 +298,23 @@ def _next_steps(result: StudyResult, store: str, needed: Sequence[Need]) -> list
         more = str(max(4 * study.sampling.samples, CHECK_SAMPLES_MIN))
         wide = point.high - point.low > 0.5 * INTERVAL_WIDTH_MAX
         return [("narrow the interval", refine("--samples", more))] if wide else []
-    return _met(result, store, point, refine) if point.probability > 0.0 else _not_met(result, point, needed, refine)
+    return (
+        _steps_if_met(result, store, point, refine)
+        if point.probability > 0.0
+        else _steps_if_not_met(result, point, needed, refine)
+    )
 
 
-def _met(result: StudyResult, store: str, point: Recommendation, refine: Callable[..., str]) -> list[tuple[str, str]]:
+def _steps_if_met(result: StudyResult, store: str, point: Recommendation, refine: Callable[..., str]) -> list[tuple[str, str]]:
     study, results = result.study, result.dataset
-    steps, fixed = [], [typed(results, factor, point.numbers[factor.path]) for factor in study.factors]
+    steps, fixed = [], [command_value(results, factor, point.numbers[factor.path]) for factor in study.factors]
     if not study.uncertain:
         loose = []
         for factor, text in zip(study.factors, fixed, strict=True):
             loose += (
-                ["--vary", f"{factor.path}={text}"] if factor.texts else ["--uncertain", f"{factor.path}={text} {TOLERANCE}"]
+                ["--vary", f"{factor.path}={text}"]
+                if factor.texts
+                else ["--uncertain", f"{factor.path}={text} {SUGGESTED_TOLERANCE}"]
             )
         steps.append(("check the point with tolerances", refine(*loose, "--samples", str(CHECK_SAMPLES_MIN))))
     elif not point.low > 0.9:
@@ -323,7 +330,7 @@ def _met(result: StudyResult, store: str, point: Recommendation, refine: Callabl
     return steps
 
 
-def _not_met(
+def _steps_if_not_met(
     result: StudyResult, point: Recommendation, needed: Sequence[Need], refine: Callable[..., str]
 ) -> list[tuple[str, str]]:
     study, results, steps = result.study, result.dataset, list[tuple[str, str]]()
@@ -336,7 +343,7 @@ def _not_met(
         # the needed value is in the middle of the new range, of the logarithms if they exist
         far = need.value**2 / near if need.value * near > 0.0 else 2.0 * need.value - near
         first, last = sorted((far, near))
-        text = f"{first / factor.scale:.6g}..{typed(results, factor, last)}"
+        text = f"{first / factor.scale:.6g}..{command_value(results, factor, last)}"
         steps.append((f"reach {point.binding} if the trend continues", refine("--vary", f"{need.parameter}={text}")))
     if study.optimisation is None:
         binding = next(requirement for requirement in study.requirements if requirement.label == point.binding).response
@@ -346,8 +353,8 @@ def _not_met(
     return steps
 
 
-def typed(results: xr.Dataset, factor: Factor, value: float) -> str:
-    """Return a value as text for a study: in the user's unit, or in SI; a name in brackets."""
+def command_value(results: xr.Dataset, factor: Factor, value: float) -> str:
+    """Return a value as it is typed in a command: in the user's unit or the SI unit; a name in brackets."""
     if factor.labels:
         return f"[{factor.labels[int(value)]}]"
     unit = factor.unit or str(results[column(factor.path)].attrs.get("units", "1"))

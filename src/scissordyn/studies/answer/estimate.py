@@ -17,7 +17,8 @@ from scipy import stats
 
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
-POSTERIOR_DRAWS = 4000  # [draws] of the three fractions; the ends of the interval of the sum are known to 0.02 of its width
+# [draws] number from the posterior distribution of each fraction; gives the ends of the sum's interval to 0.02 of its width
+POSTERIOR_DRAWS = 4000
 # [-] successes and failures added to those of a fraction (Brown, Cai, DasGupta, Statist. Sci. 16, 101 (2001))
 JEFFREYS_PRIOR = 0.5
 REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression, whose residuals need degrees of freedom
@@ -25,7 +26,7 @@ REGRESSION_PAIRS_MIN = 4  # [pairs of runs] smallest number for a regression, wh
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number known from cheap and accurate runs."""
+    """Estimate of a number from cheap and accurate runs, with its 95 % interval."""
 
     value: float  # Estimate from both kinds of runs, then its 95 % interval
     low: float
@@ -44,7 +45,7 @@ class Estimate:
 
     @property
     def saved(self) -> float:
-        """Factor by which more accurate runs alone would be needed for this interval; NaN without an interval."""
+        """Number of accurate runs that alone give an interval as narrow, divided by `verified`; NaN without an interval."""
         alone = self.accurate_high - self.accurate_low
         return (alone / self.width) ** 2 if self.width > 0.0 and math.isfinite(alone) else math.nan
 
@@ -58,7 +59,7 @@ def correlation(accurate: np.ndarray, cheap: np.ndarray) -> float:
 def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
     """Estimate the mean of the accurate response by a control variate, with Student's interval.
 
-    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
+    Shapes: `accurate` (m,), `paired` (m,) cheap runs of the same cases, `cheap` (N,) all cheap runs.
     """
     m, n = accurate.size, cheap.size
     alone = _student(accurate)
@@ -76,9 +77,9 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -
 
 
 def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -> Estimate:
-    """Estimate the fraction of cases that are true in accurate runs.
+    """Estimate the fraction of cases whose accurate run gives 1 (true) and not 0.
 
-    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
+    Shapes: `accurate` (m,), `paired` (m,) cheap runs of the same cases, `cheap` (N,) all cheap runs.
     """
     accurate, paired, cheap = (np.asarray(values, float) for values in (accurate, paired, cheap))
     m, n = accurate.size, cheap.size
@@ -111,9 +112,9 @@ def fraction_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarra
 
 
 def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray, levels: Sequence[float]) -> list[Estimate]:
-    """Estimate quantiles of the accurate response at some levels.
+    """Estimate the quantiles of the accurate response at given levels.
 
-    Shapes: `accurate` (m,), `paired` (m,), `cheap` (N,).
+    Shapes: `accurate` (m,), `paired` (m,) cheap runs of the same cases, `cheap` (N,) all cheap runs.
     """
     order = np.argsort(accurate, kind="stable")
     values, correlated = accurate[order], correlation(accurate, paired)

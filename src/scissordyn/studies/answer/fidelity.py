@@ -28,12 +28,12 @@ from scissordyn.studies.answer.estimate import (
     split,
 )
 from scissordyn.studies.answer.section import Section
-from scissordyn.studies.answer.verdict import answered
+from scissordyn.studies.answer.verdict import study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN, Design
 from scissordyn.studies.ask.requirement import Requirement, Response, response_unit, response_values
 from scissordyn.studies.compute.execute import How, execute, extend, simulated
-from scissordyn.studies.compute.optimise import candidates, judged, optimise
+from scissordyn.studies.compute.optimise import candidates, optimise, risks_and_violations
 from scissordyn.studies.compute.store import COMPLETE, Store
 from scissordyn.studies.compute.table import column
 from scissordyn.warning import RunWarning, warning
@@ -44,18 +44,19 @@ if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
 
-SPLIT = ("random", "sobol")  # Designs whose points are independent enough for intervals, and to which points can be added
-LEVELS = (0.5, 0.95)  # Levels of the quantiles
+# Designs whose points are independent enough for intervals, and to which points can be added
+VERIFIABLE_DESIGNS = ("random", "sobol")
+QUANTILE_LEVELS = (0.5, 0.95)  # Levels of the estimated quantiles
 
 
 def verified_path(path: str | os.PathLike[str]) -> str:
-    """Return the file of a study's accurate runs."""
+    """Return the path of the store of a study's accurate runs, next to the store `path` of its cheap runs."""
     stem, end = os.path.splitext(os.fspath(path).rstrip("/"))
     return f"{stem}.verified{end or '.db'}"
 
 
 def verified_study(study: Study, points: int) -> Study:
-    """Return the study of accurate runs: of the first points of a study, or of points of its front."""
+    """Return the study of accurate runs of the first `points` points of a study, or of `points` points of its search."""
     accurate = study.accurate
     assert accurate is not None
     design, sampling = replace(study.design, points=points), study.sampling
@@ -75,8 +76,10 @@ def verified_study(study: Study, points: int) -> Study:
     )
 
 
-def screened(study: Study, path: str | os.PathLike[str], budget: float | None = None, **how: Unpack[How]) -> Store:
-    """Make the cheap runs of a study, then the accurate ones; what the stores hold already is kept."""
+def compute_both_fidelities(
+    study: Study, path: str | os.PathLike[str], budget: float | None = None, **how: Unpack[How]
+) -> Store:
+    """Compute the missing cheap runs of a study, then its missing accurate runs; return the store of the cheap runs."""
     _check(study, budget)
     store = Store(path)
     if study.optimisation is not None:
@@ -84,28 +87,28 @@ def screened(study: Study, path: str | os.PathLike[str], budget: float | None = 
         _confirm(study, store, {**how, "block": None})
         return store
     if budget is not None:
-        study = _as_in(study, store) if store.exists() else _split(study, budget * workers_of(how.get("engine")))
+        study = _with_stored_points(study, store) if store.exists() else _split(study, budget * workers_of(how.get("engine")))
     store = execute(study, path, **how)
     _verify(study, Store(verified_path(path)), {**how, "block": None})
     return store
 
 
 def _check(study: Study, budget: float | None) -> None:
-    """Raise `InputError` for what cannot be verified by the first of its cases."""
+    """Raise `InputError` if accurate runs of its first cases cannot verify the study, or it cannot have a budget."""
     verified_study(study, POINTS_MIN)  # whether the accurate mechanism has the parameters and parts
     if study.optimisation is not None:
         if budget is not None:
             raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
         return
     kind, allowed = (study.design.kind, "design") if study.factors else (study.sampling.kind, "sampling")
-    if kind not in SPLIT:
+    if kind not in VERIFIABLE_DESIGNS:
         what = f"cheap runs of a {kind} {allowed}, whose first points are not a sample"
-        raise InputError(what, f"a {allowed} of kind {' or '.join(SPLIT)}", f'kind = "{SPLIT[1]}"')
+        raise InputError(what, f"a {allowed} of kind {' or '.join(VERIFIABLE_DESIGNS)}", f'kind = "{VERIFIABLE_DESIGNS[1]}"')
     if budget is not None and not study.factors:
         raise InputError("a budget of a study of one point", "numbers under [vary], with a design", 'kind = "random"')
 
 
-def _as_in(study: Study, store: Store) -> Study:
+def _with_stored_points(study: Study, store: Store) -> Study:
     """Return the study with the numbers of points that its store was created with."""
     accurate, there = study.accurate, store.study(reading=True).accurate
     points = POINTS_MIN if there is None else there.points
@@ -113,7 +116,7 @@ def _as_in(study: Study, store: Store) -> Study:
 
 
 def _verify(study: Study, there: Store, how: How) -> None:
-    """Compute the accurate runs of the first points."""
+    """Compute the missing accurate runs of the first points of a study."""
     assert study.accurate is not None
     points = min(study.accurate.points, study.points if study.factors else study.sampling.samples)
     if there.exists() and study.factors:
@@ -127,8 +130,8 @@ def _verify(study: Study, there: Store, how: How) -> None:
 def _split(study: Study, budget: float) -> Study:
     """Return the study with the numbers of cheap and accurate points within a budget of work [s], from pilot runs."""
     few, accurate = replace(study, design=replace(study.design, points=POINTS_MIN)), verified_study(study, POINTS_MIN)
-    cheap_runs, cheap = _piloted(few)
-    accurate_runs, accurate_seconds = _piloted(accurate)
+    cheap_runs, cheap = _run_pilot(few)
+    accurate_runs, accurate_seconds = _run_pilot(accurate)
     correlated = _least_correlation(few, cheap_runs, accurate_runs)
     left = budget - POINTS_MIN * (cheap + accurate_seconds)
     verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap)
@@ -138,7 +141,7 @@ def _split(study: Study, budget: float) -> Study:
     return replace(study, design=replace(study.design, points=points), accurate=wanted)
 
 
-def _piloted(study: Study) -> tuple[xr.Dataset, float]:
+def _run_pilot(study: Study) -> tuple[xr.Dataset, float]:
     """Compute all cases of a small study; return them and the time of a point [s]."""
     simulated(study, np.array([0]))  # compile and read first
     began = time.perf_counter()
@@ -182,7 +185,7 @@ def _confirm(study: Study, store: Store, how: How) -> None:
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
     """Return the best points of a search, shape (points, factors): evenly spread on its front, or the best of one goal."""
     tried = candidates(study, results).points
-    goals, violation = judged(study, results)
+    goals, violation = risks_and_violations(study, results)
     rows = np.flatnonzero(tried["front"].values)
     if goals.shape[1] == 1 or not rows.size:
         judged_points = np.flatnonzero(np.isfinite(violation))
@@ -196,7 +199,7 @@ def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Corrected:
-    """A number of a study from cheap and accurate runs."""
+    """Fraction, mean or quantile of a study, estimated from cheap and accurate runs."""
 
     label: str
     kind: str  # One of "fraction", "mean", "quantile"
@@ -225,13 +228,13 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
     if study.requirements:
         numbers.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
-    for response in answered(study, cheap):
+    for response in study_responses(study, cheap):
         three = both(partial(response_values, response=response))
         if not all(np.all(np.isfinite(estimate)) for estimate in three):
             continue
         units = response_unit(cheap, response)
         numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three)))
-        for level, estimate in zip(LEVELS, quantile_estimates(*three, LEVELS), strict=True) if single else ():
+        for level, estimate in zip(QUANTILE_LEVELS, quantile_estimates(*three, QUANTILE_LEVELS), strict=True) if single else ():
             numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
     return numbers
 
@@ -247,7 +250,7 @@ def _complete(results: xr.Dataset, trials: np.ndarray) -> np.ndarray:
 
 
 def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataFrame:
-    """Return the points of a search that were run accurately."""
+    """Return a table of the points of a search that were also run accurately, with the results of both kinds of runs."""
     import pandas as pd
 
     tried, there = candidates(study, cheap).points, candidates(study, accurate).points
@@ -293,7 +296,7 @@ def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> RunWarning:
 
 
 def _row(number: Corrected) -> tuple[str, ...]:
-    """Return a row of the table of cheap and accurate runs."""
+    """Return the row of an estimate in the table of cheap and accurate runs."""
     estimate, scale = number.estimate, scale_of(xr.DataArray(number.estimate.value, attrs={"units": number.units}))
 
     def shown(value: float) -> str:
@@ -331,7 +334,7 @@ def _confirmed_table(result: StudyResult, cost: str) -> Section:
 
 
 def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float, float]]) -> str:
-    """Say how many cases of each kind there are, and their known computing time."""
+    """Return a sentence with the number of cheap and of accurate runs, their computing times and options."""
     parts = []
     assert study.accurate is not None
     kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)

@@ -16,7 +16,7 @@ from scissordyn.studies.answer.conclusion import conclude, margin_text
 from scissordyn.studies.answer.fidelity import fidelity
 from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.trend import rankings, sensitivities
-from scissordyn.studies.answer.verdict import answered, case_values
+from scissordyn.studies.answer.verdict import case_values, study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Distribution, Empirical, Levels, Names
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def page(result: StudyResult, store: str, most: int) -> Iterator[Section]:
-    """Yield the sections that are not empty; lists have at most `most` rows, and commands contain the name `store`."""
+    """Yield the answers of a study as sections; tables have at most `most` rows, and commands contain the name `store`."""
     return (part for part in _sections(result, store, most) if part.lines or part.rows)
 
 
@@ -62,7 +62,7 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
 
 
 def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
-    """Return sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
+    """Yield sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
     for title, what, groups in (("Failed cases", "cause", result.causes), ("Warnings", "warning", result.warnings)):
         rows = [(str(len(cases)), text, replay_command(store, cases[0])) for text, cases in groups.items()]
         notes = ("In the words of the first case.", *([f"{len(rows) - most} more."] if len(rows) > most else []))
@@ -94,13 +94,13 @@ def design_size(study: Study) -> str:
 
 
 def varied_numbers(study: Study, results: xr.Dataset) -> Section:
-    """Return the section of the parameters that vary, with their ranges or distributions."""
-    rows = [(factor.path, "chosen", _over(study, results, factor)) for factor in study.factors]
-    rows += [(factor.name, "uncertain", _over(study, results, factor)) for factor in study.uncertain]
+    """Return the section that lists the varied parameters with their ranges or distributions."""
+    rows = [(factor.path, "chosen", _values_text(study, results, factor)) for factor in study.factors]
+    rows += [(factor.name, "uncertain", _values_text(study, results, factor)) for factor in study.uncertain]
     return Section(("number", "role", "values"), rows)
 
 
-def _over(study: Study, results: xr.Dataset, factor: Factor) -> str:
+def _values_text(study: Study, results: xr.Dataset, factor: Factor) -> str:
     """Return the values of a factor as in a study file."""
     variation = factor.variation
     ends = [end for end in variation.ends if np.isfinite(end) and end]
@@ -137,7 +137,7 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
     """Return smallest, median and largest value of each response over complete cases, and the spread of members."""
     rows, missing = [], False
-    for response in answered(study, results):
+    for response in study_responses(study, results):
         values = case_values(study, results, response)
         if np.isfinite(values).any():
             ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")

@@ -45,8 +45,8 @@ class Layout(NamedTuple):
     """Sizes of pictures and tables of a report."""
 
     responses: int = 8  # [responses] largest number for which maps and curves are drawn
-    rows: int = 40  # [rows] of a front, of causes or of warnings
-    letters: int = 48  # [letters] longest text of a table cell in one line
+    rows: int = 40  # [rows] largest number in the table of a front, of causes or of warnings
+    letters: int = 48  # [letters] longest text of a table cell that stays on one line
     scale: float = 0.5  # [-] smallest legible scale of a picture; narrower pages scroll it
 
 
@@ -109,7 +109,7 @@ class StudyPictures:
         return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}
 
 
-ENDINGS = (".csv", ".parquet", ".nc")
+EXPORT_ENDINGS = (".csv", ".parquet", ".nc")  # File endings of exported tables
 
 
 def table(results: xr.Dataset) -> pd.DataFrame:
@@ -140,10 +140,10 @@ def _headed(name: str, unit: str) -> str:
 
 
 def export(results: xr.Dataset, path: Path) -> Path:
-    """Write all cases to a file whose ending says in which form."""
+    """Write all cases to a CSV, Parquet or NetCDF file, chosen by the ending of its name."""
     ending = path.suffix.lower()
-    if ending not in ENDINGS:
-        raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(ENDINGS)}", "-o study.csv")
+    if ending not in EXPORT_ENDINGS:
+        raise InputError(f"'{path}' as a table", f"a name that ends in {', '.join(EXPORT_ENDINGS)}", "-o study.csv")
     if ending == ".nc":
         check_target(path, sample="-o study.nc")
         plain = results.copy()
@@ -185,7 +185,7 @@ h1, h2 { overflow-wrap: anywhere; }
 """
 
 HTML, PDF = b"<!doctype html>", b"%pdf-"
-KINDS = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # First bytes of a report in lower case, by its file ending
+FIRST_BYTES = {".html": HTML, ".htm": HTML, ".pdf": PDF}  # First bytes of a report in lower case, by its file ending
 
 SECTIONS = """
 {% for part in sections %}
@@ -200,7 +200,7 @@ SECTIONS = """
 {% if typed %}<code>{{ text }}</code>{% else %}{{ text }}{% endif %}</td>
 {% endfor %}</tr>{% endfor %}</table></div>{% for note in part.notes %}<p>{{ note }}</p>{% endfor %}{% endif %}{% endfor %}
 """
-"""Sections as HTML; the first line of one without a title is an answer, and bold."""
+"""HTML template of sections; the first line of a section without a title is bold, as it is an answer."""
 
 REPORT = """
 <!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
@@ -213,11 +213,11 @@ REPORT = """
 """
 
 
-NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")
+NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")  # Characters that names of picture files do not have
 
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
-    """Return all pictures that suit a study, with their titles."""
+    """Yield title and Figure of each picture that suits a study."""
     study, points, plot = result.study, result.points, result.plot
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
@@ -243,7 +243,7 @@ def write_figures(result: StudyResult, folder: Path) -> list[Path]:
 
 
 def write_report(result: StudyResult, path: Path) -> Path:
-    start = KINDS.get(path.suffix.lower())
+    start = FIRST_BYTES.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
     store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
@@ -254,7 +254,7 @@ def write_report(result: StudyResult, path: Path) -> Path:
     content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
-            raise InputError(f"'{path}' is something else than a report", "another name", "-o report.html")
+            raise InputError(f"'{path}' exists and is not a report", "another name", "-o report.html")
         return write_file(path, print_pdf(content) if start == PDF else content, sample="-o report.html")
     except OSError as error:
         raise ScissordynError(f"cannot write '{path}': {error.strerror or error}") from None

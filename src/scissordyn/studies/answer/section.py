@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the answers; the last column of its table may be "command", what can be typed."""
+    """A part of the answers; a last column "command" of its table has commands that can be typed."""
 
     head: tuple[str, ...] = ()
     rows: Sequence[tuple[str, ...]] = ()
     title: str = ""
     notes: tuple[str, ...] = ()  # Sentences below the table
-    lines: Sequence[object] = ()  # Above it
+    lines: Sequence[object] = ()  # Sentences above the table

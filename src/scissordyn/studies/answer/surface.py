@@ -22,11 +22,11 @@ from scissordyn.studies.ask.design import POINTS_MIN
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
-POINTS_MAX = 300  # [points] up to which a response is interpolated: the effort grows with their third power
+SURFACE_POINTS_MAX = 300  # [points] largest number for a surface, whose computing time grows with the third power of it
 
 
 class Surface:
-    """A response as a function of numbers, interpolated between points.
+    """A response as a function of the parameters, interpolated between the points of a study.
 
     Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n,).
     """
@@ -80,9 +80,9 @@ def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
 
 
 def between_points(study: Study, points: xr.Dataset, response: str) -> Surface | None:
-    """Return the surface of a response.
+    """Return the surface of a response, or None.
 
-    None if the points of the study do not predict each other, names vary, or scikit-learn is not installed.
+    There is none if the points of the study do not predict each other, names vary, or scikit-learn is not installed.
     """
     names = study.paths
     if not names or any(factor.labels for factor in study.factors):
@@ -92,7 +92,11 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
         return None
     there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
     sizes = [np.unique(column_of[there]).size for column_of in x.T]
-    if not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= POINTS_MAX or min(sizes) < 2 or np.ptp(values[there]) == 0.0:
+    if (
+        not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= SURFACE_POINTS_MAX
+        or min(sizes) < 2
+        or np.ptp(values[there]) == 0.0
+    ):
         return None
     with suppress(ImportError):
         surface = Surface(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
@@ -117,7 +121,7 @@ def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: 
 
 
 def _field(result: StudyResult, response: str, x: str, y: str, cells: int, averaged: int = 16) -> Field | None:
-    """Return the surface of a response over x and y, the mean over the other numbers of `averaged` points; None without one."""
+    """Return a response over x and y, averaged over the other parameters of `averaged` points; None if it has no surface."""
     model, names = result.between(response), result.study.paths
     if model is None:
         return None

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.studies.answer.section import Section
-from scissordyn.studies.answer.verdict import answered, by_point, case_values
+from scissordyn.studies.answer.verdict import by_point, case_values, study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import MORRIS_LEVELS, MORRIS_SCALE, POINTS_MIN, morris_numbers
 from scissordyn.studies.ask.requirement import response_unit
@@ -24,13 +24,16 @@ from scissordyn.tolerance import CONFIDENCE_LEVEL
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
-# [-] share of the variance, predicted with each point left out in turn, from which a trend is reported
+# [-] smallest share of the variance, predicted with each point left out in turn, of a trend that is reported
 PREDICTED_SHARE_MIN = 0.5
-SHARE_MIN = 0.05  # [-] smallest share of the variance, or relative effect of a parameter, that is distinguished
+SHARE_MIN = 0.05  # [-] smallest difference between the predicted shares of two trends that counts
 BOOTSTRAP_RESAMPLES = 500  # [resamples] for the intervals of indices and for the frequencies of ranks
 
 EXTRAPOLATION_RATIO_MAX = 10.0
-"""A trend is followed beyond the data by as much as their range, of the logarithms where these enter, or by this factor."""
+"""Largest factor by which a parameter is extrapolated beyond its data if it enters a trend by its logarithm.
+
+Every parameter may be extrapolated by the width of its data.
+"""
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,8 @@ class Trend:
     logarithmic: tuple[bool, ...]  # True for each parameter that enters by its logarithm
     ranges: np.ndarray  # Smallest and largest value in the data
     r2: float  # Coefficient of determination of the fit, of the logarithms for a power law
-    predicted: float  # The same with each point predicted by the others, of the response itself; below 0 for a useless fit
-    error: float  # Root mean square of these predictions' errors, as a fraction of the mean response
+    predicted: float  # Share of the response's variance predicted with each point left out; below 0 for a useless fit
+    error: float  # Root mean square error at points left out of the fit, as a fraction of the mean response
     points: int
 
     @property
@@ -91,8 +94,8 @@ class Trend:
             term = float(np.float64(wanted - self._total(numbers, k)) / self.slopes[k])
             return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
 
-    def reached(self, name: str, bound: float, numbers: dict[str, float]) -> float:
-        """Return the value at which the trend reaches a bound; NaN if it is far from the data or not positive."""
+    def parameter_at_bound(self, name: str, bound: float, numbers: dict[str, float]) -> float:
+        """Return the value of a parameter where the trend reaches a bound; NaN if it is far from the data or not positive."""
         value, k = self.inverse(name, bound, numbers), self.numbers.index(name)
         if not math.isfinite(value) or (self.ranges[k, 0] > 0.0 >= value):
             return math.nan
@@ -102,30 +105,30 @@ class Trend:
 
 
 def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
-    """Return both trends of each response, ordered as by `fitted`; none for few points or fractions of 0 or 1."""
+    """Return both trends of each response as `fit_trends` orders them; none for few points or responses of only 0 and 1."""
     numbers = with_indicators(
         study, {name: study.cells(results[column(name)].values)[..., 0].ravel() for name in study.factor_names}
     )
     x = np.stack(list(numbers.values()), axis=1)
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
     by_response = {}
-    for response in answered(study, results):
+    for response in study_responses(study, results):
         cells = study.cells(case_values(study, results, response)).reshape(-1, study.members)
         there = np.isfinite(cells)
         if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
             continue
-        if np.isin(cells[there], (0.0, 1.0)).all():  # through yes and no goes neither a power nor a line
+        if np.isin(cells[there], (0.0, 1.0)).all():  # yes and no follow neither a power law nor a line
             continue
         values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
-        both = fitted(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
+        both = fit_trends(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
         if both:
             by_response[response.name] = both
     return by_response
 
 
 def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the same values, with an indicator (1 or 0) for each name except the first instead of its index."""
-    named = [factor for factor in study.apart if factor.labels]
+    """Return parameter values in which the index of a name is replaced by an indicator (1 or 0) of each name but the first."""
+    named = [factor for factor in study.variant_factors if factor.labels]
     numbers_of_cases = {name: value for name, value in numbers.items() if name not in {factor.name for factor in named}}
     for factor in named:
         first, *others = factor.labels
@@ -134,7 +137,7 @@ def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
     return numbers_of_cases
 
 
-def fitted(
+def fit_trends(
     x: np.ndarray, values: np.ndarray, groups: np.ndarray, names: tuple[str, ...], response: str = "", units: str = "1"
 ) -> tuple[Trend, ...]:
     """Fit a power law and a straight line to values of a response; the power law is first unless the line predicts better.
@@ -198,7 +201,7 @@ def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:
     rows, whole, problem = _whole_rows(values, names, 2, "base points")
     used = rows[whole].ravel()
     if not np.ptp(used) > 0.0:
-        raise InputError("a response that is the same at all points", "one that varies")
+        raise InputError("a response that is the same at all points", "a response that varies")
     # with the seed 0 the library draws new numbers in each call
     analysed = sobol.analyze(problem, used, calc_second_order=False, num_resamples=BOOTSTRAP_RESAMPLES, seed=1)
     keys = {"first": "S1", "first_interval": "S1_conf", "total": "ST", "total_interval": "ST_conf"}
@@ -225,7 +228,10 @@ def morris_indices(points: np.ndarray, values: np.ndarray, names: list[str]) -> 
 
 
 def _whole_rows(values: np.ndarray, names: list[str], further: int, what: str) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-    """Return a row for each base point or trajectory, a mask of complete rows, and the problem description for SALib."""
+    """Return a row of values for each base point or trajectory, a mask of complete rows, and SALib's problem description.
+
+    A row has as many values as `names`, and `further` more; `what` names the rows in an error.
+    """
     rows = values.reshape(-1, len(names) + further)
     whole = np.all(np.isfinite(rows), axis=1)
     if whole.sum() < POINTS_MIN:
@@ -240,7 +246,7 @@ def sensitivity(study: Study, results: xr.Dataset) -> tuple[dict[str, xr.Dataset
     points = by_point(study, results)
     names = study.paths
     indices, left_out = dict[str, xr.Dataset](), dict[str, str]()
-    for name in (response.name for response in answered(study, results)):
+    for name in (response.name for response in study_responses(study, results)):
         values = np.asarray(points[name].values)
         try:
             if study.design.kind == "saltelli":
@@ -285,7 +291,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
         return []
     numbers = np.stack([results[column(name)].values[:: study.members] for name in names], axis=1)
     tables = list[Section]()
-    for response in answered(study, results):
+    for response in study_responses(study, results):
         values = case_values(study, results, response)[:: study.members]
         rows = ~np.isnan(values) & np.all(np.isfinite(numbers), axis=1)
         clear = any(trend.clear for trend in fitted.get(response.name, ())[:1])
@@ -296,7 +302,7 @@ def rankings(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend
 
 
 def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndarray) -> Section:
-    correlations, order, first, chance = ranked(numbers, values)
+    correlations, order, first, chance = rank_parameters(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
     # half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)
     normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL)
@@ -315,8 +321,8 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
     return Section(head, rows, f"Parameters that {response} correlates with", (note,))
 
 
-def ranked(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return rank correlations, their order by size, how often each is the largest, and the 5 % limit of chance over all.
+def rank_parameters(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return rank correlations, their order by size, how often each is the largest, and the size that chance exceeds in 5 %.
 
     A parameter with fewer distinct values than samples counts with the number of its values.
     """

@@ -28,7 +28,7 @@ from scissordyn.tolerance import REPORTED_FRACTION
 
 @dataclass(frozen=True)
 class FeasibleFraction:
-    """A fraction of a study's range with its confidence interval."""
+    """Fraction of a study's range that meets a requirement, with its confidence interval."""
 
     label: str
     fraction: float
@@ -53,14 +53,14 @@ class Margin:
 
 @dataclass(frozen=True)
 class Worst(Margin):
-    """A case far from what is required."""
+    """Case with one of the smallest margins of a study."""
 
     case: int
     # The chosen and the uncertain numbers and names of the case, in SI, by parameter
     numbers: dict[str, Any] = field(default_factory=dict)
 
 
-def answered(study: Study, results: xr.Dataset) -> list[Response]:
+def study_responses(study: Study, results: xr.Dataset) -> list[Response]:
     """Return the responses of requirements and goals, followed by those of the other measures."""
     chosen: list[Response] = [requirement.response for requirement in study.requirements]
     chosen += [goal.response for goal in study.goals if goal.measure not in study.factor_names]
@@ -74,7 +74,7 @@ def answered(study: Study, results: xr.Dataset) -> list[Response]:
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
     """Return a response of all cases, NaN for incomplete ones.
 
-    A complete case without a number of what is required does not meet it: the number counts as infinite, on the wrong side.
+    A complete case without a value of a required response violates the requirement: its value counts as infinite.
     """
     values = response_values(results, response)
     if response in [requirement.response for requirement in study.requirements]:
@@ -88,7 +88,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     count = len(complete)
     variables = chosen_numbers(study, results)
     differs = np.zeros(count, bool)
-    for response in answered(study, results):
+    for response in study_responses(study, results):
         name = response.name
         cells = study.cells(case_values(study, results, response))
         about = {"units": response_unit(results, response), "role": "response", "label": response_label(results, response)}
@@ -163,7 +163,7 @@ def worst_cases(study: Study, results: xr.Dataset, count: int = 5) -> list[Worst
         values = response_values(results, requirement.response)
         margins = np.where(complete, case_margins(requirement, results), np.inf)
         order = np.argsort(margins, kind="stable")
-        _, first = np.unique(place[order], return_index=True)  # of each place the case with the least margin
+        _, first = np.unique(place[order], return_index=True)  # the case with the least margin of each point or sample
         for case in order[np.sort(first)[:count]].tolist():
             at, margin = int(place[case]), float(margins[case])
             if margin < (worst[at].margin if at in worst else np.inf):
@@ -183,8 +183,8 @@ class Recommendation:
     margins: tuple[Margin, ...]  # The least first
     # Fraction of its samples of the uncertain numbers that meet all requirements, with all members; failed cases do not
     probability: float
-    # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The point was chosen by the same samples,
-    # the probability is biased upwards: a new sample decides
+    # 95 % interval of Clopper and Pearson of the probability; NaN without samples. The same samples chose the point, so the
+    # probability is biased upwards; only new samples test it
     low: float
     high: float
     samples: int  # Samples of the point that are computed
@@ -244,9 +244,10 @@ def least_margins(study: Study, results: xr.Dataset) -> np.ndarray:
 
 
 def recommended_point(study: Study, results: xr.Dataset) -> int:
-    """Return the point with most cases that meet the requirements; of equal points, the one with the largest least margin.
+    """Return the index of the point with most cases that meet the requirements, or -1 if no case is complete.
 
-    Of a search for one goal it is the best point. Failed cases meet nothing.
+    Of equal points, the one with the largest smallest margin counts. A search for one goal returns its best point. Failed
+    cases meet no requirement.
     """
     if len(study.goals) == 1:
         return candidates(study, results).best

@@ -28,8 +28,9 @@ from scissordyn.studies.ask.distribution import Variation
 from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
 
-NUMERICS = ("cli", "plot", "config", "study", "periodic", "analysis")  # Rooms that no measure of a case depends on
-UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, which are independent of those of the design
+# Rooms of the package that no measure of a case depends on; the fingerprint of a study leaves them out
+ROOMS_WITHOUT_NUMBERS = ("cli", "plot", "config", "study", "periodic", "analysis")
+UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, so that they are independent of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
 
@@ -40,8 +41,8 @@ class Accurate:
 
     mechanism: Mechanism  # Mechanism of the accurate runs, with the same values at the parameter paths that vary
     options: Options
-    points: int = 32  # First points of the design that are run accurately too; of an optimisation, the most points of its front
-    variants: tuple[Mechanism, ...] = ()  # Mechanism of the accurate runs for each combination of names, as those of the study
+    points: int = 32  # Number of first points of the design, or largest number of points of a front, that are run accurately
+    variants: tuple[Mechanism, ...] = ()  # Mechanism of the accurate runs for each combination of names, as `Study.variants`
 
     def __post_init__(self) -> None:
         whole_number("verify", self.points, POINTS_MIN)
@@ -117,7 +118,7 @@ class Study:
     # Responses of single joints, drives, components or tracked points; by default the largest of all
     responses: tuple[Response, ...] = ()
     accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
-    # The mechanism with each combination of the factors `apart`, those of the last one fastest; empty if there are none
+    # Mechanism for each combination of values of `variant_factors`, the last factor varying fastest; empty if there are none
     variants: tuple[Mechanism, ...] = ()
 
     def __post_init__(self) -> None:
@@ -153,7 +154,7 @@ class Study:
         self._check_size()
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
-        """Raise `InputError` for what a mechanism does not have, or not in that range."""
+        """Raise `InputError` if a mechanism lacks a varied parameter or a measured part, or does not admit a value."""
         chosen = {factor.path: factor.variation for factor in self.factors}
         for factor in (varied for varied in self.varied if not varied.texts):
             quantity = number(mechanism, factor.path).quantity
@@ -164,7 +165,7 @@ class Study:
                     "a range of the number under [vary], or a nominal value before the tolerance",
                     "'0.3 mm +- 0.02 mm'",
                 )
-            ends = factor.deviating(chosen[factor.of]) if factor.of else factor.variation.ends
+            ends = factor.deviated_ends(chosen[factor.of]) if factor.of else factor.variation.ends
             for end in ends:
                 if np.isfinite(end) and not quantity.admits(end):
                     raise InputError(f"'{factor.path}' up to {end:g} [{quantity.unit}]", quantity.expected)
@@ -179,17 +180,17 @@ class Study:
             check_unit(mechanism, response)
 
     def _check_variants(self) -> None:
-        """Raise `InputError` for a design that needs an order of names, or variants that measures cannot be compared of."""
-        if not self.apart:
+        """Raise `InputError` if the design or a goal needs ordered names, or the variants differ in units or measured parts."""
+        if not self.variant_factors:
             return
-        named = [factor.path for factor in self.apart if factor.labels]
+        named = [factor.path for factor in self.variant_factors if factor.labels]
         if named and self.design.kind == "morris":
             what = f"'{named[0]}': names, which have no order, in a Morris design"
             raise InputError(what, "a design for Sobol indices", 'kind = "saltelli"')
         if any(goal.measure in named for goal in self.goals):
             raise InputError(f"goal '{named[0]}': names have no order", "a measure or a number as goal", "'minimise mass'")
         if self.design.kind == "one-at-a-time" and self.mechanism not in self.variants:
-            what = f"'{self.apart[0].path}' in a one-at-a-time design, without the value of the case"
+            what = f"'{self.variant_factors[0].path}' in a one-at-a-time design, without the value of the case"
             raise InputError(what, "names and levels that include those of the case")
         for factor in (varied for varied in self.varied if not varied.texts):
             quantities = (number(variant, factor.path).quantity for variant in self.variants)
@@ -204,7 +205,7 @@ class Study:
             raise InputError(what, f"names and dimensions that keep each {differs}, or other measures")
 
     def _check_size(self) -> None:
-        """Raise `InputError` for more cases than answers are computed from."""
+        """Raise `InputError` if the study has more cases than can be evaluated."""
         points, search = self.points, self.optimisation
         if search is not None:
             points = max(points, search.generations * search.size(len(self.factors)))
@@ -247,12 +248,12 @@ class Study:
         return self.points * self.per_point
 
     @property
-    def apart(self) -> tuple[Factor, ...]:
-        """The factors each of whose names or levels makes a mechanism of its own, chosen and uncertain."""
+    def variant_factors(self) -> tuple[Factor, ...]:
+        """Factors, chosen and uncertain, each of whose names or levels needs its own mechanism."""
         return tuple(factor for factor in self.varied if factor.texts)
 
     def cells(self, values: np.ndarray) -> np.ndarray:
-        """Return values of all cases by point, sample and member, without an incomplete last point."""
+        """Return values of cases in the shape (points, samples, members), without an incomplete last point."""
         return values[: len(values) // self.per_point * self.per_point].reshape(-1, self.sampling.samples, self.members)
 
     def base(self) -> np.ndarray:
@@ -264,9 +265,9 @@ class Study:
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """Return the values of some cases by parameter, in SI units; each depends only on the index of its case.
+        """Return the parameter values of some cases by parameter, in SI units; they depend only on the index of the case.
 
-        Points are those of an adaptive design.
+        `points` has the parameter values at each point of an adaptive design, shape (points, factors).
         """
         point, rest = np.divmod(cases, self.per_point)
         sample = rest // self.members
@@ -296,7 +297,7 @@ class Study:
     def applied(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values for a mechanism by parameter path: chosen values plus their deviations."""
         deviations = [factor for factor in self.uncertain if factor.of]
-        left_out = {factor.name for factor in (*deviations, *self.apart)} | {factor.of for factor in deviations}
+        left_out = {factor.name for factor in (*deviations, *self.variant_factors)} | {factor.of for factor in deviations}
         numbers = {name: value for name, value in values.items() if name not in left_out}
         for factor in deviations:
             chosen, deviation = values[factor.of], values[factor.name]
@@ -306,33 +307,36 @@ class Study:
     def by_variant(self, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
         count = len(next(iter(values.values())))
         every: dict[str, Any] = {**self.own_values(), **values}
-        chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in self.apart]
+        chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in self.variant_factors]
         which = np.ravel_multi_index(chosen, self._counts) if chosen else np.zeros(count, int)
         for place in np.unique(which):
             yield self.variants[place] if chosen else self.mechanism, np.flatnonzero(which == place)
 
     def mechanism_of(self, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
         ((mechanism, _),) = self.by_variant({name: np.array([value]) for name, value in values.items()})
-        apart = {factor.name for factor in self.apart}
+        apart = {factor.name for factor in self.variant_factors}
         numbers = {name: value for name, value in values.items() if name not in apart} if nominal else self.applied(values)
         return changed_all(mechanism, numbers)
 
     def labelled(self, values: Mapping[str, float]) -> dict[str, float | str]:
         """Return values by parameter, with names instead of their indices."""
-        labels = {factor.name: factor.labels for factor in self.apart if factor.labels}
+        labels = {factor.name: factor.labels for factor in self.variant_factors if factor.labels}
         return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 
     def own_values(self) -> dict[str, float]:
-        """Return the values in the mechanism itself of factors that need their own plan."""
+        """Return the values that the unchanged mechanism has of the factors in `variant_factors`; indices for names."""
         variant = self.variants.index(self.mechanism) if self.mechanism in self.variants else 0
         places = np.unravel_index(variant, self._counts)
-        return {factor.name: float(factor.variation.levels()[place]) for factor, place in zip(self.apart, places, strict=True)}
+        return {
+            factor.name: float(factor.variation.levels()[place])
+            for factor, place in zip(self.variant_factors, places, strict=True)
+        }
 
     def with_places(self, places: Mapping[str, Sequence[int]]) -> Study:
-        """Return the study restricted to some names and levels of the factors that need their own plan."""
+        """Return the study with only those names and levels whose indices `places` gives by factor."""
         if not places:
             return self
-        kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.apart))
+        kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.variant_factors))
 
         def fewer(factor: Factor) -> Factor:
             if factor.name not in places:
@@ -349,7 +353,7 @@ class Study:
 
     @property
     def _counts(self) -> list[int]:
-        return [factor.variation.count for factor in self.apart]
+        return [factor.variation.count for factor in self.variant_factors]
 
     def to_plain(self) -> dict[str, Any]:
         """Return the study as plain data for JSON."""
@@ -366,8 +370,8 @@ class Study:
     ) -> Study:
         """Return the study that `to_plain` wrote.
 
-        Functions of the user are in allowed files, which must not have changed, or given as measures. One that is only read
-        keeps its mechanism as the text of its case file, and executes nothing of the user's.
+        Functions of the user are in allowed files, which must not have changed, or given as measures. With `reading`, the
+        mechanism stays the text of its case file, and no code of the user is executed.
         """
         functions = {measure.name: measure for measure in own_measures}
 
@@ -387,7 +391,7 @@ class Study:
         return study
 
     def fingerprint(self) -> dict[str, str]:
-        """Return digests of everything that the values depend on, by subject; equal digests mean equal values."""
+        """Return digests of everything that the results depend on, by subject; equal digests mean equal results."""
         plain = self.to_plain()
         for factor in (*plain["factors"], *plain["uncertain"]):
             del factor["unit"], factor["scale"]  # no number depends on them
@@ -402,7 +406,7 @@ class Study:
             "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
             "measures": [plain["measures"], plain["own_measures"]],
             "optimisation": None if search is None else {**search, "generations": 0},
-            "program": provenance(NUMERICS),
+            "program": provenance(ROOMS_WITHOUT_NUMBERS),
         }
         return {
             name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()

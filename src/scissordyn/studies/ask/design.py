@@ -15,41 +15,41 @@ from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.lookup import library
 from scissordyn.studies.ask.distribution import Interval, Names, Variation
 
-PHILOX_WORDS = 4  # [numbers] that one count of the Philox generator gives
+PHILOX_WORDS = 4  # [numbers] drawn at each count of the Philox generator
 INTEGER_MAX = 2**62  # largest seed and count: generators and SQLite take 64 bits, and an offset is added to seeds
 SEED_SAMPLE = "--seed 1, or seed = 1"
-MORRIS_SCALE = 0.99  # [-] trajectories are scaled by this towards the cube's middle: no quantile at its sides is infinite
+MORRIS_SCALE = 0.99  # [-] factor that shrinks trajectories towards the middle of the unit cube, so that no quantile is infinite
 MORRIS_LEVELS = 4  # Levels of Morris's trajectories, as usual: Campolongo et al., Environ. Model. Softw. 22, 1509 (2007).
 POINTS_MIN = 8  # [points] smallest number from which an index, a response or a correlation is estimated
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A number that varies, or a name."""
+    """Parameter that varies in a study: a number, or a name from a list."""
 
-    # A pattern (``clearance.all.clearance``) gives all its places the same value; of a name, of what it is
+    # Parameter path, or key of the case file that names replace; a pattern (``clearance.all.clearance``) sets all its matches
     path: str
-    variation: Variation  # Values in SI; of names, their places in `Names`
+    variation: Variation  # Values in SI units; for names, their indices in `Names`
     unit: str = ""  # Unit in pictures and tables; empty for SI
-    scale: float = 1.0  # One such unit in SI
-    # The chosen number from which this one deviates by its variation; a pattern where it is one of several places
+    scale: float = 1.0  # Size of `unit` in SI units
+    # Path or pattern of the chosen parameter to which the variation is added as a deviation; empty for none
     of: str = ""
     relative: bool = False  # True if the deviation is a fraction of the chosen value
-    si: str = ""  # SI unit of a number that only the case file has, each of whose levels makes a mechanism of its own
+    si: str = ""  # SI unit of a number that only the case file has, so that each level needs its own mechanism; or empty
 
     @property
     def name(self) -> str:
         """Name of the column: the parameter path, or that of the deviation from a chosen value."""
         return f"{self.path} deviation" if self.of else self.path
 
-    def deviating(self, chosen: Variation) -> list[float]:
-        """Return the extreme values of a chosen parameter with this deviation; infinite ends have none."""
+    def deviated_ends(self, chosen: Variation) -> list[float]:
+        """Return the values at the ends of a chosen parameter plus those of this deviation, without infinite ends."""
         deviations = [end for end in self.variation.ends if np.isfinite(end)]
         return [end * (1.0 + by) if self.relative else end + by for end in chosen.ends if np.isfinite(end) for by in deviations]
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The names, by their places; empty for a number."""
+        """Names in the order of their indices; empty for a number."""
         return self.variation.values if isinstance(self.variation, Names) else ()
 
     @property
@@ -93,7 +93,7 @@ class Sampling:
         whole_number("samples", self.samples)
         whole_number("seed", self.seed, 0, INTEGER_MAX, sample=SEED_SAMPLE)
         if not self.common and self.kind == "latin-hypercube":
-            raise InputError("a Latin hypercube of its own for each point", "common = true, or random, or sobol")
+            raise InputError("a separate Latin hypercube for each point", "common = true, or random, or sobol")
 
 
 @dataclass(frozen=True)
@@ -169,11 +169,11 @@ def design_values(design: Design, variations: Sequence[Variation], base: np.ndar
 
     Shapes: `base` (factors,), `at` (n,); returns (n, factors).
     """
-    if design.kind in OF_LEVELS:
-        return OF_LEVELS[design.kind](variations, base, at)
-    if design.kind not in OF_NUMBERS:
-        raise InputError("points of an adaptive design by their numbers", "the points that an optimiser has proposed")
-    return quantiles(variations, OF_NUMBERS[design.kind](design, len(variations), at))
+    if design.kind in LEVEL_DESIGNS:
+        return LEVEL_DESIGNS[design.kind](variations, base, at)
+    if design.kind not in UNIT_CUBE_DESIGNS:
+        raise InputError(f"design '{design.kind}' does not determine its points", "the points that an optimiser has proposed")
+    return quantiles(variations, UNIT_CUBE_DESIGNS[design.kind](design, len(variations), at))
 
 
 def _grid(variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -250,12 +250,12 @@ def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
     return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
 
 
-OF_LEVELS: Mapping[str, Callable[[Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]] = MappingProxyType(
+LEVEL_DESIGNS: Mapping[str, Callable[[Sequence[Variation], np.ndarray, np.ndarray], np.ndarray]] = MappingProxyType(
     {"grid": _grid, "zip": _zip, "one-at-a-time": _one_at_a_time}
 )
-"""Designs by kind: the values of points at levels."""
+"""Function that returns points at the levels of the factors, by kind of design."""
 
-OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = MappingProxyType(
+UNIT_CUBE_DESIGNS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = MappingProxyType(
     {
         "random": lambda design, d, at: uniform_numbers(design.seed, 0, d, at),
         "latin-hypercube": lambda design, d, at: _hypercube(design.points, d, design.seed)[at],
@@ -264,9 +264,9 @@ OF_NUMBERS: Mapping[str, Callable[[Design, int, np.ndarray], np.ndarray]] = Mapp
         "morris": lambda design, d, at: morris_numbers(design, d)[at],
     }
 )
-"""Designs by kind: the points in the unit cube, which are probabilities of the quantile functions."""
+"""Function that returns points in the unit cube (probabilities for the quantile functions), by kind of design."""
 
-DESIGNS = (*OF_LEVELS, *OF_NUMBERS, "adaptive")
+DESIGNS = (*LEVEL_DESIGNS, *UNIT_CUBE_DESIGNS, "adaptive")
 INDEPENDENT = ("random", "latin-hypercube", "sobol")  # Designs whose points are a sample of the range
-SAMPLED = tuple(OF_NUMBERS)
-EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")
+SAMPLED = tuple(UNIT_CUBE_DESIGNS)  # Kinds of design whose number of points is chosen
+EXTENDABLE = ("random", "sobol", "saltelli", "adaptive")  # Kinds of design to which points can be added

@@ -37,7 +37,7 @@ def _numbers(kind: str, values: Any) -> tuple[float, ...]:
 
 
 class Variation:
-    """A set of values with a measure of probability on it."""
+    """Values that a factor can have, with their probabilities."""
 
     kind: ClassVar[str]
 
@@ -116,7 +116,7 @@ class Names(Variation):
 
 @dataclass(frozen=True)
 class Interval(Variation):
-    """A range: equally spaced levels in a grid, uniform in a sample; both in the logarithm if asked for."""
+    """A range: equally spaced levels in a grid, uniform in a sample; both of the logarithm if `logarithmic`."""
 
     kind: ClassVar[str] = "interval"
     low: float
@@ -245,6 +245,7 @@ class Empirical(Variation):
 KINDS = (Levels, Names, Interval, Distribution, Empirical)
 
 VARIATIONS: Mapping[str, type[Any]] = MappingProxyType({variation.kind: variation for variation in KINDS})
+"""Classes of variations by their kind."""
 
 for _public in (Levels, Names, Interval, Empirical):
     documented(_public)

@@ -19,7 +19,7 @@ from scissordyn.studies.ask.distribution import Distribution, within_tolerance
 from scissordyn.units import Meaning, Quantity, documented
 
 DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
-"""Upper ends of the ranges of nominal diameters [mm], which belong to their range."""
+"""Upper ends of the ranges of nominal diameters [mm]; each end belongs to the range below it."""
 
 DIAMETER_MIN = 1.0  # [mm] smallest nominal diameter
 
@@ -46,9 +46,9 @@ DEVIATIONS: Mapping[str, tuple[int, ...]] = MappingProxyType(
 )
 """Distance of the upper limit of a shaft below the nominal diameter [um]."""
 
-TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")
+FIT_TEXT = re.compile(r"\s*([A-Za-z]+)(\d+)\s*/\s*([A-Za-z]+)(\d+)\s*")  # Hole and shaft with their grades: H7/g6
 
-SAMPLE = "'H7/g6 at 10 mm'"
+SAMPLE = "'H7/g6 at 10 mm'"  # Example of a fit in error messages
 
 
 @documented
@@ -113,7 +113,7 @@ class Fit:
 
 def read_fit(text: str, diameter: float) -> Fit:
     """Read a fit such as ``H7/g6``."""
-    match = TEXT.fullmatch(text)
+    match = FIT_TEXT.fullmatch(text)
     if match is None:
         raise InputError(f"fit '{text.strip()}'", "a hole H and a shaft e, f, g or h with their grades", SAMPLE)
     hole, hole_grade, shaft, shaft_grade = match.groups()

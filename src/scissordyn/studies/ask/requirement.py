@@ -22,25 +22,25 @@ from scissordyn.studies.ask.distribution import Levels, Names, Variation
 
 SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
 
-LOADS = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD_UNIT)
+LOAD_MEASURES = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD_UNIT)
 """Measures of forces and torques, whose unit is that of the component, coupling or drive of a coordinate."""
 
-KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by unit
+LOAD_KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by its unit
 
 ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
-"""Measures that are called otherwise behind the name of a tracked point: ``tip.error``."""
+"""Measures by their short names, which follow the name of a tracked point: ``tip.error``."""
 
 SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
-"""Measures of what may not happen, with the measure that says how far it is from happening, and how that is printed."""
+"""Measures of events that may not happen, each with the measure that is printed instead and its text."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """One number of each case: a measure, or that of one of its joints, drives or components."""
+    """One number of each case: a measure of the whole mechanism, or of one joint, drive or component."""
 
     measure: str
     part: str = ""  # Name of the joint, drive or component; empty for the largest of all
-    smallest: bool = False  # The smallest of all instead
+    smallest: bool = False  # True if the smallest value of all parts counts instead of the largest
     unit: str = ""  # Unit of component loads that count, "N" or "N m"; empty for all
 
     @property
@@ -48,7 +48,7 @@ class Response:
         """Name of the response in a study file, with the selected components if not all count."""
         if self.part:
             return f"{self.part}.{self.measure}"
-        return f"{self.measure} ({KINDS[self.unit]})" if self.unit else self.measure
+        return f"{self.measure} ({LOAD_KINDS[self.unit]})" if self.unit else self.measure
 
 
 @dataclass(frozen=True)
@@ -63,14 +63,14 @@ class Requirement:
     unit: str = ""  # Unit of a bound on component loads, "N" or "N m"; not needed if all have the same
 
     def __post_init__(self) -> None:
-        if self.unit and self.unit not in KINDS:
-            raise InputError(f"unit '{self.unit}' of a requirement on what components exert", ", ".join(KINDS))
+        if self.unit and self.unit not in LOAD_KINDS:
+            raise InputError(f"unit '{self.unit}' of a requirement on what components exert", ", ".join(LOAD_KINDS))
         if self.sign not in SIGNS:
             raise InputError(f"sign '{self.sign}' of a requirement", ", ".join(SIGNS))
 
     @property
     def response(self) -> Response:
-        """The number that decides: the largest where an upper bound is given, the smallest where a lower one."""
+        """Response that is compared with the bound: the largest of all parts for an upper bound, else the smallest."""
         return Response(self.measure, self.part, self.sign.startswith(">"), self.unit)
 
     @property
@@ -78,7 +78,7 @@ class Requirement:
         if self.text:
             return self.text
         unit = self.unit or (MEASURES[self.measure].units if self.measure in MEASURES else "1")
-        scale = engineering(unit if unit in KINDS or self.measure not in LOADS else "1", self.bound)
+        scale = engineering(unit if unit in LOAD_KINDS or self.measure not in LOAD_MEASURES else "1", self.bound)
         return f"{self.response.name} {self.sign} {scale.with_unit(self.bound, 6)}"
 
     def margin(self, values: np.ndarray) -> np.ndarray:
@@ -135,7 +135,7 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
         return np.asarray(values[:, parts.index(response.part)])
     if not dims:
         return values
-    if not values.size:  # nothing has it, as no joint has clearance
+    if not values.size:  # no part has the measure, for example no joint has clearance
         return np.full(len(values), np.nan)
     # a measure that some parts do not have is NaN there
     return np.asarray((np.fmin if response.smallest else np.fmax).reduce(values, axis=1))
@@ -164,14 +164,14 @@ def meaning(results: xr.Dataset, requirement: Requirement) -> str:
 def units_of_parts(results: xr.Dataset, measure: str) -> list[str]:
     """Return the units of a measure's parts, which differ only between loads."""
     variable = results[measure]
-    if measure in LOADS:
+    if measure in LOAD_MEASURES:
         return [str(unit) for unit in variable[f"{variable.dims[1]}_unit"].values]
     return [str(variable.attrs.get("units", "1"))] * int(np.prod(variable.shape[1:], dtype=int))
 
 
 def response_unit(results: xr.Dataset, response: Response) -> str:
     variable = results[response.measure]
-    if response.part and response.measure in LOADS:
+    if response.part and response.measure in LOAD_MEASURES:
         return str(variable[f"{variable.dims[1]}_unit"].sel({variable.dims[1]: response.part}).item())
     units = set(units_of_parts(results, response.measure))
     return response.unit or (units.pop() if len(units) == 1 else str(variable.attrs.get("units", "1")))
@@ -179,7 +179,7 @@ def response_unit(results: xr.Dataset, response: Response) -> str:
 
 def response_label(results: xr.Dataset, response: Response) -> str:
     """Return the label of a response in pictures, from the declaration of its measure: "A: largest indentation"."""
-    measure, kind = response.measure, KINDS.get(response_unit(results, response), "force or torque")
+    measure, kind = response.measure, LOAD_KINDS.get(response_unit(results, response), "force or torque")
     text = MEASURES[measure].long_name if measure in MEASURES else str(results[measure].attrs.get("long_name") or measure)
     words = re.split("[:;,]", text)[0].replace("force [N] or torque [N m]", kind).replace("force or torque", kind)
     return f"{response.part}: {words}" if response.part else words
@@ -206,7 +206,7 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
 
 def check_unit(mechanism: Mechanism, response: Response) -> None:
     """Raise `InputError` for a load that no part has, or that would compare forces with torques."""
-    if response.measure not in LOADS:
+    if response.measure not in LOAD_MEASURES:
         return
     (dim,) = MEASURES[response.measure].dims
     part = dim.replace("_", " ")
@@ -222,7 +222,7 @@ def check_unit(mechanism: Mechanism, response: Response) -> None:
 
 
 def whole_responses(results: xr.Dataset, measure: str) -> list[Response]:
-    """Return the responses of a measure without a part: one, or one of the forces and one of the torques."""
+    """Return the response of a measure over all parts, or two if some parts exert forces and others torques."""
     units = list(dict.fromkeys(units_of_parts(results, measure)))
     return [Response(measure, unit=unit) for unit in units] if len(units) > 1 else [Response(measure)]
 
@@ -232,7 +232,7 @@ RISK = re.compile(r"(mean|worst)|(quantile|cvar)\s+(\d+(?:\.\d+)?)\s*%")
 
 @dataclass(frozen=True)
 class Goal:
-    """A response to be made small, or large."""
+    """Response that a search minimises or maximises."""
 
     measure: str  # Or the parameter path of a number that is chosen
     part: str = ""
@@ -240,7 +240,7 @@ class Goal:
 
     @property
     def response(self) -> Response:
-        """The number that counts: of several joints the worst."""
+        """Response of the goal; of several parts the worst one counts."""
         return Response(self.measure, self.part, self.maximise)
 
     @property
@@ -274,7 +274,9 @@ class Optimisation:
         for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
             whole_number(name, getattr(self, name), least)
         if self.every and self.generations > 1:
-            raise InputError("more generations of a search that tries all combinations", "generations = 1")
+            raise InputError(
+                f"generations = {self.generations} for a search that tries all combinations at once", "generations = 1"
+            )
 
     def over(self, variations: Sequence[Variation]) -> Optimisation:
         """Return the same search, or the one that tries all combinations if names are chosen."""

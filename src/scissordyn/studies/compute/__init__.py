@@ -1,1 +1,1 @@
-"""Cases to rows: blocks, the store, optimisation, surrogates."""
+"""Computation of the cases of a study: blocks, engines, optimisation, and the store of results."""

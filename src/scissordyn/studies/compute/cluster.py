@@ -19,7 +19,7 @@ from scissordyn.lookup import library
 from scissordyn.run.engine import STOP_SECONDS, EngineError, block_signals
 from scissordyn.studies.compute.jobs import ANSWER_SECONDS_MAX, Jobs, remove_left_behind
 
-KEYS = ("_job_ca_file", "_job_cert", "_job_key")
+CERTIFICATE_ATTRIBUTES = ("_job_ca_file", "_job_cert", "_job_key")
 """Attributes of dask-jobqueue with temporary files of certificates, which it would keep until this process ends."""
 
 LOGGERS = ("distributed", "tornado.application", "asyncio")
@@ -59,7 +59,7 @@ def _queue(file: Path, distributed: Any, folder: Path, tell: Callable[[str], Non
     described, options, kind, count = _described(file)
     remove_left_behind(folder)
     started = _started(file, described, options, distributed, folder)
-    certificates = [vars(started)[name] for name in KEYS if name in vars(started)]  # none if the file says so
+    certificates = [vars(started)[name] for name in CERTIFICATE_ATTRIBUTES if name in vars(started)]  # none if the file says so
     for certificate in certificates:
         lock_file(certificate.fileno())
     jobs = Jobs(started, kind, count, folder, tell)

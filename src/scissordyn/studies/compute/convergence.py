@@ -26,12 +26,12 @@ from scissordyn.units import checked
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)  # Tolerances from coarse to fine; each is compared with the next two
 
 STEPS = tuple(2.0**k for k in range(4, -4, -1))
-"""The same of hard contacts, in units of the step that is chosen without one, or of a shorter one that was asked for."""
+"""Step sizes of time stepping from coarse to fine, divided by the automatic step size, or by a shorter requested one."""
 
 MODES = (2, 4, 6, 8, 12, 16, 20, 24, 32)  # Modes of each bar that bends, from coarse to fine
-AGREEING_LEVELS = 2  # [levels] finer ones that a level must agree with: two wrong values may agree by chance
+AGREEING_LEVELS = 2  # [levels] number of finer levels that a level must agree with: two wrong values may agree by chance
 
-WANTED = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
+ACCURACY_TEXT = re.compile(r"\s*((?:[^\s.](?:(?!\swithin\s)[^.])*\.)?\S+)(?:\s+within\s+(\d+(?:\.\d*)?(?:[eE]-?\d+)?)\s*%)?\s*")
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Convergence:
     units: str
     within: float  # Requested accuracy as a fraction
     levels: tuple[Level, ...]  # Levels from coarse to fine
-    varied: str  # One of "tolerance", "step", "modes" The step where contacts are hard
-    setting: float  # The coarsest one with which the number agrees with those of the next two; NaN if none does
-    # True if members that differ by round-off spread by more than `within`: the number is then a distribution, and it is its
-    # mean that agrees within its standard error
+    varied: str  # Setting that is varied: "tolerance", "step" (with hard contacts) or "modes"
+    setting: float  # Coarsest setting whose value agrees with the values of the next two; NaN if none does
+    # True if runs that start with a difference of round-off spread by more than `within`: then the means of the runs are
+    # compared, within their standard errors
     chaotic: bool
 
     @property
@@ -75,9 +75,9 @@ class Convergence:
 
 def read_wanted(text: str) -> tuple[str, float]:
     """Read a response and its required accuracy: ``tip.error within 1 %``."""
-    match = WANTED.fullmatch(text)
+    match = ACCURACY_TEXT.fullmatch(text)
     if match is None or (match[2] and not 0.0 < float(match[2]) < 100.0):
-        raise InputError(f"'{text}' to converge", "a measure, and a percentage", "'tip.error within 1 %'")
+        raise InputError(f"wrong form of '{text}'", "a measure and its accuracy in percent", "'tip.error within 1 %'")
     return match[1], float(match[2] or 1.0) / 100.0
 
 
@@ -124,7 +124,7 @@ def convergence(
     part, measure, _ = read_response(response)
     wanted = Response(measure, part)
     check_part(mechanism, wanted)
-    varied, tried = _tried(mechanism, options, over)
+    varied, tried = _settings_to_try(mechanism, options, over)
     levels, enough = list[Level](), math.nan
     for setting, variant, changed in tried:
         levels.append(_level(variant, changed, setting, wanted, members, threads))
@@ -136,7 +136,7 @@ def convergence(
     return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
 
 
-def _tried(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:
+def _settings_to_try(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:
     """Return the varied setting and its values from coarse to fine, each with mechanism and options."""
     once = replace(options, trust=False)
     if over == "modes":

@@ -26,15 +26,15 @@ from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
 from scissordyn.studies.compute.table import CHUNK_CASES_MAX, column
 
-BLOCK_SECONDS = 3.0  # Work of a block [s]: much more than a task costs, and little to lose
+BLOCK_SECONDS = 3.0  # [s] computing time of a block: far above the cost of a task, and short enough to be lost
 
 TASK_SECONDS = 1e-2
 """Processor time of a task in the scheduler and the coordinator [s]: docs/decisions/measured/studies.md, with a margin for slow
 or busy machines."""
 
 BUSY_FRACTION_MAX = 0.5  # [-] fraction of the time that a scheduler may be busy; blocks for very many workers are longer
-WORKER_BLOCKS_MIN = 4  # [blocks] for each worker, so that none waits long for the last
-TIMED_CASES = 8  # [cases] whose time is taken to choose a block
+WORKER_BLOCKS_MIN = 4  # [blocks] smallest number per worker, so that no worker waits long for the last block
+TIMED_CASES = 8  # [cases] number of cases that are timed to choose the size of a block
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Progress:
 
     @property
     def left(self) -> float:
-        """Seconds to go, at this rate."""
+        """Time that the pending cases take at this rate [s]."""
         return (self.cases - self.complete - self.failed) / self.rate if self.rate > 0.0 else float("inf")
 
 
@@ -70,8 +70,8 @@ class How(TypedDict, total=False):
 
 
 def _begin(study: Study, store: Store, block: int | None, workers: int, points: np.ndarray | None) -> None:
-    """Make the store of a study."""
-    store.check_place()
+    """Create the store of a study, with a suitable number of cases per block."""
+    store.check_writable()
     if block is not None:
         whole_number("block", block)
     if any(measure.of == "dataset" for measure in study.own_measures) and study.members > 1:
@@ -84,7 +84,7 @@ def _begin(study: Study, store: Store, block: int | None, workers: int, points: 
 
 
 def block_seconds(workers: int) -> float:
-    """Return the work of a block [s] for a number of workers."""
+    """Return the computing time of a block [s] that suits a number of workers."""
     return max(BLOCK_SECONDS, TASK_SECONDS * workers / BUSY_FRACTION_MAX)
 
 
@@ -110,7 +110,7 @@ def execute(
     points: np.ndarray | None = None,
     **how: Unpack[How],
 ) -> Store:
-    """Compute the missing cases of a study; the rows of the store are kept.
+    """Compute the cases of a study that its store does not have yet.
 
     Shapes: `points` (points, factors).
     """
@@ -126,11 +126,11 @@ def execute(
                 "the same number of points",
                 "scissordyn study extend, with --points",
             )
-        _missing_blocks(study, store, points, how)
+        _compute_missing(study, store, points, how)
     return store
 
 
-def _missing_blocks(study: Study, store: Store, points: np.ndarray | None, how: How) -> None:
+def _compute_missing(study: Study, store: Store, points: np.ndarray | None, how: How) -> None:
     status, progress, fingerprint = store.status()[: study.cases], how.get("progress"), study.fingerprint()
     missing = (status == PENDING) | (how.get("retry", False) & (status == FAILED))
     cases = np.flatnonzero(missing)
@@ -172,15 +172,15 @@ def extend(study: Study, path: str | os.PathLike[str], points: int, **how: Unpac
 
 
 class ProgramError(ScissordynError):
-    """Error of a worker whose program differs from the one that hands out the blocks."""
+    """Error of a worker whose program differs from the program that sends the blocks."""
 
 
 @dataclass(frozen=True)
 class Block:
     """Inputs of a worker that computes the cases of a block.
 
-    The fingerprint is that of the study in the process that hands out the blocks: a worker that finds another one computes
-    nothing. Points are those of an adaptive design.
+    The fingerprint is that of the study in the process that sends the blocks: a worker that finds another one computes
+    nothing. `points` has the points of an adaptive design.
     """
 
     study: Study
@@ -192,7 +192,7 @@ class Block:
 def run_block(block: Block) -> BlockResult:
     """Compute the cases of a block.
 
-    Raises `ProgramError` if the program here is another one than where the block was handed out, and `KeyboardInterrupt` if
+    Raises `ProgramError` if this worker's program differs from the program that sent the block, and `KeyboardInterrupt` if
     the user stopped it.
     """
     began = time.perf_counter()
@@ -206,7 +206,7 @@ def run_block(block: Block) -> BlockResult:
 
 
 def _numbers(block: Block) -> dict[str, np.ndarray]:
-    """Return the varied parameter values of the cases of a block, by array."""
+    """Return the values of the varied parameters in the cases of a block, by name of their stored variable."""
     return {column(parameter): values for parameter, values in block.study.numbers(block.cases, block.points).items()}
 
 
@@ -247,8 +247,10 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
-    """Return attributes of factors with other mechanisms, of deviations, and of chosen values with individual deviations."""
-    attributes: dict[str, dict[str, Any]] = {varied.name: {"units": varied.si or "1", **varied.shown} for varied in study.apart}
+    """Return units and labels of the factors that a batch does not describe: `variant_factors`, deviations, chosen values."""
+    attributes: dict[str, dict[str, Any]] = {
+        varied.name: {"units": varied.si or "1", **varied.shown} for varied in study.variant_factors
+    }
     for factor in study.uncertain:
         if factor.of:
             quantity = number(study.mechanism, factor.of).quantity

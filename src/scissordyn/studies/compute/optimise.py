@@ -1,4 +1,4 @@
-"""Optimisation: generations of candidates, each a batch of cases in the store, from which it can be taken up again."""
+"""Optimisation: generations of candidates, each a batch of cases in the store, from which a search can be resumed."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Optimum:
 class _Cma:
     """CMA-ES: candidates that meet the requirements come before those that do not.
 
-    A method asks for candidates in the unit cube, shape (population, factors), and gets their goals, shape (population,
-    goals), to be made small, and their violation, shape (population,), 0 where all is met; nothing else makes it go on.
+    `ask` returns candidates in the unit cube, shape (population, factors). `tell` takes their goals, shape (population,
+    goals), to be minimised, and their violation, shape (population,), 0 if all requirements are met.
     """
 
     def __init__(self, dimensions: int, population: int, seed: int) -> None:
@@ -88,7 +88,7 @@ class _Nsga2:
 
 
 def proposer(optimisation: Optimisation, dimensions: int) -> _Cma | _Nsga2:
-    """Return the method for an optimisation: CMA-ES for one goal, NSGA-II for several."""
+    """Return the search method of an optimisation: CMA-ES for one goal, NSGA-II for several."""
     population = optimisation.size(dimensions)
     try:
         if len(optimisation.goals) == 1:
@@ -127,7 +127,7 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         if there <= points.shape[0] or missing:
             store = execute(here, store.path, points, **how)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
-        _same_points(results, study, points, store)
+        _check_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
         goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
         if method is not None:
@@ -135,8 +135,8 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
     return store
 
 
-def _same_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
-    """Raise an error if the points of the store are not those that the method proposes, as after a change of version."""
+def _check_points(results: xr.Dataset, study: Study, points: np.ndarray, store: Store) -> None:
+    """Raise `InputError` if the store has other points than the method proposes, for example after a change of version."""
     done = results["status"].values != PENDING
     for k, factor in enumerate(study.factors):
         stored = results[column(factor.path)].values
@@ -158,7 +158,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     plan = study.optimisation
     assert plan is not None
     variables = chosen_numbers(study, results)
-    matrix, violation = judged(study, results)
+    matrix, violation = risks_and_violations(study, results)
     for goal, values in zip(plan.goals, matrix.T, strict=True):
         chosen = goal.measure in study.factor_names
         unit = about_number(study, results, goal.measure) if chosen else {"units": response_unit(results, goal.response)}
@@ -180,10 +180,10 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
     return Optimum(xr.Dataset(variables), best)
 
 
-def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+def risks_and_violations(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Return the risk of each goal, shape (points, goals), and the violation of the requirements, shape (points,).
 
-    Points with failed cases have no risk, and violate without end.
+    Points with failed cases have NaN as risk and an infinite violation.
     """
     plan = study.optimisation
     assert plan is not None
@@ -205,7 +205,7 @@ def judged(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:
-    """Return the points that no other point dominates: better in one goal and not worse in the others.
+    """Return a mask of the points that no other point dominates: better in one goal and not worse in the others.
 
     Shapes: `goals` (points, goals); returns (points,).
     """

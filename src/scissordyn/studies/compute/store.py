@@ -26,8 +26,8 @@ PENDING, COMPLETE, FAILED = range(len(STATUSES))  # Status of a case; one withou
 FORMAT_VERSION = 3  # `user_version` of the file
 APPLICATION_ID = 0x73636973  # `application_id` of the file, "scis"
 
-NOTES = ("study", "fingerprint", "columns", "block", "cases")
-TIMES = ("seconds", "integration_seconds", "cases", "attempts")
+NOTE_NAMES = ("study", "fingerprint", "columns", "block", "cases")  # Names of the notes of a store
+TIME_NAMES = ("seconds", "integration_seconds", "cases", "attempts")  # Times and counts that are stored for each block
 TEXTS = {"cause": "why a case failed", "warnings": "of a complete case, one a line"}  # Meaning of the columns of text
 
 LOCK_SECONDS_MAX = 60.0  # [s] longest time that a writer waits for readers
@@ -77,7 +77,7 @@ class Store:
                 pragmas = [connection.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
         except sqlite3.OperationalError as error:
             raise StoreError(f"'{self.path}' cannot be read: {error}") from None
-        except table.BROKEN:
+        except table.READ_ERRORS:
             pragmas = [0, 0]
         application, version = pragmas
         if application != APPLICATION_ID:
@@ -87,35 +87,35 @@ class Store:
             raise InputError(what, "the version of scissordyn that made it", "-o another.db")
         return True
 
-    def check_place(self) -> None:
-        """Raise `InputError` unless the store can be written: before anything is computed for it."""
+    def check_writable(self) -> None:
+        """Raise `InputError` if the store cannot be written; called before anything is computed for it."""
         target = Path(os.path.realpath(self.path))
         if not target.parent.is_dir():
             raise InputError(f"'{self.path}' as a store: no folder '{target.parent}'", "a folder that exists", "-o study.db")
         # SQLite writes its journal next to the file
         for place in (target.parent, target):
             if place.exists() and not os.access(place, os.W_OK):
-                raise InputError(f"'{place}' can only be read", "a study in a place that can be written", "-o study.db")
+                raise InputError(f"'{place}' can only be read", "a file and folder that can be written", "-o study.db")
 
-    def begun(self) -> bool:
-        """Return True if there is a study to resume."""
+    def has_content(self) -> bool:
+        """Return True if the file exists and is not empty."""
         return Path(self.path).is_file() and Path(self.path).stat().st_size > 0
 
     def _no_study(self, path: Path) -> InputError:
         return InputError(f"'{path}' is not a study, or its first page is damaged", "the file of a study", "-o study.db")
 
     def create(self, study: Study, pilot: xr.Dataset, block: int) -> None:
-        """Create the file; the pilot has at least one case, with all measures."""
+        """Create the file of a study; `pilot` has all measures of at least one case, and `block` is the cases per block."""
         self.create_with(table.columns_of(study, pilot), study.to_plain(), study.fingerprint(), block, study.cases)
 
     def create_with(self, columns: table.Columns, study: Any, fingerprint: Mapping[str, str], block: int, cases: int) -> None:
-        """Make the file with these notes, whole or not at all."""
+        """Create the file with its notes, complete or not at all."""
         values = (study, fingerprint, to_plain(columns), block, cases)
-        with self._made_anew(columns, dict(zip(NOTES, values, strict=True)), instead=False):
+        with self._new_file(columns, dict(zip(NOTE_NAMES, values, strict=True)), instead=False):
             pass
 
     @contextmanager
-    def _made_anew(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
+    def _new_file(self, columns: table.Columns, notes: Mapping[str, Any], *, instead: bool) -> Iterator[sqlite3.Connection]:
         """Create a store without rows in memory; at the end it is written in one piece, as a new file or as a replacement."""
         with _one_line(self.path), closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
             connection.execute("BEGIN")
@@ -128,7 +128,7 @@ class Store:
             connection.execute(f"PRAGMA user_version = {FORMAT_VERSION}")
             content = connection.serialize()
         with _one_line(self.path):
-            if not instead and not self.begun():
+            if not instead and not self.has_content():
                 Path(os.path.realpath(self.path)).unlink(missing_ok=True)  # an empty file
             try:
                 put_file(self.path, content, new=not instead)
@@ -177,7 +177,7 @@ class Store:
 
     @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
-        if self._writer is None and not self.begun():
+        if self._writer is None and not self.has_content():
             raise InputError(f"no study at '{self.path}'", "the store of a study")
         with _one_line(self.path), self._open() as connection:
             yield connection
@@ -185,7 +185,7 @@ class Store:
     def study(
         self, *, allow_code: Sequence[Path] = (), own_measures: Sequence[OwnMeasure] = (), reading: bool = False
     ) -> Study:
-        """Return the study of the store; to be read only, it needs none of the user's functions."""
+        """Return the study of the store; with `reading`, no function of the user is needed or executed."""
         plain = self._value("study")
         with self._sound("study"):
             study = Study.from_plain(plain, allow_code=allow_code, own_measures=own_measures, reading=reading)
@@ -201,7 +201,7 @@ class Store:
             return Design(**plain["design"])
 
     def check(self, study: Study) -> None:
-        """Raise `InputError` if the store is of another study, or of the same with another version of the program."""
+        """Raise `InputError` if the store belongs to another study, or to another version of the program."""
         there = self._value("fingerprint")
         with self._sound("fingerprint"):
             differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
@@ -262,14 +262,14 @@ class Store:
         """Return seconds, seconds of integration, cases and attempts of every block; zero where they are unreadable."""
         with self._reading() as connection:
             written = _blocks(connection)
-        noted = np.zeros((-(-self.cases // self.block), len(TIMES)))
+        noted = np.zeros((-(-self.cases // self.block), len(TIME_NAMES)))
         for number, (_, times) in written.items():
             if 0 <= number < len(noted):
                 noted[number] = times
-        return dict(zip(TIMES, noted.T, strict=True))
+        return dict(zip(TIME_NAMES, noted.T, strict=True))
 
     def write(self, result: BlockResult) -> None:
-        """Write the rows of cases of one block, all or none; its times are added to what is noted."""
+        """Write the rows of cases of one block, all or none, and add its times to those that the store has."""
         cases, columns = result.cases, self._columns
         block = int(cases[0]) // self.block
         ends = block * self.block, (block + 1) * self.block - 1
@@ -314,14 +314,14 @@ class Store:
         if self._writer is not None:
             yield
             return
-        self.check_place()
+        self.check_writable()
         try:
             self._writer = self._locked()
             with suppress(OSError):
                 remove_unfinished(self.path)
             damaged = self._rows()
             if damaged.damaged:
-                self._leave_out(damaged)
+                self._drop_damaged_rows(damaged)
             yield
         finally:
             if self._writer is not None:
@@ -344,15 +344,15 @@ class Store:
                 if not isinstance(error, sqlite3.OperationalError) or "locked" not in str(error):
                     raise
             connection.close()
-        raise InputError(f"'{self.path}' is being computed by another process", "one at a time")
+        raise InputError(f"'{self.path}' is being computed by another process", "one process at a time")
 
-    def _leave_out(self, rows: table.Rows) -> None:
-        """Replace the file by one with the good rows alone: pages that cannot be read cannot be written either."""
-        notes = {name: self._value(name) for name in NOTES}
+    def _drop_damaged_rows(self, rows: table.Rows) -> None:
+        """Replace the file by one with only the intact rows, as SQLite cannot write to pages that it cannot read."""
+        notes = {name: self._value(name) for name in NOTE_NAMES}
         with self._reading() as connection:
             written = _blocks(connection)
         columns = self._columns
-        with self._made_anew(columns, notes, instead=True) as connection:
+        with self._new_file(columns, notes, instead=True) as connection:
             table.insert(connection, columns, rows)
             damaged = {case // notes["block"] for case in rows.damaged}
             for number, (size, times) in written.items():
@@ -365,7 +365,7 @@ class Store:
     def results(self) -> xr.Dataset:
         """Return all arrays in memory, with point, sample and member of each case.
 
-        Cases of damaged rows are pending and without values; the attribute `damage` says which, if there are any.
+        Cases of damaged rows are pending and without values; the attribute `damage` lists them, if there are any.
         """
         rows, cases, plain, columns = self._rows(), self.cases, self._value("study"), self._columns
         variables: dict[str, Any] = {}
@@ -408,10 +408,10 @@ def _write_block(connection: sqlite3.Connection, number: int, size: int, times: 
 
 
 def _blocks(connection: sqlite3.Connection, where: str = "") -> dict[int, tuple[int, tuple[float, ...]]]:
-    """Return the written rows of each block and its times, without unreadable ones."""
+    """Return the number of written rows and the times of each block, without unreadable blocks."""
     try:
         rows = connection.execute(f"SELECT * FROM blocks {where}").fetchall()
-    except table.BROKEN as error:
+    except table.READ_ERRORS as error:
         if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
             raise
         return {}
@@ -430,5 +430,5 @@ def _one_line(path: str) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error) or type(error).__name__
         raise StoreError(f"'{path}' cannot be read or written: {reason}; completed cases are kept") from error
-    except table.BROKEN as error:
+    except table.READ_ERRORS as error:
         raise StoreError(f"'{path}' cannot be read or written: {error}; completed cases are kept") from error

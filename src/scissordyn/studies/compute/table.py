@@ -1,4 +1,4 @@
-"""The tables of a study's file: which columns there are, and rows that are checked by their digests."""
+"""Tables of a study's file: their columns, and rows that are checked by their digests."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from scissordyn.studies.ask.description import Study
 
 CHUNK_CASES_MAX = 100_000  # [cases] in memory at once: in a block of a worker, or read from the file
 COLUMNS_MAX = 1900  # [columns] SQLite has at most 2000 in a table; wider cases are the bytes of one column
-FIRST = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before those of its numbers
-BROKEN = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # Errors of reading a file with changed bytes
+FIRST_COLUMNS = ("number", "status", "cause", "warnings", "digest")  # Columns of the table of cases before its values
+READ_ERRORS = (sqlite3.Error, UnicodeError, OverflowError, MemoryError)  # Errors of reading a file with changed bytes
 ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
 
 NAN = float("nan")
@@ -87,7 +87,7 @@ class Columns:
     @property
     def names(self) -> list[str]:
         numbers = [name for array in self.arrays for name in array.columns]
-        return [*FIRST, *(["numbers"] if self.width > COLUMNS_MAX else numbers)]
+        return [*FIRST_COLUMNS, *(["numbers"] if self.width > COLUMNS_MAX else numbers)]
 
     def matrix(self, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the values of some cases, one row each; NaN where a case has none."""
@@ -111,7 +111,7 @@ class Columns:
 
 
 def column(parameter: str) -> str:
-    """Name of the array of a parameter path; NetCDF would make a group of a slash."""
+    """Return the variable name of a parameter path, without slashes, which would make groups in NetCDF."""
     return parameter.replace("/", "_")
 
 
@@ -138,7 +138,7 @@ def chosen_numbers(study: Study, results: xr.Dataset) -> dict[str, Any]:
 def _title(first: str, taken: set[str]) -> str:
     """Return an unused column title such as ``A.peak_force``; SQLite does not distinguish A from a."""
     title, count = first, 1
-    while title.lower() in taken.union(FIRST, ("numbers",)):
+    while title.lower() in taken.union(FIRST_COLUMNS, ("numbers",)):
         count += 1
         title = f"{first} {count}"
     taken.add(title.lower())
@@ -162,7 +162,7 @@ def quoted(name: str) -> str:
 
 def create(connection: sqlite3.Connection, columns: Columns) -> None:
     """Make the tables of cases, blocks and notes."""
-    numbers = columns.names[len(FIRST) :]
+    numbers = columns.names[len(FIRST_COLUMNS) :]
     kind = "BLOB" if columns.width > COLUMNS_MAX else "REAL"
     texts = "number INTEGER PRIMARY KEY, status INTEGER, cause TEXT, warnings TEXT, digest BLOB"
     connection.execute(f"CREATE TABLE cases ({', '.join([texts, *(f'{quoted(name)} {kind}' for name in numbers)])})")
@@ -184,7 +184,7 @@ def _row_digest(number: int, status: int, numbers: bytes, cause: bytes, warned: 
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of cases that are as they were written, in the order of their numbers, and what is wrong with others."""
+    """Intact rows of cases in the order of their numbers, and the faults of damaged rows."""
 
     cases: np.ndarray
     status: np.ndarray
@@ -250,7 +250,7 @@ def _readable(connection: sqlite3.Connection, query: str, first: int, last: int)
         whole = all(isinstance(number, int) and first <= number <= last for number in numbers)
         if whole and all(below < above for below, above in pairwise(numbers)):
             return rows, []
-    except BROKEN as failure:
+    except READ_ERRORS as failure:
         if isinstance(failure, sqlite3.OperationalError) and "locked" in str(failure):
             raise
     if first == last:

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measure import machine, paragraph, table, write_section
-from scissordyn.cli.option import UNPROTECTED
+from scissordyn.cli.option import NO_TLS_WARNING
 from scissordyn.studies.compute.store import COMPLETE, Store
 
 __all__ = ["Kill", "killed_at_random", "measure"]
@@ -143,7 +143,7 @@ def _command(*arguments: str) -> subprocess.Popen[str]:
 def _ended(process: subprocess.Popen[str]) -> tuple[int, tuple[str, ...]]:
     """Return exit status and lines of stderr, without those about progress and connections, which depend on the machine."""
     lines = process.communicate(timeout=600)[1].splitlines()
-    return process.returncode, tuple(one for one in lines if one != UNPROTECTED and not re.match(r"\d+ of \d+ cases, ", one))
+    return process.returncode, tuple(one for one in lines if one != NO_TLS_WARNING and not re.match(r"\d+ of \d+ cases, ", one))
 
 
 def _wait_for(condition: Callable[[], bool], seconds: float = 300.0) -> None:

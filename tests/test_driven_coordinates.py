@@ -182,7 +182,7 @@ def test_inverse_dynamics_where_there_is_none() -> None:
     push = {"push": sd.Slide(("slider", "centre"))}
     cases = (
         (links, {"s": ANGLE("upper")}, "1 inputs for 2 driven coordinates"),
-        (links, {"s": ANGLE("upper"), "t": ANGLE("upper")}, "input 's' and 't' without authority over 'x' and 'y'"),
+        (links, {"s": ANGLE("upper"), "t": ANGLE("upper")}, "input 's' and 't' cannot control 'x' and 'y'"),
         (coupled_arms(), {"s": ANGLE("upper")}, "without a driven coordinate"),
         (
             links.with_parts({"coordinate_drives": links.coordinate_drives[:1]}),

@@ -15,7 +15,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import COMMANDS, status_of
-from scissordyn.cli.study import addressed
+from scissordyn.cli.study import values_by_parameter
 from scissordyn.errors import ScissordynError
 from scissordyn.plan.plan import plan
 from scissordyn.run import sample_memory
@@ -215,7 +215,7 @@ def test_names_with_equals_signs_can_be_varied() -> None:
     """Contract: the values follow the last equals sign, or one before a distribution; the parameter is named as a whole."""
     drawn = "d=e.speed=norm(loc=1, scale=0.1) rpm"
     given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", drawn, "gravity=9, 10 m/s^2"]
-    assert addressed(given, "--vary") == {
+    assert values_by_parameter(given, "--vary") == {
         "a=b.clearance": "0.1..0.2 mm",
         "c.mass": "table(x=y.csv) kg",
         "d=e.speed": "norm(loc=1, scale=0.1) rpm",

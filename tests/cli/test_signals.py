@@ -177,8 +177,8 @@ def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine
 
 STUBBORN = """
 import time
-from scissordyn.cli.main import take_signals
-take_signals()
+from scissordyn.cli.main import install_signal_handlers
+install_signal_handlers()
 while True:
     try:
         print("ready", flush=True)

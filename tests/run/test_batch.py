@@ -127,7 +127,7 @@ def test_interrupted_batch(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ({}, {}, "no numbers to vary"),
         ({"A.clearence": [1e-4]}, {}, "did you mean 'clearance'"),
-        ({"A.clearance": [[1e-4]]}, {}, "ravel a grid"),
+        ({"A.clearance": [[1e-4]]}, {}, "one-dimensional array"),
         ({"A.clearance": [1e-4, 2e-4], "drive.speed": [1.0, 2.0, 3.0]}, {}, "the parameters have 2 and 3 values"),
         ({"A.clearance": [1e-4]}, {"measures": ("peak_fource",)}, "did you mean 'peak_force'"),
         ({"A.clearance": [1e-4]}, {"threads": 0}, "threads = 0"),

@@ -35,10 +35,10 @@ LATEX_COMMANDS = (
 COMMAND_SIGNS = dict(pair.split("=") for pair in LATEX_COMMANDS.split(" "))
 """Sign that replaces each LaTeX command in plain text; any other command, such as \\sin, is replaced by its name."""
 
-GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"
-FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"
+GROUP = r"\{((?:[^{}]|\{[^{}]*\})*)\}"  # pattern of a LaTeX group in braces
+FUNCTIONS = "ln|log|exp|sin|cos|tan|tanh|cosh|sinh"  # LaTeX functions that may precede a fraction
 TOKEN = re.compile(r"(?:\\[A-Za-z]+|[A-Za-z])(?:_\w|_\{\w+\})?(?:'|\^\*|\^\d)?|\d+(?:\.\d+)?|\|[^|]+\|")
-"""Formula of one factor, which needs no parentheses in a fraction."""
+"""Pattern of a formula with a single factor, which needs no parentheses in a fraction."""
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")  # for exponents in plain text
 
@@ -194,7 +194,7 @@ def plain_formula(latex: str) -> str:
 
 
 def _factor(part: str) -> str:
-    """Return numerator or denominator of a fraction, in parentheses if it has several factors."""
+    """Return the numerator or denominator `part` of a fraction, in parentheses if it has several factors."""
     part = part.strip()
     return part if TOKEN.fullmatch(part) else f"({part})"
 

@@ -155,10 +155,10 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 def _ideal(mechanism: Mechanism, until: float, samples: int, seconds: float = 2.0) -> Results | str:
     """Return the motion with ideal joints; a text with the reason if it is impossible, or "" if it is not complete in time.
 
-    `seconds`: [s] time limit for the motion with ideal joints; after it, lines about that motion are left out.
+    `seconds`: [s] computing time after which the motion counts as not complete in time.
     """
     try:
-        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), limited(seconds))
+        ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), time_limit(seconds))
     except TimeIsOverError:
         return ""
     except InputError as error:  # the case itself may run, because clearances may permit a motion that ideal joints do not
@@ -194,11 +194,11 @@ def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
 
 
 class TimeIsOverError(Exception):
-    """Exception that ends a run after its time limit."""
+    """Exception that ends a run when its computing time exceeds a limit."""
 
 
-def limited(seconds: float) -> Callable[[float], None]:
-    """Return a progress function that raises `TimeIsOverError` after a number of seconds."""
+def time_limit(seconds: float) -> Callable[[float], None]:
+    """Return a progress function that raises `TimeIsOverError` when it is called later than `seconds` from now."""
     ends = time.perf_counter() + seconds
 
     def progress(_: float) -> None:
@@ -284,7 +284,7 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
 
 def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, until: float) -> list[str]:
     """Return lines about the assembly and the motion with ideal joints; in `followed`, drives replace the servos."""
-    lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_at_rest(followed, ideal, until)]
+    lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_static_lines(followed, ideal, until)]
     lines += map(str, servo_demands(mechanism, followed, ideal))
     lines += [f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])]
     if ideal.attrs["status"] != "complete":
@@ -292,10 +292,10 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
     return lines
 
 
-def _at_rest(mechanism: Mechanism, ideal: xr.Dataset, until: float, revolutions: int = 2) -> list[str]:
+def _static_lines(mechanism: Mechanism, ideal: xr.Dataset, until: float, revolutions: int = 2) -> list[str]:
     """Return a line with the largest forces of a quasi-static motion with rigid bars; no line if there are no loads.
 
-    `revolutions`: [revolutions] rotation of a drive for which forces without inertia are computed.
+    `revolutions`: largest rotation of a drive over which these forces are computed.
     """
     if not (mechanism.drives or mechanism.coordinate_drives or any(rod.motion for rod in mechanism.rods)):
         return []

@@ -26,9 +26,9 @@ LAST_VALUES = {
     "load_work": ("work of forces and torques", "J"),
     "dissipated_energy": ("dissipated energy", "J"),
 }
-"""Variables whose values at the end are compared: text and unit."""
+"""Variables whose values at the end of both runs are compared, each with its text and unit."""
 
-SHOWN_IF_NONZERO = ("motor_work", "load_work")
+SHOWN_IF_NONZERO = ("motor_work", "load_work")  # variables of `LAST_VALUES` that are left out if they are zero
 
 
 def compare(
@@ -100,7 +100,7 @@ def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
         counts = ", ".join(f"{here[name]:.0f}" for name in ("events", "run_events", "matched_events"))
         rows = [
             ("root mean square error", cell(here["rmse"], unit)),
-            ("the same over the measured range", f"{100.0 * here['nrmse']:.3g} %"),
+            ("root mean square error / measured range", f"{100.0 * here['nrmse']:.3g} %"),
             ("mean of run less measured", cell(here["bias"], unit)),
             ("correlation", cell(here["correlation"], "1")),
             ("explained variance", cell(here["explained"], "1")),
@@ -121,7 +121,7 @@ def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
 def change(value: float, other: float, large: float = 10.0) -> str:
     """Return the change from one value to another: in percent, or as a factor if it is large.
 
-    `large`: [-] a change by a larger ratio is written as a multiple instead of in percent.
+    `large`: ratio of `other` to `value` from which the change is a factor.
     """
     if not value:
         return "0 %" if other == value else "-"

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from scissordyn.cli.option import Quiet, typed
+from scissordyn.cli.option import Quiet, read_option
 from scissordyn.cli.output import say
 from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
     from scissordyn.explore.case import Case
 
-REQUIRED_PACKAGES = ("websockets", "tomlkit")
+REQUIRED_PACKAGES = ("websockets", "tomlkit")  # packages of the extra 'explore'
 
 
 def explore(
@@ -93,7 +93,7 @@ def import_drawing(
     check_target(case, sample="-o case.toml", beginning=FIRST_LINE.encode())
     density = read_quantity(linear_density, Quantity("kg/m", above=0.0))
     near = read_quantity(tolerance, Quantity("m", above=0.0)) if tolerance else None
-    end = typed(until, "--until")
+    end = read_option(until, "--until")
     drawing = read_drawing(source, unit=unit, linear_density=density, tolerance=near)
     written = write_case(drawing.mechanism, case, run=Options(until=end))
     if not quiet:

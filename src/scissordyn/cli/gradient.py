@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
-from scissordyn.cli.option import AsJson, CaseFile, Changes, typed
+from scissordyn.cli.option import AsJson, CaseFile, Changes, read_option
 from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
 from scissordyn.errors import InputError
 from scissordyn.units import short
@@ -49,7 +49,7 @@ def gradient(
         raise InputError("a gradient without a measure", "--of and a measure", OPTIONS_EXAMPLE)
     check_run(output, case, "-o gradient.nc")
     check_picture(plot, case, "gradient.png")
-    read, last = read_case(case, change or []), typed(until, "--until")
+    read, last = read_case(case, change or []), read_option(until, "--until")
     found = compute(
         read.mechanism,
         of=of,

@@ -28,7 +28,7 @@ from scissordyn.errors import AssemblyError, ScissordynError, printable, shorten
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
 
-STOPPED = "interrupted"
+STOPPED = "interrupted"  # message of a command that a signal ended
 
 COMMANDS = {
     "run": ("run", "Simulate a case and show its contacts.", "scissordyn run case.toml -o run.nc --plot pictures --trust"),
@@ -227,13 +227,13 @@ def run() -> None:
     # otherwise garbage collection takes a third of the time of a short command: while libraries load, and at the end, when
     # the operating system frees all memory anyway
     gc.set_threshold(200_000)
-    take_signals()
+    install_signal_handlers()
     prepare_streams()
     warnings.formatwarning = _warning_line
     try:
         status = status_of(sys.argv[1:])
     except KeyboardInterrupt:
-        status = _complain(STOPPED, INTERRUPTED)
+        status = _print_error(STOPPED, INTERRUPTED)
     gc.freeze()
     if status == INTERRUPTED and _received:
         status = 128 + _received[0]
@@ -241,7 +241,7 @@ def run() -> None:
         try:
             getattr(sys, name).flush()
         except OSError:  # the error was printed already, the disk is full, or the pipe is closed
-            give_up(name)
+            discard_stream(name)
     if any(thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         os._exit(status)  # the normal end of Python may abort if a thread runs compiled code, for example a run of the explorer
     sys.exit(status)
@@ -257,30 +257,30 @@ def status_of(arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return status
     except ScissordynError as error:
-        return _complain(_in_case(error, arguments), BAD_INPUT)
+        return _print_error(_with_case_name(error, arguments), BAD_INPUT)
     except USAGE_ERROR as error:
-        return _complain(_usage(error, arguments), BAD_INPUT)
+        return _print_error(_usage_text(error, arguments), BAD_INPUT)
     except KeyboardInterrupt:
-        return _complain(STOPPED, INTERRUPTED)
+        return _print_error(STOPPED, INTERRUPTED)
     except BrokenPipeError:  # for example "scissordyn laws | head -1"
-        give_up("stdout")
+        discard_stream("stdout")
         return DONE
     except SystemExit as error:
         if isinstance(error.__context__, BrokenPipeError):  # typer exits if the pipe is closed while it prints a help
-            give_up("stdout")
+            discard_stream("stdout")
             return DONE
         if _received:
-            return _complain(STOPPED, INTERRUPTED)
-        return _complain(f"the command was ended by SystemExit({error.code!r}), raised by a function that it called", BUG)
+            return _print_error(STOPPED, INTERRUPTED)
+        return _print_error(f"the command was ended by SystemExit({error.code!r}), raised by a function that it called", BUG)
     except OSError as error:  # for example a full disk, a too long file name, an unreadable folder
-        return _complain(_refused(error), BAD_INPUT)
+        return _print_error(_system_error_text(error), BAD_INPUT)
     except MemoryError as error:
-        return _complain(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
+        return _print_error(f"the memory of this machine is not enough: {error or 'no details'}", BAD_INPUT)
     except Exception as error:  # an error of the program is reported in one line, too
         if _received:
-            return _complain(STOPPED, INTERRUPTED)
+            return _print_error(STOPPED, INTERRUPTED)
         hint = "" if os.environ.get("SCISSORDYN_TRACEBACK") else "; a fault of scissordyn: SCISSORDYN_TRACEBACK=1 shows where"
-        return _complain(f"{type(error).__name__}: {error}{hint}", BUG)
+        return _print_error(f"{type(error).__name__}: {error}{hint}", BUG)
 
 
 def _warning_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, line: str | None = None) -> str:
@@ -289,14 +289,14 @@ def _warning_line(message: Warning | str, category: type[Warning], filename: str
     return f"scissordyn: Warning: {place}{printable(str(message))}\n"
 
 
-def _in_case(error: ScissordynError, arguments: Sequence[str]) -> str:
-    """Return the text of an error; an assembly error begins with the name of the case file."""
+def _with_case_name(error: ScissordynError, arguments: Sequence[str]) -> str:
+    """Return the text of an error, with the name of the case file first if the mechanism cannot be assembled."""
     case = next((word for word in arguments if word.endswith(".toml")), "")
     return f"{case}: {error}" if isinstance(error, AssemblyError) and case and case not in str(error) else str(error)
 
 
-def _usage(error: Exception, arguments: Sequence[str]) -> str:
-    """Return typer's message about wrong arguments, with the command or option that the user probably meant."""
+def _usage_text(error: Exception, arguments: Sequence[str]) -> str:
+    """Return typer's message about wrong arguments with a suggestion: the likely command, an option, or an example."""
     text = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
     first = next((word for word in arguments if not word.startswith("-")), "")
     near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
@@ -314,16 +314,16 @@ def _usage(error: Exception, arguments: Sequence[str]) -> str:
     return f"{text}; for example scissordyn {f'{first} ' if first in COMMANDS else ''}--help"
 
 
-def _refused(error: OSError) -> str:
+def _system_error_text(error: OSError) -> str:
     """Return the text of an error of the operating system; an error without a file name concerns standard output."""
     reason = error.strerror or str(error)
     if error.filename is None:
-        give_up("stdout")
+        discard_stream("stdout")
         return f"cannot write to standard output: {reason}"
     return f"cannot use '{os.fsdecode(error.filename)}': {reason}; expected a valid name in a folder with write permission"
 
 
-def _complain(text: str, status: int) -> int:
+def _print_error(text: str, status: int) -> int:
     with contextlib.suppress(OSError):  # on a full disk the exit status reports the error
         if os.environ.get("SCISSORDYN_TRACEBACK"):
             traceback.print_exc()
@@ -331,7 +331,7 @@ def _complain(text: str, status: int) -> int:
     return status
 
 
-def take_signals() -> None:
+def install_signal_handlers() -> None:
     """Handle SIGINT and SIGTERM from now on; to be called in the main thread of a command's process."""
     for number in SIGNALS:
         signal.signal(number, _interrupt)
@@ -343,7 +343,7 @@ def _repeat_lost_interrupt(unraisable: sys.UnraisableHookArgs) -> None:
     if unraisable.exc_type is not KeyboardInterrupt or not _received:
         sys.__unraisablehook__(unraisable)
         return
-    take_signals()
+    install_signal_handlers()
     # to the main thread, whose wait for a lock it ends, and a moment later, when the callback has ended
     main = threading.main_thread().ident
     repeat = functools.partial(signal.pthread_kill, main) if hasattr(signal, "pthread_kill") and main else signal.raise_signal
@@ -370,7 +370,7 @@ def prepare_streams() -> None:
             stream.reconfigure(errors="backslashreplace")
 
 
-def give_up(name: str) -> None:
+def discard_stream(name: str) -> None:
     """Discard unwritten output of "stdout" or "stderr"; otherwise the interpreter would try to write it at its end and fail."""
     try:
         number = getattr(sys, name).fileno()

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
     from scissordyn.run.engine import Engine
 
-THREADS_MAX = 4096  # More than any machine has processors
+THREADS_MAX = 4096  # Largest number of threads or processes that an option admits, above the processors of any machine
 
 CaseFile = Annotated[Path, Argument(help="A case file.")]
 SavedRun = Annotated[Path, Argument(help="A saved run.")]
@@ -57,17 +57,17 @@ QueueFile = Annotated[
     Path | None, Option(metavar="FILE", help="File that describes workers of a queueing system, used instead of threads.")
 ]
 
-UNPROTECTED = (
+NO_TLS_WARNING = (
     "scissordyn: Warning: without TLS, anyone who reaches the ports of the scheduler and its workers can execute code there; "
     "docs/howto/cluster.md shows how to turn it on"
 )
 
 DIMENSIONED_OPTIONS = {"s": ("a time", "10 ms", Quantity("s")), "m": ("a length", "5 mm", Quantity("m", above=0.0))}
-"""Options with a time or a length, by SI unit: kind of value, example, and quantity with bounds."""
+"""Kind of value, example, and quantity with bounds for options with a time or a length, by SI unit."""
 
 
 @dataclass(frozen=True)
-class Where:
+class EngineOptions:
     """Options that choose the engine of a study: threads, processes, a dask scheduler or a cluster; at most one is given."""
 
     threads: int | None = None
@@ -91,7 +91,7 @@ class Where:
 
             with cluster(self.scheduler or self.cluster or "", folder, _tell) as workers:
                 if self.scheduler is not None and not self.scheduler.startswith("tls://"):
-                    print(UNPROTECTED, file=sys.stderr)
+                    print(NO_TLS_WARNING, file=sys.stderr)
                 yield workers
         else:
             yield self.threads
@@ -139,10 +139,10 @@ def mechanism_of(run: xr.Dataset, allow_code: list[Path] | None) -> Mechanism:
 
 
 @overload
-def typed(text: str, option: str, unit: str = ...) -> float: ...
+def read_option(text: str, option: str, unit: str = ...) -> float: ...
 @overload
-def typed(text: str | None, option: str, unit: str = ...) -> float | None: ...
-def typed(text: str | None, option: str, unit: str = "s") -> float | None:
+def read_option(text: str | None, option: str, unit: str = ...) -> float | None: ...
+def read_option(text: str | None, option: str, unit: str = "s") -> float | None:
     """Convert the text of an option, such as "10 ms", to a time or a length in SI units."""
     if text is None:
         return None

@@ -23,7 +23,7 @@ EXIT_STATUSES = {"complete": DONE, "interrupted": INTERRUPTED, "failed": UNFINIS
 
 PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 
-ROWS_MAX = 20  # largest number of rows in a table of joints, contacts or differences
+ROWS_MAX = 20  # [rows] largest number in a table of joints, contacts or differences
 PLAIN_COLUMNS = 100  # [characters] width of the output without a terminal
 
 COLUMN_STYLES: dict[str, dict[str, Any]] = {
@@ -46,7 +46,7 @@ def check_file(path: Path | None, case: Path, sample: str) -> None:
     if path.exists() and case.exists() and path.samefile(case):
         raise InputError(f"cannot write '{path}': it is the case file", "another file name", sample)
     check_target(path, sample=sample)
-    _try(path, path.parent, sample)
+    _check_writable(path, path.parent, sample)
 
 
 def check_run(path: Path | None, case: Path, sample: str) -> None:
@@ -93,10 +93,10 @@ def check_folder(folder: Path | None, sample: str) -> None:
     existing = next(ancestor for ancestor in (folder, *folder.absolute().parents) if ancestor.exists())
     if not existing.is_dir():
         raise InputError(f"cannot write into '{folder}': '{existing}' is a file", "the name of a folder", sample)
-    _try(folder, existing, sample)
+    _check_writable(folder, existing, sample)
 
 
-def _try(target: Path, folder: Path, sample: str) -> None:
+def _check_writable(target: Path, folder: Path, sample: str) -> None:
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

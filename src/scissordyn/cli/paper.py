@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Option
 
-from scissordyn.cli.option import THREADS_MAX, Where
+from scissordyn.cli.option import THREADS_MAX, EngineOptions
 from scissordyn.cli.output import DONE, INTERRUPTED, PROGRESS_TEXT, bars, check_folder, print_table, say
 from scissordyn.errors import InputError
 
@@ -47,7 +47,7 @@ def paper(
     parts = {"--beyond": beyond, "--parameter-sets": parameter_sets, "--figure": figure is not None}
     chosen = [name for name, wanted in parts.items() if wanted]
     if len(chosen) > 1:
-        raise InputError(" with ".join(chosen), "one of them", chosen[0])
+        raise InputError(f"{' and '.join(chosen)} together", "one of these options", chosen[0])
     from scissordyn_paper.open_answers import answer_open_question
     from scissordyn_paper.parameter_sets_page import answer_parameter_sets
     from scissordyn_paper.reproduce import draw_figure, reproduce
@@ -56,7 +56,7 @@ def paper(
     show: Callable[[Any], None] | None
     try:
         columns = (PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
-        with _where(threads, workers, figure).engine() as engine, bars(*columns) as update:
+        with _engine_options(threads, workers, figure).engine() as engine, bars(*columns) as update:
             progress = None if update is None else lambda name, done, total: update(name, completed=done, total=total)
             how: dict[str, Any] = {"engine": engine, "progress": progress}
             if beyond:
@@ -79,14 +79,14 @@ def paper(
     return DONE
 
 
-def _where(threads: int | None, workers: int | None, figure: int | None) -> Where:
-    """Return the engine options: threads if requested, otherwise processes, because Python threads do not run in parallel."""
+def _engine_options(threads: int | None, workers: int | None, figure: int | None) -> EngineOptions:
+    """Return options of the engine: threads or processes as requested, by default processes, which run in parallel."""
     from scissordyn.run.engine import processors
 
     several = min(processors(), WORKERS_MAX)
     if threads is None and workers is None and figure is None and several > 1:
-        return Where(workers=several)
-    return Where(threads, workers)  # the few runs of a figure are done before processes are started
+        return EngineOptions(workers=several)
+    return EngineOptions(threads, workers)  # the few runs of a figure are done before processes are started
 
 
 def _show(reproduction: Reproduction) -> None:
@@ -108,7 +108,7 @@ def _show(reproduction: Reproduction) -> None:
 
 
 def _show_changes(answers: OpenAnswers) -> None:
-    """Print what each change of bars and joint does, a line each."""
+    """Print a line on the effect of each change of bars and joint."""
     from scissordyn_paper.open_question import COMPARED, MANOEUVRES
 
     for manoeuvre, title in MANOEUVRES.items():

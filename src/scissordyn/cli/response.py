@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from scissordyn.casefile.quantity import read_quantity, unit_factor, unit_typed
-from scissordyn.cli.option import CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount, typed, value_of
+from scissordyn.cli.option import (
+    CaseFile,
+    Changes,
+    EngineOptions,
+    QueueFile,
+    Scheduler,
+    ThreadCount,
+    WorkerCount,
+    read_option,
+    value_of,
+)
 from scissordyn.cli.output import (
     DONE,
     INTERRUPTED,
@@ -35,6 +45,7 @@ if TYPE_CHECKING:
     from scissordyn.analysis.motor import MotorCurve
     from scissordyn.casefile.case import Case
 
+# Options of a search for the smallest sufficient value, for error messages
 LEAST_EXAMPLE = "--least servo.controller.limit --from '5 N m' --to '100 N m' --require 'tip.error < 5 mm'"
 
 
@@ -63,7 +74,7 @@ def statics(
     check_picture(plot, case, "statics.png")
     _check_word("--friction", friction, ("none", "forward", "backward"), "forward")
     read = read_case(case, change or [])
-    last = typed(until, "--until")
+    last = read_option(until, "--until")
     solved = compute(read.mechanism, until=read.run.until if last is None else last, points=points, friction=friction)  # type: ignore[arg-type]
     drawn = None
     if plot is not None:
@@ -182,7 +193,7 @@ def modes(
     _check_word("--drive", drive, ("locked", "released"), "locked")
     check_movie(film, case, "mode.html")
     check_folder(plot, "--plot figures")
-    last = typed(until, "--until")
+    last = read_option(until, "--until")
     times = None if last is None else np.linspace(0.0, last, points)
     mechanism = read_case(case, change or []).mechanism
     solved = compute(mechanism, count=count, position=position, joints=joints, drive=drive, times=times)  # type: ignore[arg-type]
@@ -370,7 +381,7 @@ def bifurcation(
     ends = value_of(first, quantity, "--from"), value_of(last, quantity, "--to")
     unit = unit_typed(last) or unit_typed(first)
     columns = (PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
-    with Where(threads, workers, scheduler, cluster).engine() as engine, bars(*columns) as update:
+    with EngineOptions(threads, workers, scheduler, cluster).engine() as engine, bars(*columns) as update:
         diagram = compute(
             read.mechanism,
             over=over,

@@ -59,7 +59,7 @@ def run(
     drawn = plot is not None or film is not None
     silent, stopped = quiet or as_json, False
     if _is_saved(case):
-        mechanism, result = _again(case, changes, allow_code or [], keeper, silent=silent)
+        mechanism, result = _replay(case, changes, allow_code or [], keeper, silent=silent)
     elif allow_code:
         raise InputError("--allow-code with a case file", "a saved run; Python files of a case file need no permission")
     else:
@@ -175,7 +175,7 @@ def _samples_chosen(path: Path, changes: list[str]) -> bool:
 
 
 def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
-    """Return the message that an interrupted run is computed again from its start, with the time that it had reached."""
+    """Return the message that a saved run, which was interrupted, is computed again from its start."""
     from scissordyn.units import short
 
     reached, taken = float(saved.attrs["end"]), float(json.loads(saved.attrs["statistics"])["seconds"])
@@ -186,7 +186,7 @@ def _computed_again(path: Path, saved: Any, until: float, *, kept: bool) -> str:
     )
 
 
-def _again(
+def _replay(
     path: Path, changes: list[str], allow_code: list[Path], keeper: Checkpoint | None, *, silent: bool
 ) -> tuple[Mechanism, Results]:
     from scissordyn.casefile.configuration import read_configuration

@@ -15,8 +15,8 @@ from scissordyn.cli.option import (
     PictureFormat,
     SavedRun,
     mechanism_of,
+    read_option,
     read_run,
-    typed,
 )
 from scissordyn.cli.output import check_file, check_folder, check_movie, say
 from scissordyn.errors import InputError
@@ -60,7 +60,7 @@ def plot(
     kinds = None if only is None else [kind.strip() for kind in only.split(",") if kind.strip()]
     check_kinds(kinds)
     check_folder(output, "-o figures")
-    begin, end = typed(first, "--from"), typed(last, "--to")
+    begin, end = read_option(first, "--from"), read_option(last, "--to")
     saved = read_run(run)
     mechanism = None
     if kinds is None or {"structure", "bending"} & set(kinds):
@@ -92,7 +92,7 @@ def animate(
     from scissordyn.plot.series import select_window
 
     check_movie(film, run, "film.html")
-    begin, end = typed(first, "--from"), typed(last, "--to")
+    begin, end = read_option(first, "--from"), read_option(last, "--to")
     saved = read_run(run)
     mechanism = mechanism_of(saved, allow_code)
     part = select_window(saved, begin, end)
@@ -137,7 +137,7 @@ def export(
         check_ending(target, MECHANISM_ENDINGS, "a mechanism", "bars.dxf")
         check_file(target, source, "bars.dxf")
         case = read_case(source, change or ())
-        radius, broad = typed(pin, "--pin", "m"), typed(width, "--width", "m")
+        radius, broad = read_option(pin, "--pin", "m"), read_option(width, "--width", "m")
         written = write(case, target, pin_radius=radius, width=broad, sources_only=sources)
         ending = target.suffix.lower()
         notes = mjcf(case.mechanism).notes if ending == ".xml" else tuple(left_out(case.mechanism)) if ending == ".dxf" else ()
@@ -148,7 +148,7 @@ def export(
         else:
             check_export(target)
         check_file(target, source, "table.csv")
-        begin, end = typed(first, "--from"), typed(last, "--to")
+        begin, end = read_option(first, "--from"), read_option(last, "--to")
         run = read_run(source)
         mechanism = mechanism_of(run, allow_code) if loads else None
         part = select_window(run, begin, end)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument, Option
 
-from scissordyn.cli.option import BlockSize, CaseFile, Changes, QueueFile, Scheduler, ThreadCount, Where, WorkerCount
+from scissordyn.cli.option import BlockSize, CaseFile, Changes, EngineOptions, QueueFile, Scheduler, ThreadCount, WorkerCount
 from scissordyn.cli.output import (
     DONE,
     EXIT_STATUSES,
@@ -43,9 +43,9 @@ ACTIONS_OF_OPTION = {
     "points": ("extend", "refine"),
     "plot": ("report",),
 }
-"""Actions that use an option, by option."""
+"""Actions of ``scissordyn study`` that accept an option, by the option's name."""
 
-RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # text and seconds, for cases per time
+RATE_UNITS = (("a second", 1.0), ("a minute", 60.0), ("an hour", 3600.0))  # units of cases per time: text and seconds
 
 
 VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
@@ -90,7 +90,7 @@ def study(
         Option(metavar="FILE", help="Your Python file that the study uses and that may be executed. Repeatable."),
     ] = None,
 ) -> int:
-    where = Where(threads, workers, scheduler, cluster)
+    where = EngineOptions(threads, workers, scheduler, cluster)
     chosen = {"vary": vary, "uncertain": uncertain, "samples": samples, "seed": seed, "goal": goal, "points": points}
     for name, value in {**chosen, "plot": plot}.items():
         if value is not None and what not in ACTIONS_OF_OPTION[name]:
@@ -115,7 +115,7 @@ def study(
         if output is None:
             raise InputError("'study refine' without a new store", "-o and a file", "-o next.db")
         check_store_name(output)
-        ranges, drawn = addressed(vary, "--vary"), addressed(uncertain, "--uncertain")
+        ranges, drawn = values_by_parameter(vary, "--vary"), values_by_parameter(uncertain, "--uncertain")
         numbers = {"points": points, "samples": samples, "seed": seed}
         narrowed = refine_study(result.built(), vary=ranges, uncertain=drawn, goals=goal or (), **numbers)
         return compute(narrowed, output, where, block=block)
@@ -132,7 +132,7 @@ def study(
     return DONE
 
 
-def _continue(result: StudyResult, what: str, where: Where, points: int | None) -> int:
+def _continue(result: StudyResult, what: str, where: EngineOptions, points: int | None) -> int:
     """Resume, retry or extend a study."""
     from scissordyn.studies.compute.store import damage_text
 
@@ -149,7 +149,9 @@ def _continue(result: StudyResult, what: str, where: Where, points: int | None) 
     return compute(result.built(), store, where, points=points)
 
 
-def _from_file(what: str, store: str | None, output: str | None, where: Where, block: int | None, budget: str | None) -> int:
+def _from_file(
+    what: str, store: str | None, output: str | None, where: EngineOptions, block: int | None, budget: str | None
+) -> int:
     from scissordyn.casefile.quantity import read_quantity
     from scissordyn.config.study import read_study, study_of
 
@@ -204,18 +206,18 @@ def sweep(
     text = StudyText(
         case=str(case),
         set=tuple(change or ()),
-        vary=addressed(vary, "--vary"),
-        uncertain=addressed(uncertain, "--uncertain"),
+        vary=values_by_parameter(vary, "--vary"),
+        uncertain=values_by_parameter(uncertain, "--uncertain"),
         measures=tuple(measure or ()),
         require=tuple(require or ()),
         design=Design(design, points, seed),
         sampling=Sampling(samples, seed=seed),
         members=members,
     )
-    return compute(study_of(text), output, Where(threads, workers, scheduler, cluster), block=block)
+    return compute(study_of(text), output, EngineOptions(threads, workers, scheduler, cluster), block=block)
 
 
-def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
+def values_by_parameter(texts: list[str] | None, option: str) -> dict[str, str]:
     """Read texts of the form ``PARAMETER=VALUES``; return the values by parameter path."""
     varied: dict[str, str] = {}
     for text in texts or ():
@@ -234,7 +236,7 @@ def addressed(texts: list[str] | None, option: str) -> dict[str, str]:
 def compute(
     study: Study,
     file: str,
-    where: Where,
+    where: EngineOptions,
     *,
     block: int | None = None,
     retry: bool = False,
@@ -256,11 +258,11 @@ def compute(
             result = computed(study, file, engine=engine, progress=progress, **options)  # type: ignore[arg-type]
     except KeyboardInterrupt:
         complete = f"what is complete is in {printable(file)}; {further}"
-        state = complete if store.begun() else "nothing was computed yet; the same command starts again"
+        state = complete if store.has_content() else "nothing was computed yet; the same command starts again"
         print(f"scissordyn: interrupted; {state}", file=sys.stderr)
         return INTERRUPTED
     except (EngineError, StoreError, ProgramError) as error:
-        then = further if store.begun() else "the same command starts again"
+        then = further if store.has_content() else "the same command starts again"
         print(f"scissordyn: {printable(str(error))}; {then}", file=sys.stderr)
         return UNFINISHED
     show_answers(result)
@@ -284,7 +286,7 @@ def _progress(seconds: float = 30.0) -> Iterator[Callable[[Progress], None]]:
     def line(state: Progress) -> None:
         if time.monotonic() - last[0] > seconds:
             last[0] = time.monotonic()
-            print(_words(state), file=sys.stderr)
+            print(_progress_text(state), file=sys.stderr)
 
     with bars("BarColumn", PROGRESS_TEXT) as update:
         if update is None:
@@ -292,11 +294,11 @@ def _progress(seconds: float = 30.0) -> Iterator[Callable[[Progress], None]]:
         else:
             update("preparing")
             yield lambda state: update(
-                "preparing", completed=state.complete + state.failed, total=state.cases, description=_words(state)
+                "preparing", completed=state.complete + state.failed, total=state.cases, description=_progress_text(state)
             )
 
 
-def _words(state: Progress) -> str:
+def _progress_text(state: Progress) -> str:
     done = state.complete + state.failed
     failed = f", {state.failed / max(done, 1):.1%} failed" if state.failed else ""
     minutes, seconds = divmod(int(min(state.left, 1e9)), 60)

@@ -171,7 +171,9 @@ def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, au
         return
     quoted, wanted = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
     if np.all(authority <= DATA_TOL):
-        raise InputError(f"input {quoted} cannot move {wanted}: it stays at rest in this motion", "other inputs")
+        raise InputError(
+            f"input {quoted} cannot control {wanted}", "inputs that move in this motion, independently of each other"
+        )
     raise InputError(
         f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",
         "a motion that ends before the singular position",

@@ -64,7 +64,7 @@ def test_returned_restitution_figures(law, figure):
 
 @pytest.mark.parametrize(("restitution", "figure"), [(0.9, 0.16648), (0.5, 1.43275), (0.1, 9.99816)])
 def test_exact_factor_figures(restitution, figure):
-    """Published number: the exact xi (docs/theory/laws.md), six digits; gonthier's d/c_e is the same number."""
+    """Published number: the exact xi (docs/theory/contact.md), six digits; gonthier's d/c_e is the same number."""
     assert Exact(restitution).factor == pytest.approx(figure, abs=5e-6)
     d = Gonthier(restitution).factor * restitution
     assert (1 + d / restitution) / (1 - d) == pytest.approx(math.exp(d * (1 + 1 / restitution)), rel=1e-9)

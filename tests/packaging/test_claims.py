@@ -107,21 +107,21 @@ NUMBERS = [
     ("contact", "$\\dot\\delta^{{(-)}} = \\sqrt{{2gc}}$ = {} mm/s", 1e3 * math.sqrt(2.0 * 9.81 * 0.5e-3), "99.05"),
     ("contact", "$v_t = \\omega_J R_J$ = {} mm/s", 1e3 * OMEGA * 10e-3, "157.1"),
     ("contact", "the level is 9.1 mm, $\\delta$ = {} mm", 9.0 - (20.2 / 2.0 - 1.0), "-0.1"),
-    ("laws", "$E^*$ = {} GPa", 1e-9 * MODULUS, "113.7363"),
-    ("laws", "$K$ = {}e10", 1e-10 * 4.0 / 3.0 * MODULUS * math.sqrt(10e-3 * 9.5e-3 / 0.5e-3), "6.61020"),
-    ("laws", "with plus it would be {} times less", math.sqrt(19.5 / 0.5), "6.2"),
+    ("contact", "$E^*$ = {} GPa", 1e-9 * MODULUS, "113.7363"),
+    ("contact", "$K$ = {}e10", 1e-10 * 4.0 / 3.0 * MODULUS * math.sqrt(10e-3 * 9.5e-3 / 0.5e-3), "6.61020"),
+    ("contact", "with plus it would be {} times less", math.sqrt(19.5 / 0.5), "6.2"),
     (
-        "laws",
+        "contact",
         "= {}\\cdot10^{{5}}\\ \\text{{N/m}}",
         1e-5 * 0.5 * math.pi * MODULUS * 1e-5 * math.sqrt(1e-5 / (2.0 * 0.51e-3)),
         "1.7690",
     ),
-    ("laws", "$v_d = \\sqrt{{2\\mathrm e}}\\cdot0.05/316$ = {} mm/s", 1e3 * math.sqrt(2.0 * math.e) * 0.05 / 316.0, "0.369"),
-    ("laws", "the time constant is $0.05/10^5$ s = {} µs", 1e6 * 0.05 / (1e5 * 1.0), "0.5"),
+    ("contact", "$v_d = \\sqrt{{2\\mathrm e}}\\cdot0.05/316$ = {} mm/s", 1e3 * math.sqrt(2.0 * math.e) * 0.05 / 316.0, "0.369"),
+    ("contact", "the time constant is $0.05/10^5$ s = {} µs", 1e6 * 0.05 / (1e5 * 1.0), "0.5"),
     ("integration", "$0.9\\cdot0.1^{{-1/8}}$ = {} times", 0.9 * 0.1 ** (-1.0 / 8.0), "1.200"),
     ("integration", "it is {} times as long", 0.9 * 10.0 ** (-1.0 / 8.0), "0.675"),
-    ("energy", "$\\tfrac12\\cdot0.25\\cdot(1 - 0.47044^2)$ = {} J", 0.5 * 0.5**2 * (1.0 - 0.47044**2), "0.09734"),
-    ("control", "give $S$ = {} rad/s", 1.0 / (1.0 - 0.5), "2"),
+    ("integration", "$\\tfrac12\\cdot0.25\\cdot(1 - 0.47044^2)$ = {} J", 0.5 * 0.5**2 * (1.0 - 0.47044**2), "0.09734"),
+    ("../control", "give $S$ = {} rad/s", 1.0 / (1.0 - 0.5), "2"),
 ]
 
 
@@ -150,11 +150,11 @@ def restitution(xi: float) -> float:
 def test_returned_restitution(factor: float, printed: str) -> None:
     """Closed form: the restitution of (D1) at a nominal coefficient of 0.5."""
     assert f"{restitution(factor):.5f}" == printed
-    assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")
+    assert printed in (THEORY / "contact.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("wanted", "printed"), [(0.9, "0.16648"), (0.5, "1.43275"), (0.1, "9.99816")])
 def test_exact_damping_factor(wanted: float, printed: str) -> None:
     """Closed form: the printed factor gives the wanted restitution."""
     assert restitution(float(printed)) == pytest.approx(wanted, abs=2e-5)
-    assert printed in (THEORY / "laws.md").read_text(encoding="utf-8")
+    assert printed in (THEORY / "contact.md").read_text(encoding="utf-8")

@@ -75,7 +75,7 @@ def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
 
 def test_every_cited_equation_exists() -> None:
     """Identity: names of equations are unique, and every cited one exists."""
-    tags = [tag for page in (DOCS / "theory").glob("*.md") for tag in NUMBERED.findall(page.read_text(encoding="utf-8"))]
+    tags = [tag for page in DOCS.rglob("*.md") for tag in NUMBERED.findall(page.read_text(encoding="utf-8"))]
     assert len(tags) == len(set(tags))
     assert len(tags) > 30
     cited = []
@@ -281,7 +281,7 @@ OFFLINE = (
 @pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="the site's requirements are not installed")
 def test_equations_render_without_a_network(tmp_path: Path) -> None:
     """Contract: every displayed equation of the theory becomes a picture, without errors."""
-    theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "theory").glob("*.md")))
+    theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md")))
     equations = re.findall(r"^\$\$\n.*?^\$\$\n", theory, flags=re.MULTILINE | re.DOTALL)
     assert len(equations) > 30
     source = tmp_path / "source"

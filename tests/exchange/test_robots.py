@@ -305,7 +305,7 @@ def test_a_default_namespace_and_lines_of_errors():
             "<d:loop_joint xmlns:d='d' name='c'><parent link='arm'/><child link='base'/></d:loop_joint>",
             "joint 'c' (line 1) between 'arm' and 'base' left out: if it closes a loop, the loop is open here",
         ),
-        ("<transmission name='t'><joint name='j'/></transmission>", "1 <transmission> left out: 't' (line 1)"),
+        ("<transmission name='t'><joint/></transmission>", "1 <transmission> left out: 't' (line 1)"),
     ],
 )
 def test_foreign_elements_of_a_urdf(more, said):
@@ -318,7 +318,12 @@ def test_foreign_elements_of_a_urdf(more, said):
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ('<actuator><motor name="m" joint="j"/></actuator>', "1 <motor> left out: 'm' (line 2)"),
+        ('<actuator><motor name="m" joint="k"/></actuator>', "1 <motor> left out: 'm' (line 2)"),
+        ('<actuator><muscle name="m" joint="j"/></actuator>', "1 <muscle> left out: 'm' (line 2)"),
+        (
+            '<actuator><motor joint="j" nsample="1000000000"/></actuator>',
+            "attribute 'nsample' of 1 <motor> left out (line 2)",
+        ),
         ('<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>', "1 <fixed> left out: 't' (line 2)"),
         ('<sensor><jointpos joint="j"/></sensor>', "1 <jointpos> left out: line 2"),
         ('<keyframe><key/><key ctrl="1"/></keyframe>', "start: positions and velocities of keyframe '0', the first of 2"),

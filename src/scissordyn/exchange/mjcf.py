@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from scissordyn.components.angle_stop import AngleStop
-from scissordyn.components.bushing import Bushing
 from scissordyn.components.clutch import Clutch
 from scissordyn.components.place import GROUND
 from scissordyn.components.torsion_spring import TorsionSpring
@@ -21,7 +20,8 @@ from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Imported, imported, plain_name
 from scissordyn.exchange.loop_joint import LoopJoint, mark_name
-from scissordyn.exchange.mjcf_frame import ModelFrames, compiled
+from scissordyn.exchange.mjcf_frame import compiled
+from scissordyn.exchange.mjcf_motor import MotorReader
 from scissordyn.exchange.mjcf_plane import TILT_MAX
 from scissordyn.exchange.robot_xml import Source, used_part
 from scissordyn.exchange.xml_element import EXAMPLE, VALUE_MAX
@@ -84,7 +84,7 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     return _Reader(mujoco, model, data, source).imported()
 
 
-class _Reader(ModelFrames):
+class _Reader(MotorReader):
     """Converter of a MuJoCo model at its start to the parts of a mechanism."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
@@ -107,6 +107,7 @@ class _Reader(ModelFrames):
             self._at(int(self.model.site_bodyid[k]), self.data.site_xpos[k], name)
         for k in range(self.model.neq):
             self._equality(k)
+        self._motors()
         touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
         if touching:
             self.notes.append(f"{touching} geoms with contact: only their masses are kept, because bodies do not collide here")
@@ -170,7 +171,7 @@ class _Reader(ModelFrames):
             joint, start = model.joint(j), (float(self.data.joint(j).qpos[0]), self._sense(j))
             self._hinge(joint, self._joint_name(j), start, (index, parent))
         for j in slides:
-            self._slide(j, index, parent, hinges, [other for other in slides if other != j])
+            self._slide(j, index, parent)
         for j in (j for j in joints if model.joint(j).armature[0]):
             self._rotor(j, index, parent)
 
@@ -227,38 +228,22 @@ class _Reader(ModelFrames):
         for side, limit in self._limits(joint, name, q, "rad", "an angle_stop"):
             self.components.append(AngleStop(f"{side} limit of {label}", ends[0], angle(limit), ends[1]))
 
-    def _slide(self, j: int, index: int, parent: int, hinges: list[int], others: list[int]) -> None:
+    def _slide(self, j: int, index: int, parent: int) -> None:
         """Add the spring and damping of a slide as a bushing; add its limits as end stops if it slides on the ground."""
-        joint, along, name = self.model.joint(j), self.data.xaxis[j], self._joint_name(j)
-        label, measure = plain_name(name, ()), np.array(self._flat(along))
-        if others:
-            # motion along one slide does not change the coordinate of the other
-            x, y = self._flat(self.data.xaxis[others[0]])
-            measure = np.array([-y, x]) / float(np.array([-y, x]) @ measure)
-        q, rest = float(self.data.joint(j).qpos[0]), float(joint.qpos_spring[0])
-        # the anchor of a hinge does not move when the body turns; the anchor of a slide moves with the joint
-        moved = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * along
-        place = self.data.xanchor[hinges[0]] if hinges else moved
-        if index in self.fixed_angle:  # a body that does not turn is held at its mass centre; all its points move alike
-            place = self.data.xipos[index]
-        size, direction = float(np.hypot(*measure)), math.atan2(measure[1], measure[0])
+        joint, name, line = self.model.joint(j), self._joint_name(j), self._line(j)
+        label, size = plain_name(name, ()), float(np.hypot(*line.measure))
         stiffness, damping = self._spring(joint, name, "m")
         if stiffness or damping:
-            turned = direction - self._angle(parent)
-            cos, sin = size * math.cos(turned), size * math.sin(turned)
-            ends = self._at(parent, place + (rest - q) * along, f"rest of {label}"), self._at(index, place, label)
-            part = {"x": cos**2, "y": sin**2, "xy": cos * sin}
-            numbers: dict[str, Any] = {f"stiffness_{axis}": stiffness * share for axis, share in part.items()}
-            numbers |= {f"damping_{axis}": damping * share for axis, share in part.items()}
-            self.components.append(Bushing(f"spring of {label}", *ends, **numbers))
+            self._add_bushing(f"spring of {label}", line, stiffness, damping, float(joint.qpos_spring[0]))
         if parent:
             self.notes += [f"limits of joint '{name}': left out"] if joint.limited[0] else []
         else:
-            reached = float(measure @ self._flat(place))
-            for side, limit in reversed(self._limits(joint, name, q, "m", "a travel_stop")):
+            reached = float(line.measure @ self._flat(line.place))
+            for side, limit in reversed(self._limits(joint, name, line.position, "m", "a travel_stop")):
                 sign = 1.0 if side == "upper" else -1.0
-                point, towards = self._at(index, place, label), math.atan2(sign * measure[1], sign * measure[0])
-                stop = sign * (reached + limit - q) / size
+                point = self._at(index, line.place, label)
+                towards = math.atan2(sign * line.measure[1], sign * line.measure[0])
+                stop = sign * (reached + limit - line.position) / size
                 self.components.append(TravelStop(f"{side} limit of {label}", point, towards, stop))
         if self._friction(joint, name):
             self.notes.append(f"dry friction of joint '{name}': left out")
@@ -311,10 +296,6 @@ class _Reader(ModelFrames):
         if stops:
             self.notes.append(f"limits of joint '{name}': end stops of the stiffness and restitution that {stop} has")
         return stops
-
-    def _sense(self, j: int) -> float:
-        """Return 1.0 if a hinge turns counter-clockwise in the plane, otherwise -1.0."""
-        return math.copysign(1.0, float(self.data.xaxis[j] @ self.basis[2]))
 
     def _equality(self, k: int) -> None:
         model, kinds, equality = self.model, self.mujoco.mjtEq, self.model.equality(k)

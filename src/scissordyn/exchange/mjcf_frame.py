@@ -35,7 +35,7 @@ class ModelFrames:
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
         self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
-        self.loops = source.loops
+        self.loops, self.motors = source.loops, source.motors
         if source.key_count:
             name = model.key(0).name or 0
             self.notes.append(f"start: positions and velocities of keyframe '{name}', the first of {source.key_count}")
@@ -71,6 +71,10 @@ class ModelFrames:
         """Return True if a <flag> of the model disables a kind of force; kinds unknown to this MuJoCo version are ignored."""
         bits = [getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{kind}", 0) for kind in kinds]
         return any(self.model.opt.disableflags & int(bit) for bit in bits)
+
+    def _sense(self, j: int) -> float:
+        """Return 1.0 if a hinge turns counter-clockwise in the plane, otherwise -1.0."""
+        return math.copysign(1.0, float(self.data.xaxis[j] @ self.basis[2]))
 
     def _flat(self, vector: Any) -> Point:
         x, y, _ = self.basis @ np.asarray(vector, float)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
+from collections.abc import Iterator
 from pathlib import Path, PurePath
 from typing import NamedTuple
 
@@ -14,32 +15,51 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.loop_joint import LoopJoint, loop_joints
 from scissordyn.exchange.sdf import convert_sdf
-from scissordyn.exchange.xml_element import BODIES_MAX, EXAMPLE, Element, further_file, listed, parse, with_includes
+from scissordyn.exchange.xml_element import (
+    BODIES_MAX,
+    EXAMPLE,
+    Element,
+    child_of,
+    further_file,
+    listed,
+    parse,
+    text_of,
+    with_includes,
+)
 
-ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
+ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")
 COUNT = re.compile(r"[0-9]{1,9}")
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
 BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
-TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "file", "filename"}) | frozenset(
-    f"{part}{number}" for part in ("body", "joint", "site") for number in "12"
-)
+TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "jointinparent", "file"}) | {
+    "filename",
+    *(f"{part}{number}" for part in ("body", "joint", "site") for number in "12"),
+}
 """Attributes of MJCF whose values are texts, not numbers."""
 
 PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
+
+ACTUATORS = ("motor", "position", "velocity", "damper", "general")
+"""Actuators of MJCF that are read."""
+
+ACTUATOR_ATTRIBUTES = (
+    "name class group joint jointinparent gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv dampratio "
+    "timeconst gaintype gainprm biastype biasprm dyntype dynprm"
+)
 
 ATTRIBUTES = {
     "mujoco": "model",
     "compiler": "*",
     "default": "class",
-    "option": "gravity",
-    "flag": "gravity spring damper passive equality limit frictionloss constraint contact",
+    "option": "gravity actuatorgroupdisable",
+    "flag": "gravity spring damper passive equality limit frictionloss constraint contact actuation clampctrl",
     "body": f"{PLACE_ATTRIBUTES} childclass",
     "frame": f"{PLACE_ATTRIBUTES} childclass",
     "replicate": "count offset euler sep",
     "inertial": f"{PLACE_ATTRIBUTES} mass diaginertia fullinertia",
     "joint": "name class type axis pos ref range limited damping stiffness springref springdamper frictionloss armature "
-    "joint1 joint2 polycoef active",
+    "actuatorfrcrange actuatorfrclimited joint1 joint2 polycoef active",
     "freejoint": "name align",
     "geom": f"{PLACE_ATTRIBUTES} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
     "site": "name class pos fromto type size",
@@ -47,7 +67,8 @@ ATTRIBUTES = {
     "equality": "active",
     "connect": "name class active body1 body2 anchor site1 site2",
     "weld": "name class active body1 body2 anchor relpose site1 site2",
-    "key": "name qpos qvel",
+    "key": "name qpos qvel ctrl",
+    **dict.fromkeys(ACTUATORS, ACTUATOR_ATTRIBUTES),
 }
 """Used attributes of each element of MJCF: the import reads or reports them; "*" means all."""
 
@@ -55,7 +76,8 @@ TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
 
 CHILDREN = {
     "mujoco": "compiler default option worldbody equality keyframe asset actuator tendon sensor contact deformable",
-    "default": "default joint geom site mesh equality",
+    "default": " ".join(("default joint geom site mesh equality", *ACTUATORS)),
+    "actuator": " ".join(ACTUATORS),
     "option": "flag",
     "worldbody": TREE_ELEMENTS,
     "body": TREE_ELEMENTS,
@@ -77,7 +99,7 @@ URDF_ATTRIBUTES = {
     "parent": "link",
     "child": "link",
     "axis": "xyz",
-    "limit": "lower upper",
+    "limit": "lower upper effort",
     "mimic": "joint multiplier offset",
     "dynamics": "damping friction",
     "collision": "name",
@@ -105,6 +127,14 @@ URDF_CHILDREN = {
 BODY_GENERATORS = ("attach", "composite", "flexcomp")  # MJCF elements that generate bodies; these bodies are left out as well
 
 
+class NamedMotor(NamedTuple):
+    """Motor of a joint that a URDF names."""
+
+    joint: str
+    shown: str  # Name and line for messages
+    facts: str  # Interface and reduction for messages
+
+
 class Source(NamedTuple):
     """Text of a model for MuJoCo, and facts about the original text."""
 
@@ -113,6 +143,7 @@ class Source(NamedTuple):
     gives_gravity: bool  # False if MuJoCo's default gravity applies
     key_count: int  # Number of keyframes of the whole model
     loops: list[LoopJoint]  # Joints that close loops of a URDF or SDF
+    motors: list[NamedMotor]  # Motors that a URDF names
 
 
 def used_part(text: str, folder: Path | None) -> Source:
@@ -122,13 +153,13 @@ def used_part(text: str, folder: Path | None) -> Source:
     root = parse(bytes(content))
     if root.tag == "sdf":
         model = convert_sdf(root, notes)
-        return Source(model.text, notes, True, 0, model.loops)
+        return Source(model.text, notes, True, 0, model.loops, [])
     if root.tag not in ("mujoco", "robot"):
         raise InputError(f"the root of the model is <{root.tag}>", "<mujoco>, <robot> (URDF) or <sdf>", EXAMPLE)
     part = _UsedPart(content, is_urdf=root.tag == "robot")
     part.visit(root)
     gives_gravity = part.gives_gravity or not part.is_urdf
-    return Source(content.decode("utf-8"), notes + part.notes(), gives_gravity, part.key_count, part.loops)
+    return Source(content.decode("utf-8"), notes + part.notes(), gives_gravity, part.key_count, part.loops, part.motors[::-1])
 
 
 class _UsedPart:
@@ -143,6 +174,11 @@ class _UsedPart:
         self.unused = defaultdict[tuple[str, str], list[int]](list)
         self.lost: list[str] = []
         self.loops: list[LoopJoint] = []
+        self.motors: list[NamedMotor] = []
+        self.actuators: list[tuple[int, bool]] = []  # Start and whether each is read
+        self.joints: set[str] = set()  # Names of joints
+        self.first_key: Element | None = None
+        self.has_copies = False  # True if the model has <replicate>
 
     def visit(self, root: Element) -> None:
         stack = [(root, 1)]
@@ -156,14 +192,21 @@ class _UsedPart:
             if element.tag in ("body", "link"):
                 self.body_count += copies
             if element.tag == "replicate":
+                self.has_copies = True
                 copies *= _count(element)
             if max(self.body_count, copies) > BODIES_MAX:
                 raise InputError(f"the model has more than {BODIES_MAX} bodies", "fewer bodies", EXAMPLE)
+            if element.tag == "joint":
+                self.joints.add(element.attributes.get("name", ""))
             allowed = self.children.get(element.tag, "").split()
-            # the last element is visited first, so assets come after the geoms that use them
-            assets = [child for child in element.children if child.tag == "asset"]
-            for child in (*assets, *(child for child in reversed(element.children) if child.tag != "asset")):
-                if child.tag in allowed and not self._is_unused(child, element):
+            # the last element is visited first, so assets come after geoms, and actuators and keyframes after joints
+            order = ("keyframe", "actuator", "asset")
+            last = [child for tag in order for child in reversed(element.children) if child.tag == tag]
+            for child in (*last, *(child for child in reversed(element.children) if child.tag not in order)):
+                is_used = child.tag in allowed and not self._is_unused(child, element)
+                if element.tag == "actuator":
+                    self.actuators.append((child.start, is_used))
+                if is_used:
                     stack.append((child, copies))
                 else:
                     self._leave_out(child)
@@ -176,7 +219,14 @@ class _UsedPart:
         )
         if child.tag == "key":
             self.key_count += 1
-            return self.key_count > 1
+            if self.first_key is None:
+                self.first_key = child_of(parent, "key")
+                self._blank_inputs(self.first_key or child)
+            return child is not self.first_key
+        if parent.tag == "actuator":
+            joint = child.attributes.get("joint", child.attributes.get("jointinparent"))
+            # copies of joints in <replicate> have other names
+            return joint is None or (joint not in self.joints and not self.has_copies)
         if child.tag == "geom" and parent.tag != "default":
             kind, masses = child.attributes.get("type", ""), [child.attributes.get(name) for name in ("mass", "density")]
             weightless = given or "0" in masses
@@ -185,6 +235,24 @@ class _UsedPart:
             file = PurePath(child.attributes.get("file", "")).stem
             return child.attributes.get("name", file) not in self.meshes
         return child.tag == "collision" and given
+
+    def _blank_inputs(self, key: Element) -> None:
+        """Blank the inputs of actuators that are not read; all inputs if their number is not that of the actuators."""
+        read = [is_read for _, is_read in sorted(self.actuators)]
+        given = next((found for found in self._attributes(key) if found[1] == b"ctrl"), None)
+        if given is None or (read and all(read)):
+            return
+        start, values = key.start + given.start(2), list(re.finditer(rb"[^\s\"']+", given[2]))
+        if len(values) != len(read) or not any(read):
+            self._blank(key.start + given.start(), key.start + given.end())
+            self.lost.append(f"inputs of keyframe {key.shown} left out, because actuators are left out")
+            return
+        for value, is_read in zip(values, read, strict=True):
+            if not is_read:
+                self._blank(start + value.start(), start + value.end())
+
+    def _attributes(self, element: Element) -> Iterator[re.Match[bytes]]:
+        return ATTRIBUTE.finditer(bytes(self.content[element.start : element.inside]))
 
     def _leave_out(self, element: Element) -> None:
         self._blank(element.start, element.end)
@@ -196,6 +264,9 @@ class _UsedPart:
             return
         if not self.is_urdf:
             self.elements[element.tag].append(element)
+            return
+        if motors := _named_motors(element):
+            self.motors += motors[::-1]  # the last element is visited first
             return
         loops = loop_joints(element, self.lost)
         self.loops += loops
@@ -231,7 +302,7 @@ class _UsedPart:
         used = self.attributes.get(element.tag, "").split()
         if used == ["*"]:
             return
-        for found in ATTRIBUTE.finditer(bytes(self.content[element.start : element.inside])):
+        for found in self._attributes(element):
             name = found[1].decode()
             if name in used:
                 continue
@@ -254,6 +325,24 @@ class _UsedPart:
             where = listed([str(number) for number in dict.fromkeys(numbers)])
             lines.append(f"attribute '{name}' of {len(numbers)} <{tag}> left out (line {where})")
         return lines + self.lost
+
+
+def _named_motors(element: Element) -> list[NamedMotor]:
+    """Return the motors of joints in a `<transmission>` or `<ros2_control>` element; none in any other."""
+    found = []
+    if element.tag not in ("transmission", "ros2_control"):
+        return []
+    for joint in (part for part in element.children if part.tag == "joint" and part.attributes.get("name")):
+        parts = [joint, *(part for part in element.children if part.tag == "actuator")]
+        interfaces = [text_of(part, "hardwareInterface").rpartition("/")[2] for part in parts]
+        interfaces += [part.attributes.get("name", "") for part in joint.children if part.tag == "command_interface"]
+        if element.tag == "ros2_control" and not any(interfaces):
+            continue  # a joint that is only measured
+        reductions = [text_of(part, "mechanicalReduction") for part in parts]
+        facts = [("interface", interfaces), ("reduction", reductions)]
+        words = "".join(f"; {what} {next(filter(None, texts))[:SHOWN_LENGTH_MAX]}" for what, texts in facts if any(texts))
+        found.append(NamedMotor(joint.attributes["name"], f"<{element.tag}> {element.shown}", words))
+    return found
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:

@@ -13,6 +13,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.wear import Wear
 from scissordyn.units import short
 
+REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
+
 
 class Requirement(NamedTuple):
     """Limit of a wear result that must not be exceeded: deviation of a track, clearance of a joint, or depth of a bush."""
@@ -64,6 +66,23 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
         run[name] = ("requirement", values, {"units": "1", "long_name": text})
     run["limited_by"] = ("requirement", np.array(joints, dtype=object), {"long_name": "joint that limits the requirement"})
     return run.assign_coords(requirement=("requirement", np.array([need.text for need in listed], dtype=object)))
+
+
+def repetition(run: xr.Dataset) -> list[str]:
+    """Return the warnings of a wear result about cycles that do not repeat: more scatter than `change`, or a drift."""
+    texts = []
+    for name, scatter, drift in zip(run["joint"].values, run["cycle_scatter"].values, run["cycle_drift"].values, strict=True):
+        if scatter > REPEATED_SCATTER:
+            texts.append(
+                f"cycles do not repeat: the wear of joint '{name}' in a cycle scatters by {100.0 * scatter:.2g} % "
+                "(standard deviation); more members narrow the interval"
+            )
+        if drift:
+            texts.append(
+                f"cycles have not settled: the wear of joint '{name}' changes by {100.0 * drift:.2g} % within the averaged "
+                "cycles; let more periods settle"
+            )
+    return texts
 
 
 def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
-from statistics import NormalDist
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -28,9 +27,7 @@ from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
-from scissordyn.tolerance import CONFIDENCE_LEVEL, CONVERGENCE_TOL
-
-CONFIDENCE_FACTOR = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE_LEVEL)  # half the width of an interval, in standard errors
+from scissordyn.tolerance import CONVERGENCE_TOL
 
 
 def worn_joints(mechanism: Mechanism) -> list[str]:
@@ -58,22 +55,17 @@ class Loads(NamedTuple):
     deviation: np.ndarray  # (members, tracks) largest deviation [m]
     warnings: tuple[str, ...] = ()
 
-    @property
-    def spread(self) -> np.ndarray:
-        """Relative standard deviation of each joint's energy over the members, shape (joints,); 0 for one member."""
-        total = self.energy.sum(axis=-1)
-        mean = total.mean(axis=0)
-        if len(total) < 2:
-            return np.zeros(mean.shape)
-        return np.asarray(np.divide(total.std(axis=0, ddof=1), mean, out=np.zeros_like(mean), where=mean > 0.0))
+    def member(self, index: int) -> Self:
+        """Return the loads of one simulated cycle."""
+        one = slice(index, index + 1)
+        return type(self)(self.energy[one], self.moment[one], self.peak[one], self.deviation[one])
 
-    @property
-    def deviation_error(self) -> np.ndarray:
-        """Half width of the 95 % confidence interval of each track's mean deviation [m]; 0 for one member."""
-        members = len(self.deviation)
-        if members < 2:
-            return np.zeros(self.deviation.shape[1])
-        return np.asarray(CONFIDENCE_FACTOR * self.deviation.std(axis=0, ddof=1) / np.sqrt(members))
+    @classmethod
+    def joined(cls, parts: Iterable[Self]) -> Self:
+        """Join loads of several cycles into one object with a member per cycle."""
+        listed = list(parts)
+        energy, moment, peak, deviation = (np.concatenate([part[k] for part in listed]) for k in range(4))
+        return cls(energy, moment, peak, deviation, tuple(dict.fromkeys(text for part in listed for text in part.warnings)))
 
     def by_direction(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
         """Return friction energy [J] and mean force [N] of one joint by direction of the contact, averaged over the members.
@@ -144,23 +136,17 @@ class CycleRunner:
             assert clearance is not None
             mechanism = mechanism.with_clearance(name, dataclasses.replace(clearance, contour=tuple(contour.tolist())))
         if self.period is not None:
-            return self._joined(self._cycles(mechanism, 0))
+            return Loads.joined(self._cycles(mechanism, 0))
         members = range(self.settings.members)
         results = list(outcomes(None, partial(self._run, mechanism), members))
         for result in results:
             if result.error is not None:
                 raise result.error
         ordered = sorted(results, key=lambda result: result.task)
-        return self._joined(part for result in ordered if result.value is not None for part in result.value)
+        return Loads.joined(part for result in ordered if result.value is not None for part in result.value)
 
     def _run(self, mechanism: Mechanism, member: int) -> list[Loads]:
         return list(self._cycles(mechanism, member))
-
-    def _joined(self, parts: Iterable[Loads]) -> Loads:
-        """Join the loads of single cycles into one object with a member per cycle."""
-        listed = list(parts)
-        energy, moment, peak, deviation = (np.concatenate([part[k] for part in listed]) for k in range(4))
-        return Loads(energy, moment, peak, deviation, tuple(dict.fromkeys(text for part in listed for text in part.warnings)))
 
     def _cycles(self, mechanism: Mechanism, member: int) -> Iterator[Loads]:
         """Simulate from the start; yield the loads of each cycle after the settling cycles."""

@@ -55,6 +55,12 @@ class Bearing:
         new = contour[:, kernels.DEPTH].copy()
         return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
 
-    def depth_per_cycle(self, depths: np.ndarray, loads: Loads, joint: int) -> float:
-        """Return the largest wear depth of a single cycle [m]."""
-        return self.worn(depths, loads, joint, 1).deepened
+    def rate(self, depths: np.ndarray, loads: Loads, joint: int) -> np.ndarray:
+        """Return the depth that one cycle wears on a given contour at each angle, shape (angles,) [m]."""
+        energy, force = loads.by_direction(joint)
+        contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
+        done = kernels.wear_out(
+            *(contour, self.table, self.clearance, self.area, energy, force, places),
+            *(self.coefficient, 1, np.zeros((3, depths.size))),
+        )
+        return np.asarray((contour[:, kernels.DEPTH] - depths) / done)

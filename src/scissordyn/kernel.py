@@ -128,6 +128,11 @@ def vanishes(x: float) -> bool:
     return x == 0.0
 
 
+def equals(x: float, value: float) -> bool:
+    """Return True if x has a value and no derivatives, so that a formula for this value alone may replace the general one."""
+    return x == value
+
+
 def value_of(x: float) -> float:
     """Return the value of a dual number without its derivatives; a plain number is returned unchanged."""
     return x

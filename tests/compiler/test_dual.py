@@ -31,6 +31,9 @@ PRECISE.dps = 40
 STEP = PRECISE.mpf(10) ** -15
 
 
+PARAMETERS = 4  # Index of the parameters after the inputs, rates, states and context
+
+
 class Dual(ctypes.Structure):
     """Number with its derivatives, which a kernel returns."""
 
@@ -64,8 +67,8 @@ def with_derivatives(kernel: Callable[..., Dual], inputs: np.ndarray, row: np.nd
     """Results, the returned number last, and their derivatives."""
     numbers, parameters = np.zeros((4, 24, DERIVATIVES + 1)), np.zeros((row.size, DERIVATIVES + 1))
     numbers[..., 0], parameters[:, 0] = inputs, row
-    for k, place in enumerate(places):
-        numbers[place][1 + k] = 1.0
+    for k, (kind, place) in enumerate(places):
+        (parameters if kind == PARAMETERS else numbers[kind])[place, 1 + k] = 1.0
     out = np.zeros((25, DERIVATIVES + 1))
     out[24] = kernel(*(array.ctypes.data for array in (*numbers, parameters, out))).numbers[:]
     return out[:, 0], out[:, 1 : 1 + len(places)]
@@ -107,15 +110,16 @@ def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: li
     kernel = Recipe(precise(recipe.function), *recipe[1:3]).python()
 
     def results(place: tuple[int, int], change: Any) -> list[Any]:
-        numbers = [[PRECISE.mpf(float(number)) for number in line] for line in inputs]
+        numbers = [[PRECISE.mpf(float(number)) for number in line] for line in (*inputs, row)]
         numbers[place[0]][place[1]] += change
+        *numbers, parameters = numbers
         out = [PRECISE.mpf(0)] * 24
-        answer = kernel(*numbers, np.array([PRECISE.mpf(float(number)) for number in row]), out)
+        answer = kernel(*numbers, np.array(parameters), out)
         return [*out, answer if ANSWER in recipe.targets else PRECISE.mpf(0)]
 
     slopes = np.zeros((25, len(places)))
     for k, place in enumerate(places):
-        step = STEP * max(abs(inputs[place]), 1e-9)
+        step = STEP * max(abs(row[place[1]] if place[0] == PARAMETERS else inputs[place]), 1e-9)
         pairs = zip(results(place, step), results(place, -step), strict=True)
         slopes[:, k] = [float((PRECISE.mpf(high) - PRECISE.mpf(low)) / (2 * step)) for high, low in pairs]
     return slopes
@@ -145,6 +149,33 @@ def test_the_derivatives_of_an_element_are_exact(name: str, pointer: int, row: n
         worst = max(worst, float(np.max(np.abs(slopes - exact) / scale, initial=0.0)))
     assert compared > TRIALS // 3
     assert worst < (1e-11 if name in CANCELLING else 1e-12)
+
+
+APART = ("GasSpring", "TapeSpring", "Cam")
+"""Elements with parameters that are counts, and the gas spring, whose energy has a formula of its own at the exponent 1."""
+
+OF_PARAMETERS = [kernel for kernel in KERNELS if kernel[0].endswith(("force", "torque")) and not kernel[0].startswith(APART)]
+
+
+@pytest.mark.parametrize(("name", "pointer", "row"), OF_PARAMETERS, ids=[name for name, _, _ in OF_PARAMETERS])
+def test_the_derivatives_by_parameters_are_exact(name: str, pointer: int, row: np.ndarray) -> None:
+    """Cross-check: forces by up to 16 parameters as in 40 digits, also where a default value has a formula of its own."""
+    recipe, random = RECIPES[pointer], np.random.default_rng(1)
+    places = [(PARAMETERS, k) for k in range(min(row.size, DERIVATIVES)) if f"p[{k}]" in recipe.handed and row[k] != 0.0]
+    places += [(PARAMETERS, k) for k in ZERO_PARAMETERS.get(name, ())]
+    for _ in range(3):
+        inputs = random.uniform(-1, 1, (4, 24)) * 10.0 ** random.uniform(-6, -1)
+        inputs[0, 0] = abs(inputs[0, 0])
+        values, slopes = with_derivatives(elements()[recipe], inputs, row, places)
+        exact = exact_slopes(recipe, inputs, row, places)
+        sizes = np.array([max(abs(row[place]), 1e-9) for _, place in places])
+        scale = np.abs(exact) + np.abs(values)[:, None] / sizes + 1e-300
+        assert np.isfinite(values).all()
+        assert np.max(np.abs(slopes - exact) / scale, initial=0.0) < (1e-6 if name in CANCELLING else 1e-12)
+
+
+ZERO_PARAMETERS = {"Beam force": (3,), "feed-forward torque": (6,)}
+"""Parameters that are zero, without which a kernel leaves out a part, by kernel."""
 
 
 def all_functions(x, y):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
+from scissordyn.kernel import equals
 from scissordyn.laws.contact import Friction
 from scissordyn.laws.friction.bristle import DEFLECTION, PRESLIDING_SPEED, BristleStiffness, onset
 from scissordyn.laws.friction.coefficients import Coefficient, kinetic_limit
@@ -15,7 +16,7 @@ from scissordyn.units import Quantity
 def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffness, shape):
     """Return the tangential force [N] and z' [m/s], the rate of the bristle deflection."""
     rest = 1.0 - bristle_stiffness * bristle_deflection / kinetic * math.copysign(1.0, slip_speed)
-    rate = slip_speed * rest if shape == 1.0 else slip_speed * math.copysign(abs(rest) ** shape, rest)
+    rate = slip_speed * rest if equals(shape, 1.0) else slip_speed * math.copysign(abs(rest) ** shape, rest)
     return normal_force * bristle_stiffness * bristle_deflection, rate
 
 

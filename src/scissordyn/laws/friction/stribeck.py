@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import kernel
+from scissordyn.kernel import equals, kernel
 from scissordyn.laws.friction.coefficients import (
     Kinetic,
     RampSpeed,
@@ -24,7 +24,7 @@ def sliding_coefficient(v, kinetic, static, stribeck_speed, stribeck_exponent):
     """Return g(v), the friction coefficient of steady sliding without the viscous part."""
     s = abs(v) / stribeck_speed
     # multiplication for the exponent 2: pow costs more than the rest of the law
-    power = s * s if stribeck_exponent == 2.0 else s**stribeck_exponent
+    power = s * s if equals(stribeck_exponent, 2.0) else s**stribeck_exponent
     return kinetic + (static - kinetic) * math.exp(-power)
 
 

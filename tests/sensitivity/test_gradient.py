@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 
 import numpy as np
 import pytest
@@ -182,6 +183,13 @@ def test_the_part_of_a_run_in_which_a_gradient_holds() -> None:
 REFUSED = {
     "contact_count.*count": {"of": ["contact_count"]},
     "peak_bar_stress.*taken at samples": {"of": ["peak_bar_stress"]},
+    "is a requirement, whose verdict has no derivatives; expected its measure": {"of": ["Flores.peak_force < 3 kN"]},
+    "'peak_force' is given twice": {"of": ["peak_force", "peak_force"]},
+    "'gravity' is given twice": {"by": ["gravity", "gravity"]},
+    "unknown measure 'peak_forc'": {"of": ["peak_forc"]},
+    "no part 'B'": {"by": ["B.clearance"]},
+    "'Flores.friction' is not a number": {"by": ["Flores.friction"]},
+    "'peak_drive_torque' has no value in this run": {"of": ["peak_drive_torque"]},
     "no measure": {"of": []},
     "no parameter": {"by": []},
     "'gravity_direction' does not affect this run": {"by": ["gravity_direction"]},
@@ -199,6 +207,30 @@ def test_errors(message: str) -> None:
     with pytest.raises(sd.InputError, match=message) as refused:
         gradient(journals(), **options)
     assert "\n" not in str(refused.value)
+
+
+def test_a_count_is_refused() -> None:
+    """Contract: a number that cannot change by a small amount."""
+    arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))
+    with pytest.raises(sd.InputError, match=r"'drive\.strokes' is an integer") as refused:
+        gradient(arm, of=["drive_work"], by=["drive.strokes"], until=1e-3)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_run_whose_contacts_only_graze() -> None:
+    """Contract: a change of the speed with which a ball is thrown removes its only contact, unless the change is tiny."""
+    balls = journals()
+    body, speed = balls.bodies[0], math.sqrt(2.0 * 9.81 * CLEARANCE)
+    ball = dataclasses.replace(body, velocity=(0.0, speed * (1.0 + 1e-6)))
+    thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
+    wanted = {"of": ["first_contact"], "by": ["body.Flores.velocity.y"], "until": 0.0148, "start": "as-placed"}
+    with pytest.raises(sd.InputError, match=r"only grazes: a change of .*velocity\.y. by 0\.1 % may") as refused:
+        gradient(thrown, **wanted)
+    assert "\n" not in str(refused.value)
+    found = gradient(thrown, **wanted, change=1e-7)
+    onset = speed / 9.81 * (1.0 + 1e-6 - math.sqrt((1.0 + 1e-6) ** 2 - 1.0))
+    slope = -onset / (speed * (1.0 + 1e-6) - 9.81 * onset)
+    assert found["derivative"].item() == pytest.approx(slope, rel=1e-6)
 
 
 def test_hard_contact_is_refused() -> None:

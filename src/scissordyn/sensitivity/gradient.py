@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import time as clocks
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -13,6 +14,7 @@ import numpy as np
 
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.integrate.integration import RISE
 from scissordyn.kernel import PYTHON
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
@@ -37,10 +39,14 @@ EXPLICIT_METHODS = ("dop853", "dopri5")  # Methods whose steps can be repeated i
 
 
 class _Limit(NamedTuple):
-    """Instant until which a gradient is valid for a change of its parameter, and the reason, a key of `LIMIT_REASONS`."""
+    """Instant until which a gradient is valid for a change of its parameter, and the reason, a key of `LIMIT_REASONS`.
+
+    `change` is the relative change from which on all contacts of the run may be removed.
+    """
 
     time: float
     reason: str
+    change: float
 
 
 _Row = tuple[tuple[float, ...], tuple[bool, ...], _Limit]  # derivatives, whether they are smooth, and their limit
@@ -96,8 +102,9 @@ def gradient(
     Raises
     ------
     InputError
-        If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count, or if the
-        mechanism has a part without derivatives: hard contact, bars that bend, oil films, delayed control.
+        If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count or a verdict,
+        if the mechanism has a part without derivatives (hard contact, bars that bend, oil films, delayed control), or if all
+        contacts of the run only graze.
     ScissordynError
         If the run fails.
 
@@ -113,6 +120,10 @@ def gradient(
     if not 0.0 < change < 1.0:
         raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
     check_derivable(made, options)
+    for name, texts in (("of", of), ("by", by or ())):
+        for text in texts:
+            if list(texts).count(text) > 1:
+                raise InputError(f"{name}: '{text}' is given twice", "different names", f"{name}=['{text}']")
     responses = [_response(mechanism, text) for text in of]
     if not responses:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
@@ -128,6 +139,7 @@ def gradient(
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
         rows += _rows(run, mechanism, parameters[first : first + DERIVATIVES], responses, change)
     _check_known(responses, values)
+    _check_contacts(parameters, [row[2].change for row in rows], change)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
     slopes, smooth = (np.array([row[k] for row in rows]).T for k in range(2))
@@ -173,6 +185,8 @@ def check_derivable(made: Plan, options: Options) -> None:
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:
+    if verdict := re.match(r"\s*([^<>]+?)\s*[<>]", text):
+        raise InputError(f"'{text}' is a requirement, whose verdict has no derivatives", "its measure", f"of=['{verdict[1]}']")
     part, measure, _ = read_response(text)
     response = Response(measure, part)
     check_measure(response)
@@ -218,6 +232,17 @@ def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
             )
 
 
+def _check_contacts(parameters: Sequence[Parameter], changes: Sequence[float], change: float) -> None:
+    """Raise `InputError` if every contact of the run may be removed by a change of any parameter."""
+    if largest := max(changes) if max(changes) < change else 0.0:
+        path = parameters[changes.index(largest)].path
+        raise InputError(
+            f"every contact of this run only grazes: a change of '{path}' by {100.0 * change:g} % may remove it",
+            "faster contacts, or a smaller change",
+            f"change={0.5 * largest:.1g}",
+        )
+
+
 def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Limit:
     """Return the first event at which a change of the parameter moves a journal too far or may remove a contact.
 
@@ -225,15 +250,19 @@ def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Li
     """
     log, slope = run.driver.log, run.log[..., parameter]
     clearance = run.driver.system.content.parameters.contact["clearance"]
-    for row, by in zip(log, slope, strict=True):
+    later = log["time"] > 0.0
+    log, slope = log[later], slope[later]
+    with np.errstate(divide="ignore"):
+        removing = np.abs(log["rate"]) / np.abs(slope[:, 3])
+    onsets = removing[log["mode"] == RISE]
+    largest = float(np.max(onsets)) if onsets.size else math.inf
+    for row, by, least in zip(log, slope, removing.tolist(), strict=True):
         guard, time = int(row["guard"]), float(row["time"])
-        if time == 0.0:
-            continue
         if guard < clearance.size and abs(row["rate"] * by[0]) * change > far * clearance[guard]:
-            return _Limit(time, "far")
-        if abs(by[3]) * change > abs(row["rate"]):
-            return _Limit(time, "grazing")
-    return _Limit(run.driver.time, "")
+            return _Limit(time, "far", largest)
+        if least < change:
+            return _Limit(time, "grazing", largest)
+    return _Limit(run.driver.time, "", largest)
 
 
 def _dataset(

@@ -154,7 +154,7 @@ def test_envelope(run, unit):
     diagram = diagram_of(run, unit, "bending moment")
     np.testing.assert_array_equal(diagram.envelope().values, [diagram.values.max(axis=0), diagram.values.min(axis=0)])
     drawn = sd.plot.bending(run, unit, envelope=True)
-    assert f"{abs(diagram.most()[0]):.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
+    assert f"{abs(diagram.largest_value()[0]):.3g} N·m" in drawn[0].get_title(loc="left").replace("-", "")
 
 
 def test_rings_of_diagrams_show_contact(unit):

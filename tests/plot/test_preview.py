@@ -22,7 +22,7 @@ from scissordyn.explore.drag import Drag
 from scissordyn.kinematics.transmission import dyads
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.plot.animation_scene import ring_size, scene_of, upright
+from scissordyn.plot.animation_scene import ring_size, scene_of, upright_turns
 from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import PLACING, name_offsets
@@ -154,7 +154,7 @@ def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: 
     sd.write_case(crank, tmp_path / "fast.toml", run=sd.Options(until=10.0))
     assert status_of(["preview", str(tmp_path / "fast.toml")]) == 0
     answer = " ".join(capsys.readouterr().out.split())
-    assert "bodies rotate by up to 7.2 deg between two instants, so that extremes are missed" in answer
+    assert "bodies rotate by up to 7.2 deg between two instants, so that peaks are missed" in answer
 
 
 def test_transmission_angle_of_a_slider_crank() -> None:
@@ -281,9 +281,9 @@ def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
 
 def test_oblique_gravity_turns_nothing(lift: Mechanism) -> None:
     """Limit: a picture is rotated by multiples of 90 degrees only, and not without gravity."""
-    assert upright(lift) == 1
-    assert upright(dataclasses.replace(lift, gravity_direction=math.radians(200.0))) == 0
-    assert upright(dataclasses.replace(lift, gravity=0.0)) == 0
+    assert upright_turns(lift) == 1
+    assert upright_turns(dataclasses.replace(lift, gravity_direction=math.radians(200.0))) == 0
+    assert upright_turns(dataclasses.replace(lift, gravity=0.0)) == 0
 
 
 def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
@@ -351,7 +351,7 @@ def test_names_of_a_film_keep_off_lines() -> None:
     fixed = np.zeros((60, 2))
     joints, names = np.stack([crank, end], axis=1), ["crank pin", "slider pin"]
     lines = [np.stack([fixed, crank], axis=1), np.stack([crank, end], axis=1)]
-    every = name_offsets(names, joints, lines, fixed[:, None], (np.array([-0.4, -0.3]), np.array([0.8, 0.4])), looks=60)
+    every = name_offsets(names, joints, lines, fixed[:, None], (np.array([-0.4, -0.3]), np.array([0.8, 0.4])), instants=60)
     half = 0.5 * np.array([[PLACING.letter_width * len(name), PLACING.line_height] for name in names])
     hidden = 0
     for frame, found in enumerate(every):
@@ -381,7 +381,7 @@ def test_names_of_crowded_joints() -> None:
     region = np.array([-2.0, -0.5]), np.array([2.0, 9.5])
     half = 0.5 * np.array([PLACING.letter_width * 12, PLACING.line_height])
     for longer in (200.0, 340.0):
-        every = name_offsets(names, joints, [joints], np.empty((24, 0, 2)), region, longer=longer, looks=24)
+        every = name_offsets(names, joints, [joints], np.empty((24, 0, 2)), region, longer=longer, instants=24)
         for places, found in zip(longer / 10.0 * joints, every, strict=True):
             apart = np.abs(places + found - (places + found)[:, None])
             assert not np.any(np.all(apart < 2.0 * half, axis=2) & ~np.eye(6, dtype=bool))
@@ -391,8 +391,8 @@ def test_names_of_a_still_film() -> None:
     """Limit: without motion names do not move, for any number of instants up to the number of frames."""
     joints = np.tile([[[0.0, 0.0], [0.3, 0.1]]], (40, 1, 1))
     region = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
-    for looks, count in ((5, 5), (40, 40), (90, 40)):
-        found = name_offsets(["A", "B"], joints, [joints], np.empty((40, 0, 2)), region, looks=looks)
+    for instants, count in ((5, 5), (40, 40), (90, 40)):
+        found = name_offsets(["A", "B"], joints, [joints], np.empty((40, 0, 2)), region, instants=instants)
         assert found.shape == (count, 2, 2)
         assert np.all(found == found[0])
 
@@ -412,7 +412,7 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
     joints = np.stack([np.stack([k * gap, 0.0 * gap], axis=1) for k in range(3)], axis=1)
     region = np.array([-0.05, -0.5]), np.array([2.2, 0.5])
     every = name_offsets(
-        ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"], joints, [joints], np.empty((30, 0, 2)), region, looks=30
+        ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"], joints, [joints], np.empty((30, 0, 2)), region, instants=30
     )
     scale, half = PLACING.region / 2.25, 0.5 * np.array([PLACING.letter_width * 12, PLACING.line_height])
     for places, found in zip(scale * joints, every, strict=True):

@@ -26,6 +26,7 @@ PICTURE_ENDINGS = (".png", ".svg", ".pdf", ".jpg", ".jpeg")
 ROWS_MAX = 20  # [rows] largest number in a table of joints, contacts or differences
 PLAIN_COLUMNS = 100  # [characters] width of the output without a terminal
 
+# Styles of columns of tables, as arguments of rich's `add_column`
 COLUMN_STYLES: dict[str, dict[str, Any]] = {
     "name": {"no_wrap": True},  # so that it can be copied
     "text": {"overflow": "fold"},

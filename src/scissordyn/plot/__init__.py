@@ -28,6 +28,7 @@ __all__ = [
     "track",
 ]
 
+# Module of each public function
 _HOMES = {
     **dict.fromkeys(("film", "force", "orbit"), "joint"),
     **dict.fromkeys(("comparison", "energy", "response", "torque", "track"), "over_time"),

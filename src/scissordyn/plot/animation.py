@@ -139,6 +139,7 @@ def film_title(path: Path, scene: Scene) -> str:
 
 
 def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
+    """Return the number of joints to magnify, all journal joints with the chosen ones first, and the guides to magnify."""
     pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
     chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
     others = [name for name in clearance_joints(pins) if name not in chosen]
@@ -172,7 +173,7 @@ class Film:
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
         longer = self.drawing.fit_sizes()
-        self.asides = scene.name_offsets(len(joints), region=region, longer=longer, looks=len(scene.time))
+        self.asides = scene.name_offsets(len(joints), region=region, longer=longer, instants=len(scene.time))
         self.show(0)
 
     def show(self, frame: int) -> None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
-SQUARE, BAND = 1.5, 0.55  # Half the side of a payload, and half the width of a panel, as multiples of that size
+PAYLOAD_HALF_SIDE, PANEL_HALF_WIDTH = 1.5, 0.55  # [sizes of loads in `load_shapes`] half the dimensions of drawn loads
 
 
 Corners = tuple[np.ndarray, np.ndarray]  # Lower left and upper right corner [m]
@@ -48,7 +48,7 @@ class Shape:
 
     @property
     def places(self) -> np.ndarray:
-        """Points of each part, shape (frames, parts, points, 2) [m]."""
+        """Points of each part of a bending bar, shape (frames, parts, points, 2) [m]."""
         spans = self.points.reshape(len(self.points), -1, AXIS_POINTS, 2)
         per_span = len(self.parts) // spans.shape[1]
         step = (AXIS_POINTS - 1) // per_span
@@ -92,6 +92,8 @@ class Channel:
 
 @dataclass(frozen=True)
 class Scene:
+    """Contents of a picture or film at each frame, in the coordinates of the picture, in which gravity points downwards."""
+
     time: np.ndarray  # (frames,) [s]
     scale: Scale  # Unit in which times are shown
     shapes: tuple[Shape, ...]
@@ -126,10 +128,10 @@ class Scene:
         *,
         region: np.ndarray | Corners | None = None,
         longer: float = PLACING.region,
-        looks: int = PLACING.film_instants,
+        instants: int = PLACING.film_instants,
         alone: bool = False,
     ) -> np.ndarray:
-        """Return the offsets of the names of magnified joints, as `label.asides` computes them.
+        """Return the offsets of the names of magnified joints, as `label.name_offsets` computes them.
 
         Shapes: `region` (2, 2) [m]; returns (instants, magnified, 2) [pt].
         """
@@ -143,7 +145,7 @@ class Scene:
         others = np.concatenate([self.pins, *(joint.place[:, None] for joint in self.magnified[len(named) :])], axis=1)
         low, high = (self.low, self.high) if region is None else region
         names = [joint.name for joint in named]
-        return name_offsets(names, places, lines, others, (low, high), longer=longer, looks=looks, alone=alone)
+        return name_offsets(names, places, lines, others, (low, high), longer=longer, instants=instants, alone=alone)
 
 
 def _component_shapes(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
@@ -194,7 +196,7 @@ def scene_of(
     diagrams = known_diagrams(run, mechanism)
     if on_bars is not None and not diagrams:
         raise InputError(f"{on_bars}: the run has no bending bars", "a run of this mechanism")
-    placement = Placement.at(mechanism, run, frames, turns=upright(mechanism))
+    placement = Placement.at(mechanism, run, frames, turns=upright_turns(mechanism))
     bodies = outlines(placement)
     low, high = picture_corners(placement, bodies)
     size = float(np.max(high - low))
@@ -255,14 +257,16 @@ def _body_shapes(mechanism: Mechanism, placement: Placement, outlines: list[np.n
 
 def load_shapes(mechanism: Mechanism, placement: Placement, size: float) -> list[Shape]:
     """Return the shapes of the panels and payloads that `with_panels` and `with_payload` added to a mechanism."""
-    square = placement.vectors(SQUARE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+    square = placement.vectors(PAYLOAD_HALF_SIDE * size * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
     shapes = []
     for body in mechanism.bodies:
         for first, last in panel_ends(body):
             ends = placement.points(body.name, np.array([body.points[first], body.points[last]], float))
             start, end = ends[:, 0], ends[:, 1]
             along = end - start
-            aside = BAND * size * np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+            aside = (
+                PANEL_HALF_WIDTH * size * np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+            )
             corners = np.stack([start - aside, end - aside, end + aside, start + aside], axis=1)
             shapes.append(Shape(first.replace(" start", ""), "panel", corners))
         masses = dict(zip(payload_points(body), body.payloads, strict=False))  # a point that a user named so has no mass
@@ -346,7 +350,7 @@ def guides_for_contacts(mechanism: Mechanism, names: Iterable[str]) -> list[str]
 def _channel(
     run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, guide: str, *, between: bool
 ) -> Channel:
-    """Return the channel of a guide in each frame."""
+    """Return the magnified view of a clearance guide in each frame."""
     half_length = 1.3  # half the length of the drawn block
     described = mechanism.guide(guide)
     gap = described.clearance
@@ -420,7 +424,7 @@ def ring_size(joints: np.ndarray, scale: float, largest: float) -> float:
     return float(np.clip(free_fraction * scale * nearest, smallest, largest))
 
 
-def upright(mechanism: Mechanism) -> int:
+def upright_turns(mechanism: Mechanism) -> int:
     """Return the number of counter-clockwise quarter turns that make gravity point downwards.
 
     Return 0 without gravity, or if gravity is oblique.

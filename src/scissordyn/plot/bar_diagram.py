@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-COLOURS = "viridis"
-"""Perceptually uniform colour map, also with colour blindness, as in all pictures."""
+DIAGRAM_MAP = "viridis"
+"""Name of the colour map of stress and utilisation; it is perceptually uniform, also with colour blindness."""
 
 
 @dataclass(frozen=True)
-class Quantity:
+class DiagramQuantity:
     unit: str
     first: str  # Variable of the run with the values at the start of each part
     last: str  # Variable of the run with the values at the end of each part
@@ -38,11 +38,13 @@ class Quantity:
 
 MOMENT, AXIAL = "bending moment", "axial force"
 
-QUANTITIES: Mapping[str, Quantity] = {
-    MOMENT: Quantity("N m", "beam_start_moment", "beam_end_moment", BLUE),
-    AXIAL: Quantity("N", "beam_start_axial_force", "beam_end_axial_force", VERMILION, whole="beam_axial_force"),
-    "stress": Quantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
-    "utilisation": Quantity("1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")),
+QUANTITIES: Mapping[str, DiagramQuantity] = {
+    MOMENT: DiagramQuantity("N m", "beam_start_moment", "beam_end_moment", BLUE),
+    AXIAL: DiagramQuantity("N", "beam_start_axial_force", "beam_end_axial_force", VERMILION, whole="beam_axial_force"),
+    "stress": DiagramQuantity("Pa", "beam_stress", "beam_stress", needs=("youngs_modulus", "depth")),
+    "utilisation": DiagramQuantity(
+        "1", "beam_utilisation", "beam_utilisation", needs=("youngs_modulus", "depth", "yield_strength")
+    ),
 }
 """Quantities that can be drawn on bars. Stress and utilisation are the largest values of the extreme fibre in each part."""
 
@@ -81,7 +83,7 @@ class Diagram:
         """Return a diagram of two samples: the largest and the smallest value at each place over all samples."""
         return dataclasses.replace(self, values=np.stack([self.values.max(axis=0), self.values.min(axis=0)]))
 
-    def most(self) -> tuple[float, str]:
+    def largest_value(self) -> tuple[float, str]:
         """Return the value of largest magnitude, and the name of its part."""
         at = np.unravel_index(int(np.argmax(np.abs(self.values))), self.values.shape)
         return float(self.values[at]), self.parts[at[1]]
@@ -194,7 +196,7 @@ def colour_bar(axes: list[Axes], diagram: Diagram) -> None:
     figure = axes[0].get_figure(root=True)
     assert figure is not None
     factor = diagram.scale.factor
-    mapped = ScalarMappable(Normalize(0.0, factor * diagram.largest), COLOURS)
+    mapped = ScalarMappable(Normalize(0.0, factor * diagram.largest), DIAGRAM_MAP)
     bar = figure.colorbar(mapped, ax=axes, pad=0.02, aspect=18.0, shrink=0.9)
     bar.set_label(diagram.label, fontsize=small())
     bar.ax.tick_params(labelsize=small())

@@ -14,7 +14,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Channel, Scene, scale_in_words, scene_of
-from scissordyn.plot.bar_diagram import COLOURS, QUANTITIES, Diagram
+from scissordyn.plot.bar_diagram import DIAGRAM_MAP, QUANTITIES, Diagram
 from scissordyn.plot.label import PLACING
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
@@ -39,10 +39,12 @@ def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = SIZES.frames_
 
 
 def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = SIZES.frames_max) -> str:
+    """Return the scene of a run, with at most `frames` samples, as JSON for the canvas of a browser."""
     return pack_scene(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
 def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SIZES.film_duration) -> str:
+    """Return a scene as JSON for the canvas of a browser; it plays in `seconds`."""
     most_names = 6  # with more joints only the chosen one shows its name, as in canvas.js
     largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > most_names
     data = {
@@ -70,7 +72,7 @@ def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = ""
         ],
         # a click on a channel shows the curves of the corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.name_offsets(looks=1 if alone else PLACING.film_instants, alone=alone), 1).tolist(),
+        "asides": np.round(scene.name_offsets(instants=1 if alone else PLACING.film_instants, alone=alone), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,
@@ -99,7 +101,7 @@ def declared_positions(mechanism: Mechanism) -> xr.Dataset:
 
 
 def declared_scene(mechanism: Mechanism) -> str:
-    """Return the packed scene of a mechanism as declared, with ideal joints; it is available before anything is computed."""
+    """Return the scene of a mechanism at its declared position, with ideal joints, as JSON; nothing is computed for it."""
     ideal = mechanism.ideal()
     return pack_run(declared_positions(ideal), ideal, note="as declared; its motion follows")
 
@@ -118,7 +120,7 @@ def _diagram(diagram: Diagram) -> dict[str, Any]:
     from matplotlib import colormaps
     from matplotlib.colors import to_hex
 
-    tone, colours = QUANTITIES[diagram.quantity].tone, colormaps[COLOURS]
+    tone, colours = QUANTITIES[diagram.quantity].tone, colormaps[DIAGRAM_MAP]
     return {
         "quantity": diagram.quantity,
         "label": diagram.label,
@@ -140,6 +142,7 @@ def _channel(channel: Channel, joint: str) -> dict[str, Any]:
     }
 
 
+# Page of a film with its player; `page` fills it
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>

@@ -41,7 +41,7 @@ def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> Conta
 
 
 def insert_points(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Insert points into a sampled curve.
+    """Insert points with the instants `when` and the values `also` into a sampled curve.
 
     Shapes: `time, values` (samples,), `when, also` (points,).
     """

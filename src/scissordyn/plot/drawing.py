@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from matplotlib.patheffects import Normal, Stroke
 
 from scissordyn.plot.animation_scene import Channel, ClearanceJoint, Corners, Scene, Shape, ring_size
-from scissordyn.plot.bar_diagram import COLOURS, QUANTITIES, Diagram, ordinate_edges
+from scissordyn.plot.bar_diagram import DIAGRAM_MAP, QUANTITIES, Diagram, ordinate_edges
 from scissordyn.plot.label import Label
 from scissordyn.plot.style import (
     BLACK,
@@ -152,7 +152,7 @@ class _BarDiagram:
         axes.add_collection(self.lines)
         axes.add_collection(self.areas)
         if self.diagram.coloured:
-            self.lines.set(cmap=COLOURS, norm=Normalize(0.0, self.diagram.largest))
+            self.lines.set(cmap=DIAGRAM_MAP, norm=Normalize(0.0, self.diagram.largest))
         else:
             tone = QUANTITIES[self.diagram.quantity].tone
             self.lines.set_color(tone)

@@ -106,7 +106,7 @@ def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, ti
     contacts = contact_times(run, joint, normal=oiled)
     curves: list[tuple[xr.DataArray, dict[str, Any]]] = [(force_curve(run, joint), {"color": BLUE, "label": "force"})]
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
-        curves.append((_size(ideal["reaction"].sel(joint=joint)), IDEAL | {"label": "ideal reaction"}))
+        curves.append((_magnitude(ideal["reaction"].sel(joint=joint)), IDEAL | {"label": "ideal reaction"}))
     if oiled:
         curves.append((force_curve(run, joint, normal=True), {"color": GREEN, "label": "normal force of the metal"}))
     scale = engineering("N", contacts.peak, *(curve.values for curve, _ in curves))
@@ -146,7 +146,7 @@ def _name_peak(axes: Axes, contacts: ContactTimes, time: Scale, scale: Scale) ->
     )
 
 
-def _size(vector: xr.DataArray) -> xr.DataArray:
+def _magnitude(vector: xr.DataArray) -> xr.DataArray:
     sizes: xr.DataArray = xr.apply_ufunc(np.hypot, vector.sel(axis="x"), vector.sel(axis="y"), keep_attrs=True)
     return sizes
 
@@ -338,7 +338,7 @@ def film(
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
     draw_curves(drawn[1], "largest pressure", [(here["film_pressure"], {"color": BLUE})], time)
-    draw_curves(drawn[2], "force of the film", [(_size(here["film_force"]), {"color": BLUE})], time)
+    draw_curves(drawn[2], "force of the film", [(_magnitude(here["film_force"]), {"color": BLUE})], time)
     finish_time_axes(drawn, run, time)
     drawn[0].set_yscale("log")
     number_decades(drawn[0].yaxis)

@@ -26,10 +26,10 @@ class Placing(NamedTuple):
     leader_min: float = 13.0  # [pt] a name of a still farther from its joint gets a leader line
     joint_margin: float = 6.5  # [pt] radius around each joint that names should leave free
     point_spacing: float = 4.0  # [pt] distance of the points that represent lines
-    difference_min: float = 4.0  # [pt] of a name's distances to its own and to other joints, and of leaders to other joints
-    film_instants: int = 9  # [instants] considered when all names of a film are placed together
-    covered_penalty: float = 1e4  # [-] of each covered name
-    misleading_penalty: float = 25.0  # [-] of a name that seems to belong to another joint
+    difference_min: float = 4.0  # [pt] by which a name should be nearer to its own joint than to any other joint
+    film_instants: int = 9  # [instants] number at which the names of a film are placed
+    covered_penalty: float = 1e4  # [-] penalty of a place for each name that it covers
+    misleading_penalty: float = 25.0  # [-] penalty of a place at which a name seems to belong to another joint
 
 
 PLACING = Placing()
@@ -139,7 +139,7 @@ def name_offsets(
     region: tuple[np.ndarray, np.ndarray],
     *,
     longer: float = PLACING.region,
-    looks: int = PLACING.film_instants,
+    instants: int = PLACING.film_instants,
     alone: bool = False,
 ) -> np.ndarray:
     """Return the offsets of names from their joints at instants that are equally spaced over a film.
@@ -152,7 +152,7 @@ def name_offsets(
     jump = 3.0  # penalty of a name's change of place, per instant
     moving_weight = 0.5  # penalty of the distance to the joint [1/pt]
     free_margin = 2.0  # around each name [pt]
-    chosen = np.linspace(0, len(joints) - 1, min(looks, len(joints))).round().astype(int)
+    chosen = np.linspace(0, len(joints) - 1, min(instants, len(joints))).round().astype(int)
     scale = longer / float(np.max(region[1] - region[0]))
     places = scale * np.concatenate([joints, others], axis=1)[chosen]
     ink = [sample_lines([scale * line[min(look, len(line) - 1)] for line in lines], PLACING.point_spacing) for look in chosen]
@@ -252,7 +252,7 @@ def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray
 
 
 def sample_lines(lines: Sequence[np.ndarray], step: float) -> np.ndarray:
-    """Return points along lines at about the given spacing."""
+    """Return points along lines, at a spacing of about `step`."""
     start = np.concatenate([np.empty((0, 2)), *(line[:-1] for line in lines)])
     along = np.concatenate([start[:0], *(line[1:] for line in lines)]) - start
     count = np.maximum(1, (np.hypot(*along.T) / step).astype(int))

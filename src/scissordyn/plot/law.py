@@ -40,13 +40,13 @@ DEFAULT_JOINT = JointContact(clearance=0.5e-3, journal_radius=10e-3, length=15e-
 """Default joint: that of `Clearance` with c = 0.5 mm."""
 
 OSCILLATION = 2e-6, 5.0
-"""Amplitude [m] and frequency [Hz] of an oscillation with sticking and sliding: a few bristle lengths, up to 63 um/s."""
+"""Amplitude [m] and frequency [Hz] of the slip in pictures of friction laws: a few bristle lengths, up to 63 um/s."""
 
 SLIP_SPEEDS = np.logspace(-6, 0, 400)  # Slip speeds of the steady sliding curve [m/s]
 
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.5)))
-"""Line styles distinguish the laws when the colours repeat."""
+"""Line styles that distinguish laws of the same colour in a gallery."""
 
 
 def draw_law(
@@ -112,7 +112,7 @@ def _line_style(index: int) -> dict[str, Any]:
     return {"color": COLOURS[index % len(COLOURS)], "linestyle": DASHES[index // len(COLOURS) % len(DASHES)]}
 
 
-def _soft_law(law: type[Any], restitution: float) -> Any:
+def _law_with_restitution(law: type[Any], restitution: float) -> Any:
     return law(restitution=restitution) if any(field.name == "restitution" for field in fields(law)) else law()
 
 
@@ -126,7 +126,7 @@ def draw_gallery(
     elastic, damping, friction = panels(axes, 3, size=(7.2, 9.6), share=False)
     for panel, pairs in (
         (elastic, [(name, law(), Flores()) for name, law in ELASTIC.items()]),
-        (damping, [(name, Liu(), _soft_law(law, restitution)) for name, law in DAMPING.items()]),
+        (damping, [(name, Liu(), _law_with_restitution(law, restitution)) for name, law in DAMPING.items()]),
     ):
         # a much softer elastic law would squeeze the other curves against the axis
         histories = [(name, impact(spring, damper, joint, mass=mass, speed=speed)) for name, spring, damper in pairs]

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-DEFAULT_BODY = "unit 1/bar 2"
+DEFAULT_BODY = "unit 1/bar 2"  # Body whose rotation is drawn if the mechanism has it: coupler of the first scissor unit
 
 SLIDER = {"position": "slider_position", "velocity": "slider_velocity", "acceleration": "slider_acceleration"}
 ROTATION = {name: name.replace(" ", "_") for name in ("angle", "angular velocity", "angular acceleration")}
@@ -82,18 +82,18 @@ ENERGIES = (
     ),
     ("residual", (("energy_residual", "residual of the balance", BLACK),)),
 )
-"""Panels from top to bottom; quantities of different magnitude have separate scales."""
+"""Panels of the energy picture from top to bottom: name, and variable, label and colour of each curve."""
 
 ALWAYS_DRAWN = ("kinetic_energy", "potential_energy", "elastic_energy", "dissipated_energy", "energy_residual")
 """Energies that are always drawn; the others are drawn only if they are not zero throughout."""
 
-NON_CONTACT_LOSSES = ("damper_loss", "switching_loss")
+NON_CONTACT_LOSSES = ("damper_loss", "switching_loss")  # Losses with which the panel "contacts" is called "losses"
 
 
 SECOND_RUN_STYLE: dict[str, Any] = {"color": VERMILION, "linewidth": LINE_WIDTH, "linestyle": (0, (5, 1.5)), "zorder": 3.0}
 """Style of the second run: dashed and on top, so that both runs are visible where they agree."""
 
-WORKS = ("drive_work", "motor_work", "load_work")
+WORKS = ("drive_work", "motor_work", "load_work")  # Variables whose sum is the work that `comparison` draws
 
 
 @picture("Six Axes, row by row, slider at the left; three for a mechanism without a slider.")
@@ -330,7 +330,10 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
         if all(variable in run and np.any(run[variable].values) for run in runs):
             yield name, [run[variable] for run in runs]
     if all(set(WORKS) <= set(run.variables) and any(np.any(run[name].values) for name in WORKS) for run in runs):
-        yield "work", [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs]
+        yield (
+            "work",
+            [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs],
+        )
 
 
 def _common_names(names: Sequence[Sequence[str]]) -> list[str]:

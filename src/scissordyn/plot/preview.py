@@ -16,7 +16,7 @@ from scissordyn.components.place import GROUND
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
-from scissordyn.plot.animation_scene import scene_of, upright
+from scissordyn.plot.animation_scene import scene_of, upright_turns
 from scissordyn.plot.drawing import Drawing
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
@@ -61,7 +61,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     span = scene.high - scene.low
     aside = np.maximum(margin * np.max(span), 0.5 * (least_ratio * np.max(span) - span))
     region = low, high = scene.low - aside, scene.high + aside
-    placed = Placement.at(mechanism, run, [0], turns=upright(mechanism))
+    placed = Placement.at(mechanism, run, [0], turns=upright_turns(mechanism))
     shared = _shared_clearance(mechanism)
     # the name of a component at a point is written at that point, even if its symbol ends outside the picture
     acting: dict[str, Any] = {part.name: part for part in mechanism.components if hasattr(part, "point")}

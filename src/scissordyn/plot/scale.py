@@ -14,8 +14,8 @@ from scissordyn.numeral import PREFIXES, numerals, prefix
 if TYPE_CHECKING:
     import xarray as xr
 
-PREFIXED = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
-"""Smallest and largest power of ten of the prefixes of each unit that takes one."""
+PREFIX_POWERS = {"m": (-9, 0), "s": (-9, 0), "N": (-12, 9), "N m": (-12, 9), "J": (-12, 9), "W": (-12, 9), "Pa": (0, 9)}
+"""Smallest and largest power of ten among the prefixes of each unit; other units have no prefix."""
 
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -59,8 +59,8 @@ def engineering(unit: str, *values: ArrayLike) -> Scale:
     parts = [np.abs(np.asarray(part, float)) for part in values]
     largest = max((float(np.max(part, initial=0.0, where=np.isfinite(part))) for part in parts), default=0.0)
     shown = "" if unit == "1" else _printed(unit)
-    if unit in PREFIXED:
-        power = prefix(largest, *PREFIXED[unit], from_tenth=unit in ("m", "s"))
+    if unit in PREFIX_POWERS:
+        power = prefix(largest, *PREFIX_POWERS[unit], from_tenth=unit in ("m", "s"))
         return Scale(10.0**-power, PREFIXES[power] + shown)
     size = math.log10(largest) + 1e-9 if largest > 0.0 else 0.0
     if -3.0 <= size < 4.0:

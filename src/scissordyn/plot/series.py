@@ -26,7 +26,7 @@ from scissordyn.plot.style import (
     use_minus_signs,
     wrap_text,
 )
-from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, some_clearance_joints
+from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, require_clearance_joints
 from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 
 Joints: TypeAlias = "str | Sequence[str] | None"  # One joint, several, or None for the picture's own choice
 
-BEYOND_HORIZON = "beyond predictability horizon"
+BEYOND_HORIZON = "beyond predictability horizon"  # Legend text of what is drawn pale or on a grey ground
 
 
 COMMON_PARAMETERS = {
     "run": "run : Dataset",
     "ideal": "ideal : Dataset, optional\n    The run of the ideal mechanism, drawn dashed.",
-    "mechanism": "mechanism : Mechanism, optional\n    The one that was run; the one that the run holds if not given.",
-    "joint": "joint : str or sequence of str, optional\n    One joint or several; those with the largest forces if not given.",
-    "start": "start, end : float, optional\n    Part of the run to draw [s]; the whole run if not given.",
-    "axes": "axes : Axes or iterable of Axes, optional\n    {} A new figure if not given.",
+    "mechanism": "mechanism : Mechanism, optional\n    Mechanism of the run; by default the one stored in the run.",
+    "joint": "joint : str or sequence of str, optional\n    Joints to draw; by default those with the largest forces.",
+    "start": "start, end : float, optional\n    Start and end of the drawn part of the run [s]; by default the whole run.",
+    "axes": "axes : Axes or iterable of Axes, optional\n    {} By default on a new figure.",
 }
-"""Descriptions of common parameters, for pictures that do not describe them."""
+"""Descriptions of parameters that several plot functions have, for those whose docstring does not describe them."""
 
 DOC_SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
 DOC_ENTRY = re.compile(r"(?m)^(?=\w)")
@@ -109,7 +109,7 @@ def names_of(joint: str | Sequence[str]) -> list[str]:
 
 def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
     """Return the clearance joints to draw, in order: the named ones, or the `LISTED_MAX` with the largest forces."""
-    names = some_clearance_joints(run)
+    names = require_clearance_joints(run)
     if joint is not None:
         for name in names_of(joint):
             if name not in names:

@@ -305,7 +305,7 @@ def bending(
         drawings[-1].show(0, diagram)
         if diagram.coloured:
             colour_bar([axes], diagram)
-        most, where = diagram.most()
+        most, where = diagram.largest_value()
         caption = f"{diagram.quantity}, {title}: {signed(diagram.scale.with_unit(most, 3))} in {where}"
         axes.set_title(wrap_text(caption, min(figure_width(), 5.5) - 1.0, small()), loc="left", fontsize=small())
     figure = figure_of(drawn)

@@ -15,14 +15,13 @@ from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY,
 if TYPE_CHECKING:
     import xarray as xr
 
-COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)
+COLORS = (BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE)  # Colours of the curves in a panel; further curves are left out
 
 
 SINGULAR_LINE_STYLES = {"change point": (0, (5, 2)), "near change point": (0, (1, 2)), "locking position": "solid"}
 
 OVER_EXAMPLE = "over='time'"
 
-# Forces that vary by less than this fraction of the largest are drawn as constants, on an axis that includes zero
 
 NAME_PREFIXES = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
@@ -204,5 +203,5 @@ def _abscissa(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
         scale = engineering("m", values)
     else:
         allowed = ["time", "input", *(f"{name}.{axis}" for name in tracks for axis in "xy")]
-        raise InputError(f"forces over {over!r}", ", ".join(allowed), OVER_EXAMPLE)
+        raise InputError(f"unknown horizontal axis over={over!r}", ", ".join(allowed), OVER_EXAMPLE)
     return scale.factor * values, scale.label(name)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)
+BOUND_COLOURS = (BLACK, VERMILION, BLUE, ORANGE, GREY)  # Colours of the lines on which requirements are just met
 
 
 DOTS: dict[str, Any] = {"linestyle": "", "marker": ".", "markeredgewidth": 0.0}
@@ -79,7 +79,7 @@ def _draw_bounds(axes: Axes, bounds: Sequence[Bound], scales: tuple[Scale, Scale
     shown: list[Line2D | Patch] = []
     hatched = False
     for k, bound in enumerate(bounds):
-        field, colour = bound.field, COLOURS[k % len(COLOURS)]
+        field, colour = bound.field, BOUND_COLOURS[k % len(BOUND_COLOURS)]
         x, y = field.x * scales[0].factor, field.y * scales[1].factor
         with np.errstate(divide="ignore", invalid="ignore"):
             away = np.abs(field.mean - bound.value) / (two_sided * field.deviation)

@@ -39,23 +39,23 @@ class Sizes(NamedTuple):
 
     ring_diameter: float = 8.0  # [pt] largest diameter of the ring around a clearance joint
     bar_edge: float = 0.8  # [pt] width of the outline of bars
-    caption_letters: int = 22  # [letters] in a line below the panel of a joint
-    legend_dot: float = 6.0  # [pt] dots in a legend, which may be larger than those in the picture
+    caption_letters: int = 22  # [letters] largest number in a line below the panel of a joint
+    legend_dot: float = 6.0  # [pt] size of dots in a legend, which may be larger than those in the picture
     symbol_radius: float = 0.03  # [-] radius of component symbols, as a fraction of the picture's longer side
     ordinate_length: float = 0.11  # [-] largest ordinate of a diagram, as a fraction of the mechanism's longer side
     magnified_clearance: float = 0.35  # [-] drawn clearance, as a fraction of the drawn journal radius or half block width
     channel_half_length: float = 1.7  # [half block widths] half the length of the drawn channel
     wheel_radius: float = 0.5  # [-] largest radius of a pulley over the wheel distance, and of one wheel over the symbol size
     figure_min: float = 6.0  # [inch] longer side of the figure of a mechanism without names
-    names_max: int = 160  # [names] of a mechanism; those of joints with clearance, drives and components come first
-    factors_max: int = 5  # [columns] of response curves; the most important factors are chosen
-    edged_points_max: int = 200  # [points] of a map that have a white edge, which is visible on every colour
-    bars: int = 30  # [bars] of a distribution
+    names_max: int = 160  # [names] largest number in a preview; clearance joints, drives and components come first
+    factors_max: int = 5  # [factors] largest number in response curves; the most important ones are drawn
+    edged_points_max: int = 200  # [points] largest number of marked points that have a white edge
+    bars: int = 30  # [bars] number in the histogram of a distribution
     logarithm_ratio: float = 30.0  # [-] ratio of largest to smallest value above which colours and axes are logarithmic
     png_dpi: int = 150  # [dots per inch] resolution of a PNG
     film_dpi: int = 100  # [dots per inch] resolution of a film's frames
     film_duration: float = 6.0  # [s] duration of a run at playback speed 1
-    frames_max: int = 500  # [frames] of the explorer; each shows contacts and largest forces since the frame before
+    frames_max: int = 500  # [frames] largest number in the explorer; each shows contacts since the previous frame
     trail_frames: int = 12  # [frames] length of the journal's visible path in a GIF or MP4
 
 
@@ -309,6 +309,7 @@ def _round_length(length: float) -> float:
 
 
 def dress(axes: Axes) -> None:
+    """Give Axes the common style: grid, ticks, spines, and sizes of labels."""
     axes.grid(visible=True, color=LIGHT, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.tick_params(labelsize=small(), color=GREY, labelcolor=BLACK, width=0.6, length=3.0)

@@ -32,7 +32,7 @@ from scissordyn.plot.style import (
     small,
 )
 
-COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
+PART_COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)  # Colours of joints or tracked points, repeated in order
 
 
 def _check(run: xr.Dataset) -> None:
@@ -141,7 +141,7 @@ def _pair(run: xr.Dataset, dim: str, name: object, curve: str, error: str) -> tu
 
 
 def _limits(run: xr.Dataset) -> list[float]:
-    """Return the largest clearance that is required, if one is."""
+    """Return the largest clearance that the settings of the wear allow, in a list that is empty without a limit."""
     import json
 
     limit = json.loads(run.attrs["settings"])["most_clearance"]
@@ -154,7 +154,7 @@ def _curves(
     """Draw curves over the cycles with their intervals and limits."""
     scale = engineering("m", *(curve.values for _, curve, _ in curves), limits)
     cycles = run["cycle"].values
-    for colour, (name, curve, error) in zip(repeated(COLOURS), curves, strict=False):
+    for colour, (name, curve, error) in zip(repeated(PART_COLOURS), curves, strict=False):
         low, high = scale.factor * (curve - error).values, scale.factor * (curve + error).values
         axes.fill_between(cycles, low, high, color=colour, alpha=0.2, linewidth=0.0)
         axes.plot(cycles, scale.factor * curve.values, color=colour, marker="o", markersize=2.5, label=literal(str(name)))

@@ -143,7 +143,7 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
 def test_each_start_has_its_own_address() -> None:
     """Contract: two servers have two tokens."""
     with listen("127.0.0.1", 0) as one, listen("127.0.0.1", 0) as two:
-        assert Access.to(one, "127.0.0.1").token != Access.to(two, "127.0.0.1").token
+        assert Access.for_socket(one, "127.0.0.1").token != Access.for_socket(two, "127.0.0.1").token
 
 
 @pytest.mark.parametrize(
@@ -161,7 +161,7 @@ def test_each_start_has_its_own_address() -> None:
 def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
     """Contract: listening everywhere admits addresses in numbers and names of this machine, no other name or origin."""
     with listen(address, 0) as listening:
-        access = Access.to(listening, address)
+        access = Access.for_socket(listening, address)
         named = host.format(port=listening.getsockname()[1])
         assert (access.refusal(access.folder, [named], []) is None) == admitted
         assert (access.refusal(access.folder, [named], [f"http://{named}"]) is None) == admitted

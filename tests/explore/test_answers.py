@@ -20,7 +20,7 @@ pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.explore.answers import (
     CURVE_POINTS_MAX,
-    Chosen,
+    DrawnCurves,
     cards,
     contact_table,
     curves_as_csv,
@@ -111,7 +111,7 @@ def test_controller_and_motor_have_torque_and_work() -> None:
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     turned = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     run = sd.simulate(turned, until=0.1, samples=101)
-    chosen = Chosen(run, summary_of(run), "", turned.output_body)
+    chosen = DrawnCurves(run, summary_of(run), "", turned.output_body)
     assert [source.name for source in chosen.torques.values()] == ["torque of actuator of crank"]
     assert chosen.figures["torque"].title == "torque"
     time, found = chosen.columns(run)

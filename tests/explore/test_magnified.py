@@ -73,7 +73,7 @@ def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> No
     """Contract: a joint of bars that bend moves with the numbers of the case; a cross-section has no length."""
     case = open_case(path)
     drag = Drag(case, "pin", "unit 1/pivot")
-    drag.to(0.01, 0.02)
+    drag.move_target(0.01, 0.02)
     assert drag.note.startswith("bar length 1.03")
     with pytest.raises(InputError, match="'unit 1/bar 1' has no length to drag"):
         Drag(case, "length", "unit 1/bar 1")

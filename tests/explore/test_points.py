@@ -85,4 +85,4 @@ def test_diagram_is_shown_and_opened_by_a_point(crank: sd.Mechanism, tmp_path: P
     np.testing.assert_allclose(line["y"] / np.abs(line["y"]).max(), wanted / np.abs(wanted).max(), rtol=1e-12)
     assert line["keys"].tolist() == [0.0, 0.0, 1.0, 1.0]
     assert case.mechanism == driven.replace("slider pin.clearance", 1e-4)
-    assert case.points.opened(1).mechanism == driven.replace("slider pin.clearance", 3e-4)
+    assert case.points.case_at(1).mechanism == driven.replace("slider pin.clearance", 3e-4)

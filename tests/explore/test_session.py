@@ -250,7 +250,7 @@ def test_drag_reaches_the_pointer(example: str, kind: str, name: str, changed: s
     drag = Drag(opened, kind, name)
     reach = 0.03 * drag.size
     for part in (0.5, 1.0, 1.0):
-        drag.to(part * reach, part * reach)
+        drag.move_target(part * reach, part * reach)
     assert set(drag.texts) == changed
     wanted = np.array([reach, reach]) if kind == "pin" else drag.present - drag.origin
     assert np.allclose(drag.present - drag.origin, wanted, atol=1e-3 * drag.size)

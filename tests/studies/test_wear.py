@@ -220,7 +220,7 @@ def test_wear_in_a_case_file(tmp_path):
         (lambda: slider_crank().driven(speed=30.0), {}, "no clearance joint has a coefficient of wear"),
         (lambda: rotor(1e-9, 10), {"cycles": 0}, "cycles = 0"),
         (lambda: rotor(1e-9, 10, contour=(0.0,) * 90), {}, "a contour of 90 depths; expected 360 depths"),
-        (lambda: rotor(1e-9, 10), {"earlier": xr.Dataset(attrs={"title": "scissordyn run"})}, "earlier: a 'scissordyn run'"),
+        (lambda: rotor(1e-9, 10), {"earlier": xr.Dataset(attrs={"title": "scissordyn run"})}, "earlier is a 'scissordyn run'"),
     ],
 )
 def test_bad_input_of_wear(mechanism, options, said):

@@ -58,7 +58,7 @@ def explore(
         print(f"{url}  (Ctrl-C ends it)", flush=True)
 
     try:
-        serve(opened, listening, name=case.name, address=address, show=browser, said=announce)
+        serve(opened, listening, name=case.name, address=address, show=browser, announce=announce)
     finally:
         listening.close()
     return 0

@@ -165,8 +165,8 @@ class Figure(NamedTuple):
     lines: Mapping[str, tuple[str, str]]  # By name of the curve: label of the line, and column name in a CSV file
 
 
-class Chosen:
-    """Curves of a run that are drawn: of a joint, the output body, torques, and the worst tracked point."""
+class DrawnCurves:
+    """Choice of the curves of a run that the page draws: of a joint, the output body, torques, and the worst tracked point."""
 
     def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
         most_torques = 4  # those with the largest values are drawn
@@ -254,7 +254,7 @@ class Chosen:
     def levels(self, figure: str, data: Columns, nearest: float = 5.0) -> list[float]:
         """Return the limits that are drawn in a figure: those that its curves reach to at least a fifth.
 
-        `nearest`: A limit is drawn if the curve reaches a fifth of it; a more distant limit would flatten the curve.
+        `nearest`: largest ratio of a drawn limit to the curve's largest value; a more distant limit would flatten the curve.
         """
         point = self.point
         if figure == "track" and point is not None and point.tolerance is not None:
@@ -288,7 +288,7 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
     Scales fit all runs, and long curves are reduced. Keys: "figures" over time, "orbit" (or None), "factor" from seconds to the
     time axis, and "until" and "horizon" on that axis.
     """
-    chosen, columns = Chosen(run, summary, joint, output), []
+    chosen, columns = DrawnCurves(run, summary, joint, output), []
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
     for compared in (run, *reversed(pins)):
         instants, curves = chosen.columns(compared)
@@ -366,7 +366,7 @@ def _round_up(reach: float) -> float:
 
 def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) -> str:
     """Return the curves of a run as drawn by the page, as CSV, including located peaks between samples."""
-    chosen = Chosen(run, summary, joint, output)
+    chosen = DrawnCurves(run, summary, joint, output)
     time, values = chosen.columns(run)
     heads = {"time": "time [s]"}
     for unit, _, lines in chosen.figures.values():

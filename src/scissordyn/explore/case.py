@@ -71,13 +71,13 @@ class Case:
 
         `allowed` are the files with user-defined code that may be executed, `chosen` the values of the varied parameters.
         """
-        case = cls.carried(name, record_text(mechanism, options), allowed)
+        case = cls.from_stored_text(name, record_text(mechanism, options), allowed)
         case.chosen = chosen
         return case
 
     @classmethod
-    def carried(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:
-        """Return the case in the text `source` that a run stores."""
+    def from_stored_text(cls, name: str, source: str, allowed: Sequence[Path]) -> Case:
+        """Return the case whose text `source` a saved run stores; `allowed` are files whose code may be executed."""
         tree = tomllib.loads(source)
         return cls(name, source, AllowedCode([file for file in allowed if file.suffix == ".py"], tree.get("code", {})), tree)
 
@@ -127,7 +127,7 @@ def open_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
         configuration = read_configuration(run)
         if configuration.options is None or not is_run(run):
             raise InputError(f"'{path}' is not a run", "a run of 'scissordyn run', or a case file")
-        case = Case.carried(path.name, configuration.text, allowed)
+        case = Case.from_stored_text(path.name, configuration.text, allowed)
         case.saved = run if run.sizes["time"] > 1 else None
         return case
     source = read_text(path, "a case file in TOML", f"scissordyn new scissor > {command(path)}")
@@ -246,12 +246,12 @@ class Points:
 
     axes: Sequence[str]  # Parameters that can be the horizontal axis
     figures: Callable[[str], list[Figure]]  # Figures of all points over one of these parameters
-    opened: Callable[[int], Case]  # Case of a point
+    case_at: Callable[[int], Case]  # Function that returns the case of a point by its index
     note: str  # Text below the figures
 
     def case(self, point: int) -> Case:
-        """Return the case of the page's first point."""
-        case = self.opened(point)
+        """Return the case with which the page opens: that of a point, together with all points."""
+        case = self.case_at(point)
         case.points = self
         return case
 
@@ -291,7 +291,7 @@ def open_study_case(path: Path, allowed: Sequence[Path] = ()) -> Case:
 def open_diagram_case(path: Path, diagram: xr.Dataset, allowed: Sequence[Path] = (), periods: int = 4) -> Case:
     """Return the case at the first point of a bifurcation diagram; it contains all points of the diagram.
 
-    `periods`: [periods of the drive] Duration of the run for a point of a diagram.
+    `periods`: duration of the run of a point, in periods of the drive.
     """
     configuration = read_configuration(diagram)
     mechanism = configuration.build_mechanism([file for file in allowed if file.suffix == ".py"])

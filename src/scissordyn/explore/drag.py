@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
 from scissordyn.explore.field import Field
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation_scene import outline, upright
+from scissordyn.plot.animation_scene import outline, upright_turns
 from scissordyn.record.placement import Placement, turned
 from scissordyn.run.simulate import simulate
 from scissordyn.tolerance import DIFFERENCE_FRACTION
@@ -136,8 +136,8 @@ class Drag:
             texts[key] = ", ".join(f"{part / factor:.{digits}g}" for part in parts) + f" {unit}"
         return texts
 
-    def to(self, dx: float, dy: float, *, steps: int = 2) -> None:
-        """Move the target by (dx, dy) from its original position, by Newton steps with the initial derivatives."""
+    def move_target(self, dx: float, dy: float, *, steps: int = 2) -> None:
+        """Change the parameters so that the target moves to (dx, dy) from its original position [m], by Newton steps."""
         close = 1e-4  # the target is reached at this distance, as a fraction of the mechanism's size
         wanted = self._wanted(dx, dy)
         for _ in range(steps):
@@ -155,7 +155,7 @@ class Drag:
 
     def _wanted(self, dx: float, dy: float) -> np.ndarray:
         shortest = 0.02  # smallest length of a dragged bar as a fraction of its original length
-        moved = turned(np.array([dx, dy]), -upright(self.ideal))
+        moved = turned(np.array([dx, dy]), -upright_turns(self.ideal))
         if self.kind == "pin":
             return np.asarray(self.origin + moved)
         placement = Placement.at(self.ideal, self.run, [0])

@@ -52,7 +52,7 @@ VECTOR_UNITS = {"position": "m", "centre": "m", "through": "m", "coupler_point":
 """Unit of each key whose value has two coordinates."""
 
 
-NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"
+NUMBER = r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*"  # pattern of a number in the text of a field
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ def _table_fields(
 def _law_fields(
     key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
-    """Yield the fields of a contact law or a controller, the value of a key in the table `given`; see `_table_fields`."""
+    """Yield the fields of a contact law or a controller that is the value of a key in the table `given`."""
     inner = value if isinstance(value, Mapping) else {}
     name = str(inner.get("name" if key == "controller" else "law") if inner else value)
     kind: Any = CONTROLLERS.get(name) if key == "controller" else BY_KIND[key].get(name)

@@ -229,7 +229,7 @@ class Page:
         points = self.session.opened.points
         if points is None:
             raise InputError("the case is not part of a study", "a case of a study or of a bifurcation diagram")
-        self.session.open(points.opened(read_integer(message, "point")))
+        self.session.open(points.case_at(read_integer(message, "point")))
 
     def _show_state(self) -> None:
         state = self.session.state()
@@ -321,7 +321,7 @@ class Page:
                 self.drag = Drag(self.session.case, read_text(message, "kind"), read_text(message, "name"))
                 self._draft()
             elif self.drag is not None:
-                self.drag.to(read_number(message, "dx"), read_number(message, "dy"), steps=2 if phase == "move" else 4)
+                self.drag.move_target(read_number(message, "dx"), read_number(message, "dy"), steps=2 if phase == "move" else 4)
                 self._draft()
         except ScissordynError as error:
             self._send_error(str(error))

@@ -80,14 +80,14 @@ def bound_address(listening: socket.socket) -> ipaddress.IPv4Address | ipaddress
 
 @dataclass(frozen=True)
 class Access:
-    """Access token and accepted host names; with `any_number`, any numeric address is accepted too."""
+    """Access token and host names that requests may have; with `any_number`, any numeric address is accepted too."""
 
     token: str
     names: Collection[str]
     any_number: bool = False
 
     @classmethod
-    def to(cls, listening: socket.socket, address: str) -> Access:
+    def for_socket(cls, listening: socket.socket, address: str) -> Access:
         """Return the access data for a socket that listens on an address, with a new token."""
         bound, host = bound_address(listening), socket.gethostname().lower()
         if bound.is_loopback:
@@ -140,14 +140,14 @@ def serve(
     name: str,
     address: str,
     show: bool,
-    said: Callable[[str], None],
+    announce: Callable[[str], None],
 ) -> None:
     """Serve the page of a case until Ctrl-C, which raises `KeyboardInterrupt`; raise the error of a case that cannot be read.
 
-    `opened` reads the case in a separate thread, while the browser already loads the page. `said` is called with the address of
-    the page; its random part grants access.
+    `opened` returns the case; it is called in a separate thread, while the browser already loads the page. `announce` is called
+    with the address of the page, whose random part grants access.
     """
-    access = Access.to(listening, address)
+    access = Access.for_socket(listening, address)
     host = "127.0.0.1" if bound_address(listening).is_unspecified else f"[{address}]" if ":" in address else address
     url = f"http://{host}:{listening.getsockname()[1]}{access.folder}"
     pages = Pages(name, access, opened, listening)
@@ -155,7 +155,7 @@ def serve(
         # daemon threads end with this one, including those of browsers that never send a request
         threading.Thread(target=pages.serve, name="scissordyn explore serves", daemon=True).start()
         threading.Thread(target=pages.read, name="scissordyn explore opens", daemon=True).start()
-        said(url)
+        announce(url)
         if show:
             threading.Thread(target=_show, args=(url, Path(private)), daemon=True).start()
         pages.ended.wait()

@@ -381,7 +381,7 @@ def _is_changed(one: Case, other: Case) -> bool:
 
 
 def _field_error(error: ScissordynError) -> str:
-    """Return the text of an error without its place in the file, for display at the form field."""
+    """Return the text of an error without file, line and key, for display at its form field."""
     if not isinstance(error, InputError):
         return str(error)
     what = getattr(error, "text", "") or error.what

@@ -214,7 +214,7 @@ def transfer_state(before: Mechanism, state: Snapshot, after: Mechanism) -> Snap
 
 
 class OtherDiagramError(InputError):
-    """Error: the store holds another diagram, or one computed with other sources or libraries."""
+    """Error of a store that holds another diagram, or a diagram computed with other sources or libraries."""
 
 
 def empty_diagram(
@@ -262,7 +262,7 @@ def empty_diagram(
 
 
 def _value_in_words(name: object, value: float, about: Mapping[Hashable, Any]) -> str:
-    """Return a value of the parameter as text, in the unit `shown` or in SI units."""
+    """Return a value of the parameter as text, in the unit of its attribute `shown_unit` or in SI units."""
     unit, scale = about.get("shown_unit", about["units"]), about.get("shown_scale", 1.0)
     return f"{name} = {value / scale:g}" + ("" if unit == "1" else f" {unit}")
 

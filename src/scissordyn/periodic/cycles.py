@@ -82,14 +82,14 @@ def cycle(
         If the mechanism cannot be assembled, has no period, or an option is out of bounds.
     """
     period = drive_period(mechanism) if period is None else period
-    kind = start if isinstance(start, str) else _start_of(start)
+    kind = start if isinstance(start, str) else _start_option(start)
     options = Options(period, kind, 2, rtol, atol, method, most_steps)
-    begin = None if isinstance(start, str) else _state_of(start, mechanism, period)
+    begin = None if isinstance(start, str) else _final_state(start, mechanism, period)
     run = run_cycles(mechanism, options, cycles=cycles, keep=keep, phase=phase, start=begin, progress=progress)
     return _to_dataset(run, options, phase, cycles if keep is None else keep)
 
 
-def _start_of(run: xr.Dataset) -> StartKind:
+def _start_option(run: xr.Dataset) -> StartKind:
     """Return the `start` option of an earlier run; the automatic choice of the method depends on it."""
     options = read_configuration(run).options if "end_y" in run else None
     if options is None:
@@ -97,7 +97,7 @@ def _start_of(run: xr.Dataset) -> StartKind:
     return options.start
 
 
-def _state_of(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
+def _final_state(run: xr.Dataset, mechanism: Mechanism, period: float) -> Snapshot:
     """Return the final state of an earlier run; raise `InputError` if its period or mechanism differs."""
     before = number_attribute(run, "period")
     if not math.isclose(before, period, rel_tol=1e-12):

@@ -16,8 +16,8 @@ from scissordyn.units import short
 REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
 
 
-class Requirement(NamedTuple):
-    """Limit of a wear result that must not be exceeded: deviation of a track, clearance of a joint, or depth of a bush."""
+class WearRequirement(NamedTuple):
+    """Limit on a wear result: on the deviation of a tracked point, the clearance of a joint, or the depth in a bush."""
 
     text: str
     limit: float  # [m]
@@ -26,20 +26,22 @@ class Requirement(NamedTuple):
     joint: str  # joint whose wear is limited, or "" for a requirement on a track
 
 
-def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Iterator[Requirement]:
+def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Iterator[WearRequirement]:
     """Yield the requirements: tolerances of tracks, largest clearance of worn joints, thickness of bushes."""
     for k, track in enumerate(mechanism.tracks):
         if track.tolerance is not None and np.all(np.isfinite(run["track_deviation"].values[:, k])):
             curve, error = run["track_deviation"].values[:, k], run["track_deviation_error"].values[:, k]
-            yield Requirement(f"track '{track.name}' within {short(track.tolerance, 'm')}", track.tolerance, curve, error, "")
+            yield WearRequirement(
+                f"track '{track.name}' within {short(track.tolerance, 'm')}", track.tolerance, curve, error, ""
+            )
     for j, name in enumerate(run["joint"].values.tolist()):
         clearance, error = mechanism.joint(name).clearance, run["depth_error"].values[:, j]
         if settings.most_clearance is not None:
             text = f"clearance of joint '{name}' at most {short(settings.most_clearance, 'm')}"
-            yield Requirement(text, settings.most_clearance, run["worn_clearance"].values[:, j], error, name)
+            yield WearRequirement(text, settings.most_clearance, run["worn_clearance"].values[:, j], error, name)
         if clearance is not None and clearance.bush is not None:
             text = f"bush of joint '{name}' of {short(clearance.bush, 'm')} not worn through"
-            yield Requirement(text, clearance.bush, run["depth_largest"].values[:, j], error, name)
+            yield WearRequirement(text, clearance.bush, run["depth_largest"].values[:, j], error, name)
 
 
 def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Dataset:

@@ -145,7 +145,7 @@ def wear_out(
     """Return the result of `wear` for options of a case file."""
     life = _Life(mechanism, options, settings)
     if earlier is not None:
-        life.take(earlier)
+        life.continue_from(earlier)
     try:
         for _ in life.steps():
             if progress is not None:
@@ -264,8 +264,8 @@ class _Life:
         largest = max(depth / bearing.clearance for depth, bearing in zip(worn, self.bearings, strict=True))
         return most if largest == 0.0 else max(1, min(most, int(2.0 * self.settings.change / largest)))
 
-    def take(self, earlier: xr.Dataset) -> None:
-        """Continue from an earlier result of the same wear."""
+    def continue_from(self, earlier: xr.Dataset) -> None:
+        """Load the states of an earlier result of the same wear computation, so that it continues from its last state."""
         self._check_same(earlier)
         said = repetition(earlier)
         self.warnings = [text for text in json.loads(earlier.attrs["warnings"]) if text not in said]
@@ -279,7 +279,7 @@ class _Life:
     def _check_same(self, earlier: xr.Dataset) -> None:
         """Raise `InputError` if an earlier result belongs to another wear computation."""
         if earlier.attrs.get("title") != TITLE:
-            raise InputError(f"earlier: a '{earlier.attrs.get('title')}'", "a result of wear()", "load('life.nc')")
+            raise InputError(f"earlier is a '{earlier.attrs.get('title')}'", "a result of wear()", "load('life.nc')")
         settings = json.loads(earlier.attrs["settings"]) | {"cycles": self.settings.cycles}
         if earlier.attrs["configuration"] != self._configuration() or settings != self._settings():
             raise InputError(
@@ -330,7 +330,7 @@ class _Life:
         return add_lives(run, self.mechanism, self.settings)
 
     def _columns(self) -> Mapping[str, tuple[tuple[str, ...], Any, str, str]]:
-        """Return dimensions, values, unit and meaning of the variables of a wear by state."""
+        """Return dimensions, values, unit and meaning of the result's variables, by name."""
         states = self.states
         depths = np.array([state.depths for state in states])
         clearance = np.array([bearing.clearance for bearing in self.bearings])
@@ -372,7 +372,7 @@ class _Life:
                 if deviation.shape[2]
                 else np.zeros((len(states), 0)),
                 "m",
-                "half the 95 % interval of that mean",
+                "half the 95 % interval of the mean largest deviation of the tracked point",
             ),
             "cycle_scatter": (
                 ("joint",),

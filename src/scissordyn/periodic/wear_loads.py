@@ -166,9 +166,9 @@ class CycleRunner:
                 raise ScissordynError(f"the simulated cycle stopped at t = {driver.time:.9g} s: {cause}")
             if stop.number >= settle:
                 found = Extremes(driver.plan).add(current_trajectory(driver)).texts()
-                yield self._measured(driver, (*map(str, prepared.warnings), *found))
+                yield self._loads_of_cycle(driver, (*map(str, prepared.warnings), *found))
 
-    def _measured(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
+    def _loads_of_cycle(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
         """Return the loads of the cycle that the driver has just finished."""
         contacts = [contact.name for contact in driver.plan.contacts]
         worn = [j for j, contact in enumerate(driver.plan.contacts) if getattr(contact.clearance, "contour", ())]

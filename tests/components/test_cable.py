@@ -101,7 +101,7 @@ def test_a_stretched_start_is_taut() -> None:
     np.testing.assert_allclose(run["cable_force"], MASS * GRAVITY, rtol=1e-9)
     assert list(run["event_kind"].values) == ["taut"]
     assert run["event_time"].values.tolist() == [0.0]
-    assert run["event_time"].attrs["long_name"] == "instant of the event, 0 of what acts from the start on"
+    assert run["event_time"].attrs["long_name"] == "instant of the event; 0 for a component that acts from the start"
 
 
 def test_what_it_cannot_be() -> None:

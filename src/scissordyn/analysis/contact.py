@@ -13,7 +13,7 @@ from scissordyn.analysis.variable import Variable, described, window
 from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
-from scissordyn.record.joint_force import largest_force, some_clearance_joints
+from scissordyn.record.joint_force import largest_force, require_clearance_joints
 from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
 
@@ -75,7 +75,7 @@ def contact_statistics(
     InputError
         If no joint has clearance, the window is empty, or the ideal run has other instants.
     """
-    joints = some_clearance_joints(run)
+    joints = require_clearance_joints(run)
     start, end = window(run, after, until)
     bearings = _bearing_angles(run, joints)
     columns = [

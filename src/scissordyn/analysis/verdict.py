@@ -19,7 +19,7 @@ from scissordyn.analysis.variable import described, finite_numbers
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.casefile.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.errors import InputError
-from scissordyn.record.joint_force import some_clearance_joints
+from scissordyn.record.joint_force import require_clearance_joints
 from scissordyn.units import checked
 
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
@@ -334,7 +334,7 @@ def _exact_zero(fraction: float) -> float:
 def _clearances(strobe: xr.Dataset) -> dict[str, float]:
     """Return the clearance of each clearance joint of a stroboscopic map [m], by name."""
     if "clearance" in strobe:
-        return {name: float(strobe["clearance"].sel(joint=name)) for name in some_clearance_joints(strobe)}
+        return {name: float(strobe["clearance"].sel(joint=name)) for name in require_clearance_joints(strobe)}
     joints = read_configuration(strobe).mechanism.joints if ATTRIBUTE in strobe.attrs else ()
     clearances = {joint.name: float(joint.clearance.clearance) for joint in joints if joint.clearance is not None}
     if not clearances:
@@ -348,7 +348,7 @@ def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(float(statistics["flight_fraction"].max()))
     last = -math.inf
-    for joint in some_clearance_joints(run):
+    for joint in require_clearance_joints(run):
         spans = contact_spans(run, joint)
         touching = spans[spans[:, 1] >= end] if spans.size else spans
         last = max(last, float(touching[0, 0]) if len(touching) else math.inf)

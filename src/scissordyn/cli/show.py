@@ -17,7 +17,7 @@ from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.record.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
 from scissordyn.record.results import Run
 from scissordyn.record.summary import summary_of
-from scissordyn.record.warn import EXPLANATION_PREFIX, energy_turned_over, warning_lines, warnings_of
+from scissordyn.record.warn import EXPLANATION_PREFIX, largest_energy_change, warning_lines, warnings_of
 from scissordyn.units import counted, short
 from scissordyn.warning import NAMES_MAX
 
@@ -141,7 +141,7 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
     parts += _locked_and_stopped(run)
     if run.sizes["time"]:
         residual = float(np.abs(run["energy_residual"].values).max())
-        turned_over = energy_turned_over(run)
+        turned_over = largest_energy_change(run)
         closes = short(residual, "J")
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 and closes != "0 J" else ""
         parts.append(f"The energy balance closes to {closes}{relative}.")

@@ -109,7 +109,7 @@ def force(
         Output("end_moment", "N m", "bending moment at the end"),
         Output("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown"),
         Output("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown"),
-        Output("utilisation", "1", "that stress over the yield strength, 0 if it is unknown"),
+        Output("utilisation", "1", "stress in the extreme fibre over the yield strength, 0 if the strength is unknown"),
     ),
     context=("factor", "factor_rate"),
     supplied=True,

@@ -155,7 +155,7 @@ def _axial_forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
     """Return the axial forces of a bar from the variables of a run."""
     names = variables["beam"].values.astype(str).tolist()
     columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
-    ends = bar.marks
+    ends = bar.boundaries
     if not bar.whole:
         return Forces(bar, variables["beam_axial_force"].values[:, columns], ends[:-1])
     parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]

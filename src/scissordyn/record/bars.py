@@ -26,7 +26,7 @@ from scissordyn.warning import RunWarning, warning
 if TYPE_CHECKING:
     from scissordyn.record.trajectory import Trajectory
 
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(6)  # Nodes and weights of Gauss's rule on [-1, 1]
 
 
 SPAN_PARTS = 4  # Number of parts into which the span between two cross-sections is divided; moments are reported at their ends
@@ -43,9 +43,9 @@ PART_VARIABLES = (
     ("end_shear_force", "N", "shear force at the end (beam)"),
     ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
     ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
-    ("utilisation", "1", "that stress over the yield strength, 0 if it is unknown (beam)"),
+    ("utilisation", "1", "stress in the extreme fibre over the yield strength, 0 if the strength is unknown (beam)"),
     ("energy", "J", "stored energy (beam)"),
-    ("deflection", "m", "of the end, across the line between the ends of the bar (beam)"),
+    ("deflection", "m", "deflection of the end, across the line between the ends of the bar (beam)"),
 )
 """Name, unit and meaning of the variables of each part of a bar."""
 
@@ -61,8 +61,8 @@ class Resultants(NamedTuple):
     moment: tuple[np.ndarray, np.ndarray]  # Bending moment [N m]
 
 
-def marks_of(bar: FlexibleBar) -> np.ndarray:
-    """Return the distances of the boundaries between the parts of a bar from its first end [m]."""
+def part_boundaries(bar: FlexibleBar) -> np.ndarray:
+    """Return the distances of the ends of a bar's parts from its first end [m], in increasing order."""
     places = np.array(bar.places) - bar.places[0]
     inside = [np.linspace(a, b, SPAN_PARTS + 1)[:-1] for a, b in itertools.pairwise(places)]
     return np.append(np.concatenate(inside), places[-1])
@@ -77,9 +77,9 @@ class BarMotion:
     """Motion of a flexible bar, and the loads along it, at given instants."""
 
     vectors: np.ndarray  # (nt, count, 2) Vectors that multiply the bar's shape functions
-    rates: np.ndarray  # (nt, count, 2) Their rates
-    accelerations: np.ndarray  # (nt, count, 2) Their accelerations minus gravity
-    factor: np.ndarray  # (nt,) Factor on its temperatures
+    rates: np.ndarray  # (nt, count, 2) Rates of these vectors
+    accelerations: np.ndarray  # (nt, count, 2) Accelerations of these vectors minus gravity
+    factor: np.ndarray  # (nt,) Factor that multiplies the bar's temperatures
     # Components that move along the bar: distance from its first end, shape (nt,) [m], and force there, shape (nt, 2) [N]
     running: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
     # Contacts and films on cross-sections that follow the slope of the bar: index of the cross-section, torque, and generalised
@@ -114,7 +114,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
             axis.vectors(position),
             axis.vectors(velocity),
             axis.vectors(acceleration),
-            _warmth(axis.bar, time),
+            _temperature_factor(axis.bar, time),
             tuple(running.get(id(axis), ())),
             tuple(turning.get(id(axis), ())),
         )
@@ -122,8 +122,8 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
     ]
 
 
-def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
-    """Return the factor on a bar's temperatures at given instants, shape (nt,)."""
+def _temperature_factor(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
+    """Return the factor that multiplies a bar's temperatures at given instants, shape (nt,)."""
     factor = np.ones(time.size)
     if bar.time_function is not None:
         rows, value = function_rows(bar.time_function, 0.0), np.zeros(4)
@@ -134,7 +134,7 @@ def _warmth(bar: FlexibleBar, time: np.ndarray) -> np.ndarray:
 
 
 def _strain(axis: Axis, motion: BarMotion, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return at places along a bar: R', the elastic strain, the damped strain rate, and the unit tangent."""
+    """Return slope r', elastic strain, damping times strain rate, and unit tangent of the axis at places along a bar."""
     slopes, damped = axis.shapes.at(places, 1), np.zeros((motion.factor.size, len(places)))
     slope = slopes @ motion.vectors
     size = np.sqrt(slope[..., 0] ** 2 + slope[..., 1] ** 2)
@@ -292,7 +292,7 @@ def bar_variables(path: Trajectory, record: Record, present: Mapping[str, Variab
     modes, frequency = (
         np.array(values) for values in zip(*((axis.shapes.modes, axis.highest_frequency) for axis in axes), strict=True)
     )
-    what, of_highest = f"bending modes with the cross-sections held{hard}", "frequency of the highest of them"
+    what, of_highest = f"bending modes with the cross-sections held{hard}", "frequency of the highest bending mode"
     return variables | {
         "flexible_bar": labels("flexible_bar", [axis.bar.name for axis in axes]),
         "flexible_bar_modes": described("flexible_bar", modes, "1", what),
@@ -309,8 +309,8 @@ def extreme_fibre(part: Beam | FlexibleBar, axial: np.ndarray, moment: np.ndarra
 
 
 def _table(axis: Axis, motion: BarMotion) -> dict[str, np.ndarray]:
-    """Return the variables `PART_VARIABLES` of the parts of a bar, each of shape (nt, parts)."""
-    bar, ends = axis.bar, marks_of(axis.bar)
+    """Return the arrays of the variables in `PART_VARIABLES` for one bar, by name, each of shape (nt, parts)."""
+    bar, ends = axis.bar, part_boundaries(axis.bar)
     length, places = np.diff(ends), np.insert(ends, np.arange(1, ends.size), 0.5 * (ends[1:] + ends[:-1]))
     carried = resultants(axis, motion, places)
     axial, shear, moment = ((part[1][:, :-1:2], part[0][:, 1::2], part[0][:, 2::2]) for part in carried)

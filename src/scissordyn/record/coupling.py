@@ -112,7 +112,7 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
     for k, (part, constraint) in enumerate(rows):
         if part.transmission is None:
             continue
-        vectors[:, k], points[:, k] = _acting(plan, motion, part, constraint, force[:, k])
+        vectors[:, k], points[:, k] = _force_and_point(plan, motion, part, constraint, force[:, k])
         if isinstance(part.transmission, Belt):
             effective = np.abs(force[:, k]) / part.transmission.radius
             both = np.maximum(2.0 * part.transmission.pretension, effective)
@@ -120,7 +120,7 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
     over, where = ("time", "coupling", "axis"), "of teeth, belt or screw on the body of the output"
     variables = {
         "coupling_transmitted_force": described(over, vectors, "N", f"force {where}"),
-        "coupling_transmitted_point": described(over, points, "m", "a point on its line; of teeth the pitch point"),
+        "coupling_transmitted_point": described(over, points, "m", "point on the line of this force; of teeth the pitch point"),
     }
     if np.isfinite(tensions).any():
         for name, values in zip(("tight", "slack"), tensions, strict=True):
@@ -129,14 +129,14 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
     return variables
 
 
-def _acting(
+def _force_and_point(
     plan: Plan, motion: Record, part: Coupling, constraint: Constraint, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the force of a coupling on its output body, and a point on its line of action, each of shape (nt, 2)."""
     coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
     slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
     if isinstance(part.transmission, Screw):
-        return _of_screw(plan, motion, part, force)
+        return _screw_force_and_point(plan, motion, part, force)
     if slide is not None:
         slides = slide is part.output
         pinion = coordinates.place(wheel_centre(mechanism, part, "input" if slides else "output")).at(motion.X)
@@ -168,7 +168,7 @@ def _acting(
     return vector, output - away[:, None] * _left(vector)
 
 
-def _of_screw(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _screw_force_and_point(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the force that a screw coupling exerts on its output body, and the position of the nut, each of shape (nt, 2)."""
     turns, (nut, size) = isinstance(part.output, RelativeAngle), (part.output, force)
     if turns:
@@ -226,30 +226,32 @@ def coupling_variables(plan: Plan, path: Trajectory, motion: Record) -> Variable
             values_in = np.stack([measured(first[1][1])[0] for first in terms], axis=1)
             force_in = force * np.array([first[1][0] for first in terms])
             units = [first[1][1].unit for first in terms]
-            variables[f"{dim}_input"] = described(along, values_in, _joined(units), "input coordinate of a coupling")
+            variables[f"{dim}_input"] = described(along, values_in, _join_units(units), "input coordinate of a coupling")
             words = "torque or force of a coupling on its input coordinate"
-            variables[f"{dim}_input_force"] = described(along, force_in, _of_forces(units), words)
+            variables[f"{dim}_input_force"] = described(along, force_in, _force_units(units), words)
             variables[f"{dim}_input_unit"] = labels(dim, units, "unit of the coordinate")
             variables |= transmitted_variables(
                 plan, motion, [(part, constraint) for part, _, constraint in rows if isinstance(part, Coupling)], force
             )
         units = [first[0][1].unit for first in terms]
-        variables[f"{dim}_{output}"] = described(along, values, _joined(units), f"coordinate that {label} acts on")
-        variables[f"{dim}_force"] = described(along, force, _of_forces(units), f"torque or force of {label} on it")
+        variables[f"{dim}_{output}"] = described(along, values, _join_units(units), f"coordinate that {label} acts on")
+        variables[f"{dim}_force"] = described(
+            along, force, _force_units(units), f"torque or force of {label} on its coordinate"
+        )
         variables[f"{dim}_power"] = described(along, force * rates, "W", f"power that {label} gives to that coordinate")
         variables[f"{dim}_unit"] = labels(dim, units, "unit of the coordinate")
         largest = np.array([peaks[k]["largest"] / constraint.scale for _, k, constraint in rows])
         when = np.array([peaks[k]["largest_time"] for _, k, _ in rows])
-        variables[f"peak_{dim}_force"] = described(dim, largest, _of_forces(units), f"largest torque or force of {label}")
+        variables[f"peak_{dim}_force"] = described(dim, largest, _force_units(units), f"largest torque or force of {label}")
         variables[f"peak_{dim}_force_time"] = described(dim, when, "s", "when it is largest")
     return variables
 
 
-def _joined(units: list[str]) -> str:
-    """Return the common unit of some values, or their units separated by commas."""
+def _join_units(units: list[str]) -> str:
+    """Return the different units of a list, joined by "or"."""
     return " or ".join(dict.fromkeys(units))
 
 
-def _of_forces(units: list[str]) -> str:
+def _force_units(units: list[str]) -> str:
     """Return the unit of the generalised force on coordinates with the given units."""
-    return _joined(["N m" if unit == "rad" else "N" for unit in units])
+    return _join_units(["N m" if unit == "rad" else "N" for unit in units])

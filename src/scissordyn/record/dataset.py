@@ -113,7 +113,7 @@ def _origins(plan: Plan, record: Record) -> np.ndarray:
 PV_TEXT = "product of mean pressure F_n/(2 R_J L_b) and slip speed"
 
 
-def spread(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
+def spread_over(values: np.ndarray, places: np.ndarray, count: int, fill: float = np.nan) -> np.ndarray:
     """Return an array of length `count` along the last axis, with the values at `places` and `fill` elsewhere."""
     full = np.full((*values.shape[:-1], count), fill).astype(values.dtype)
     full[..., places[: values.shape[-1]]] = values
@@ -131,14 +131,14 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     shape = mode.shape[0], joints
 
     def over_time(name: str) -> DeferredArray:
-        return DeferredArray(shape, lambda: spread(contact[name], at, joints))
+        return DeferredArray(shape, lambda: spread_over(contact[name], at, joints))
 
     def eccentricity() -> np.ndarray:
-        parts = [spread(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
+        parts = [spread_over(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
         return np.stack(parts, axis=-1)
 
-    touching = DeferredArray(shape, lambda: spread(mode == 1, at, joints, fill=False), bool)
-    clearance = spread(path.system.content.parameters.contact["clearance"], at, joints)
+    touching = DeferredArray(shape, lambda: spread_over(mode == 1, at, joints, fill=False), bool)
+    clearance = spread_over(path.system.content.parameters.contact["clearance"], at, joints)
     about = "journal centre relative to the bearing centre; for a contact point, the displacement across the guide"
     variables |= {
         "eccentricity": described((*per_joint, "axis"), DeferredArray((*shape, 2), eccentricity), "m", about),
@@ -167,17 +167,17 @@ def _joint_peaks(plan: Plan, path: Trajectory, at: np.ndarray) -> Variables:
     bristles = at[path.monitored(FRICTION_RATIO)]
     variables = {}
     if path.peaks(PRESSURE_VELOCITY).size:
-        product = spread(path.peaks(PRESSURE_VELOCITY), at, joints)
+        product = spread_over(path.peaks(PRESSURE_VELOCITY), at, joints)
         variables = {
             "peak_pressure_velocity": described("joint", product["largest"], "Pa m/s", f"largest {PV_TEXT}"),
             "pressure_distance": described("joint", product["integral"], "Pa m", f"integral of the {PV_TEXT}"),
         }
-    variables |= located("peak_indentation", "joint", spread(path.peaks(INDENTATION), at, joints), "m", "indentation")
+    variables |= located("peak_indentation", "joint", spread_over(path.peaks(INDENTATION), at, joints), "m", "indentation")
     if bristles.size:
-        ratio = spread(path.peaks(FRICTION_RATIO), bristles, joints)
+        ratio = spread_over(path.peaks(FRICTION_RATIO), bristles, joints)
         text = f"largest {about}, where the law has internal states"
         variables["peak_friction_ratio"] = described("joint", ratio["largest"], "1", text)
-        text = f"how long {about} is above {FRICTION_RATIO_MAX:g}"
+        text = f"time for which {about} is above {FRICTION_RATIO_MAX:g}"
         variables["friction_excess_time"] = described("joint", ratio["excess_time"], "s", text)
     return variables
 
@@ -299,7 +299,7 @@ def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
         "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
         "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
         "dissipated_energy": (lost, "dissipated energy"),
-        "energy_residual": (energy - energy[:1] - work + lost, "what the energy balance misses"),
+        "energy_residual": (energy - energy[:1] - work + lost, "error of the energy balance"),
     }
     return {name: described("time", np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
 

@@ -20,7 +20,9 @@ from scissordyn.tolerance import DATA_TOL
 ENERGY_TERMS = (*POWERS, "switching_loss")
 """Terms of the energy balance: integrals of powers, with the jumps at events, and energy that only events dissipate."""
 
+# Columns of the event log with the largest values and integrals of a contact that has ended
 LARGEST = ("largest", "largest_time", "impulse", "damping_loss", "friction_loss", "struck", "struck_time")
+# Columns of the event log from which the table of contacts is made
 EVENT_COLUMNS = ("guard", "mode", "time", "rate", "angle", "mass", *LARGEST)
 
 
@@ -35,7 +37,7 @@ def event_variables(plan: Plan, log: np.ndarray) -> Variables:
     coordinates = [output.unit for part in guarded for output in part.declaration.port.outputs if output.coordinate]
     rates = " or ".join(dict.fromkeys(f"{unit}/s" for unit in coordinates)) or "1/s"
     return {
-        "event_time": described("event", rows["time"], "s", "instant of the event, 0 of what acts from the start on"),
+        "event_time": described("event", rows["time"], "s", "instant of the event; 0 for a component that acts from the start"),
         "event_name": labels("event", [part.name for part in parts], "component"),
         "event_kind": labels("event", kinds, "what happened"),
         "event_speed": described("event", rows["rate"], rates, "rate of approach"),

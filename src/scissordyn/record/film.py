@@ -22,7 +22,7 @@ from scissordyn.warning import RunWarning, warning
 MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch
 
 
-THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to that instant"
+THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to least_thickness_time"
 SQUEEZED = "largest squeeze Reynolds number rho c |e'|/mu at the samples"
 
 

@@ -20,7 +20,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import matching
 from scissordyn.plan.bending import HERMITE_MASS, beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.record.bars import SPAN_PARTS, extreme_fibre, marks_of, part_names
+from scissordyn.record.bars import SPAN_PARTS, extreme_fibre, part_boundaries, part_names
 from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.tolerance import ROUND_OFF_TOL
@@ -32,16 +32,17 @@ if TYPE_CHECKING:
 GAUSS_NODES, GAUSS_WEIGHTS = gauss_rule(4)
 
 
+# Unit and meaning of the quantities along a flexible bar, by name
 QUANTITIES = {
     "deflection": ("m", "distance from the line through the ends of the bar, towards +y of the bar"),
     "axial_force": ("N", "axial force, tension positive"),
     "shear_force": ("N", "shear force"),
     "bending_moment": ("N m", "bending moment, positive where it curves the bar towards +y"),
     "stress": ("Pa", "stress in the extreme fibre, 0 if the material is unknown"),
-    "utilisation": ("1", "that stress over the yield strength, 0 if it is unknown"),
+    "utilisation": ("1", "stress in the extreme fibre over the yield strength, 0 if the strength is unknown"),
     "buckling_ratio": (
         "1",
-        "compression over that at which the mechanism buckles, drives locked, if all axial forces grow alike",
+        "compression over the compression at which the mechanism with locked drives buckles in proportional loading",
     ),
 }
 
@@ -58,9 +59,9 @@ class Bar(NamedTuple):
         return (self.whole,) if self.whole else self.beams
 
     @property
-    def marks(self) -> np.ndarray:
+    def boundaries(self) -> np.ndarray:
         """Distances from the first end to the ends of the elements, or to the ends of the reported parts [m]."""
-        return marks_of(self.whole) if self.whole else np.cumsum([0.0, *(beam.length for beam in self.beams)])
+        return part_boundaries(self.whole) if self.whole else np.cumsum([0.0, *(beam.length for beam in self.beams)])
 
     @property
     def length(self) -> float:
@@ -123,7 +124,7 @@ def internal_forces(
         )
     names = [bar.name for bar in present]
     chosen = [bar for bar in present if bars == "all" or bar.name in matching("bar", bars, names)]
-    read = _Read(run, mechanism)
+    read = _RunReader(run, mechanism)
     quantities = [_along(bar, read, at) for bar in chosen]
     for bar, along in zip(chosen, quantities, strict=True):
         along["buckling_ratio"] = _compression(along) / float(run["bar_buckling_load"][names.index(bar.name)])
@@ -138,7 +139,7 @@ def internal_forces(
     coordinates = {
         "time": run["time"],
         "bar": [bar.name for bar in chosen],
-        "place": ("place", at, {"long_name": "part of the bar's length from its first end"}),
+        "place": ("place", at, {"long_name": "distance from the bar's first end over its length"}),
         "axis": ["x", "y"],
         "distance": (("bar", "place"), distance, {"units": "m", "long_name": "from the first end, unstrained"}),
     }
@@ -153,7 +154,7 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
 
 
 class Largest(NamedTuple):
-    """Largest sizes along the bars."""
+    """Largest value of each quantity along each bar, and the buckling load of each bar."""
 
     found: dict[str, np.ndarray]  # value, instant [s] and distance from the first end [m] of each quantity, (3, bars)
     loads: np.ndarray  # (bars,) buckling loads [N]
@@ -166,11 +167,11 @@ def largest_along(mechanism: Mechanism, variables: Variables, time: np.ndarray, 
     the largest compression of each bar divided by its largest buckling ratio.
     """
     bars = bars_of(mechanism)
-    read = _Read(variables, mechanism)
+    read = _RunReader(variables, mechanism)
     largest = {name: np.zeros((3, len(bars))) for name in QUANTITIES}
     loads = np.full(len(bars), np.inf)
     for b, bar in enumerate(bars):
-        ends = bar.marks
+        ends = bar.boundaries
         # forces jump at a loaded cross-section, so the end of a part and the start of the next one are both kept
         places, within = (
             (ends[:-1, None] + np.diff(ends)[:, None] * np.append(np.arange(SPAN_PARTS) / SPAN_PARTS, end)).ravel()
@@ -191,7 +192,7 @@ def largest_along(mechanism: Mechanism, variables: Variables, time: np.ndarray, 
 
 def largest_variables(bars: tuple[Bar, ...], largest: Deferred[Largest]) -> Variables:
     """Return the variables of `largest_along`, which is computed when one of them is first read."""
-    about = "compression at which the mechanism buckles, its drives locked, if all axial forces of bars grow alike"
+    about = "compression at which the mechanism with locked drives buckles, if all axial forces grow in proportion"
     loads = DeferredArray((len(bars),), lambda: largest().loads)
 
     def of(name: str, row: int) -> np.ndarray:
@@ -203,11 +204,11 @@ def largest_variables(bars: tuple[Bar, ...], largest: Deferred[Largest]) -> Vari
         size, when, where = (DeferredArray((len(bars),), partial(of, name, row)) for row in range(3))
         answers[f"bar_largest_{name}"] = described("bar", size, unit, f"largest {text}")
         answers[f"bar_largest_{name}_time"] = described("bar", when, "s", f"when it is largest: {text}")
-        answers[f"bar_largest_{name}_place"] = described("bar", where, "m", f"distance from the first end there: {text}")
+        answers[f"bar_largest_{name}_place"] = described("bar", where, "m", f"its distance from the first end: {text}")
     return answers
 
 
-class _Read:
+class _RunReader:
     """Reader of a run: motion of cross-section bodies and outputs of beams, by name, over time."""
 
     def __init__(self, source: Any, mechanism: Mechanism) -> None:
@@ -228,12 +229,12 @@ class _Read:
         return np.stack([self.beam(output, name) for name in names], axis=1)
 
 
-def _along(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
+def _along(bar: Bar, read: _RunReader, at: np.ndarray) -> dict[str, np.ndarray]:
     """Return all `QUANTITIES` at fractions of a bar's length, by name, each of shape (samples, places)."""
     return _along_whole(bar.whole, read, at * bar.length) if bar.whole else _along_elements(bar, read, at)
 
 
-def _carried(
+def _section_forces(
     part: Beam | FlexibleBar, position: np.ndarray, normal: np.ndarray, shear: np.ndarray, bending: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return internal forces, stress in the extreme fibre, and ratio of the stress to the yield strength, by name."""
@@ -247,8 +248,8 @@ def _chord(first: np.ndarray, last: np.ndarray) -> np.ndarray:
     return np.asarray(line / np.hypot(*line.T)[:, None])
 
 
-def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarray]:
-    ends = bar.marks
+def _along_elements(bar: Bar, read: _RunReader, at: np.ndarray) -> dict[str, np.ndarray]:
+    ends = bar.boundaries
     which = np.clip(np.searchsorted(ends, at * ends[-1], side="right") - 1, 0, len(bar.beams) - 1)
     parts = []
     for k, beam in enumerate(bar.beams):
@@ -265,9 +266,9 @@ def _along_elements(bar: Bar, read: _Read, at: np.ndarray) -> dict[str, np.ndarr
     return quantities
 
 
-def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[str, np.ndarray]:
+def _along_whole(bar: FlexibleBar, read: _RunReader, distance: np.ndarray) -> dict[str, np.ndarray]:
     """Return all `QUANTITIES` at distances from the first end of a bar with modes, by name, each of shape (samples, places)."""
-    places, marks = np.array(bar.places) - bar.places[0], marks_of(bar)
+    places, marks = np.array(bar.places) - bar.places[0], part_boundaries(bar)
     names = part_names(bar)
     start, end, away = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
     away = np.hstack([np.zeros_like(away[:, :1]), away])
@@ -289,24 +290,24 @@ def _along_whole(bar: FlexibleBar, read: _Read, distance: np.ndarray) -> dict[st
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
         inside, nodes = span == k, slice(SPAN_PARTS * k, SPAN_PARTS * (k + 1) + 1)
-        deflection[:, inside] = away[:, nodes] @ _through(marks[nodes], distance[inside])
+        deflection[:, inside] = away[:, nodes] @ _interpolation_matrix(marks[nodes], distance[inside])
     points = np.stack([read.body("position", name) for name in bar.sections], axis=1)
     line = _chord(points[:, 0], points[:, -1])
     projected = np.einsum("tka,ta->tk", points - points[:, :1], line)
     along = projected @ np.stack([np.interp(distance, places, unit) for unit in np.eye(places.size)])
     normal_line = np.stack([-line[:, 1], line[:, 0]], axis=1)
     position = points[:, :1] + along[..., None] * line[:, None] + deflection[..., None] * normal_line[:, None]
-    return _carried(bar, position, normal, shear, bending) | {"deflection": deflection}
+    return _section_forces(bar, position, normal, shear, bending) | {"deflection": deflection}
 
 
-def _through(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the matrix of polynomial interpolation from nodes to places, shape (nodes, places)."""
+def _interpolation_matrix(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the matrix that interpolates values at nodes to the places `at` by a polynomial, shape (nodes, places)."""
     middle, half = 0.5 * (nodes[0] + nodes[-1]), 0.5 * (nodes[-1] - nodes[0])
     table = np.vander((at - middle) / half, nodes.size, increasing=True)
     return np.asarray(np.linalg.solve(np.vander((nodes - middle) / half, increasing=True).T, table.T))
 
 
-def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
+def _element(beam: Beam, read: _RunReader, xi: np.ndarray) -> dict[str, np.ndarray]:
     """Return the position of the axis and the internal forces of an element at xi, by equilibrium of the part after xi."""
     shape = _Shape(beam, read)
     x, y = shape.axis(xi)
@@ -324,13 +325,13 @@ def _element(beam: Beam, read: _Read, xi: np.ndarray) -> dict[str, np.ndarray]:
     normal = along * np.cos(here) + across * np.sin(here)
     cos, sin = np.cos(shape.direction)[:, None], np.sin(shape.direction)[:, None]
     position = np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1) + shape.start[:, None]
-    return _carried(beam, position, normal, across * np.cos(here) - along * np.sin(here), bending)
+    return _section_forces(beam, position, normal, across * np.cos(here) - along * np.sin(here), bending)
 
 
 class _Shape:
     """Beam element over time in the frame of its chord: rotation psi of the axis, loads, forces at its end."""
 
-    def __init__(self, beam: Beam, read: _Read) -> None:
+    def __init__(self, beam: Beam, read: _RunReader) -> None:
         ends = beam.start[0], beam.end[0]
         self.start, end = (read.body("position", name) for name in ends)
         self.chord = np.hypot(*(end - self.start).T)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ESTIMATE = "an estimate, as contact is hard"
 
-LATER_FORCE_RATIO_MAX = 0.9  # [-] Both are reported if the largest force after the start is below this share of the largest
+LATER_FORCE_RATIO_MAX = 0.9  # [-] largest force after the start / largest force; below this ratio both are reported
 
 
 class Answer:
@@ -83,7 +83,7 @@ def oiled_joints(run: Run) -> list[str]:
     return names
 
 
-def some_clearance_joints(run: xr.Dataset) -> list[str]:
+def require_clearance_joints(run: xr.Dataset) -> list[str]:
     """Return the names of the clearance joints of a run; raise `InputError` if it has none."""
     joints = clearance_joints(run)
     if not joints:
@@ -196,8 +196,8 @@ class ForceAnswer(Answer):
     force: float  # [N]
     when: float  # [s]
     estimated: bool = False  # True for a hard contact
-    start: float | None = None  # End of the start of the run [s], if the largest force occurs in it
-    after: float | None = None  # Largest force after that instant [N]
+    start: float | None = None  # End of the starting phase [s], if the largest force occurs in it
+    after: float | None = None  # Largest force after the starting phase [N]
     metal: float = math.nan  # Largest asperity force of an oiled joint [N]; NaN for a dry joint
     film: float = math.nan  # Largest force of its oil film [N]; NaN for a dry joint
     least: float = math.nan  # Lower bound of the estimated force of hard contact [N]
@@ -224,10 +224,10 @@ class ForceAnswer(Answer):
 
 
 def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
-    """Return the end of the start [s] and the largest force of all joints after it [N].
+    """Return the end of the starting phase [s] and the largest force of all joints after it [N], or None.
 
-    Return None if journals do not start concentric, the largest force is not in the start, the run ends in it, or the mean load
-    of that joint is larger in the start than afterwards, so that the motion explains the force.
+    Return None if journals do not start concentric, the largest force is later or the run ends earlier than this phase, or the
+    mean load of `joint` is larger in it than afterwards, so that the motion explains the force.
     """
     force, when = joint.largest, joint.when
     joints, begun = run["contact_joint"].values, run["contact_start"].values

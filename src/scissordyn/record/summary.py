@@ -27,7 +27,7 @@ from scissordyn.record.joint_force import (
 from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
 from scissordyn.record.track import PARTS
-from scissordyn.record.warn import LIMIT_RATIO_MIN, energy_turned_over
+from scissordyn.record.warn import LIMIT_RATIO_MIN, largest_energy_change
 from scissordyn.tolerance import ASSEMBLY_TOL, REPORTED_FRACTION, ROUND_OFF_TOL
 from scissordyn.units import counted, short
 
@@ -305,17 +305,17 @@ def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
         there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] > least) or largest[part] > least]
         yield PointAnswer(
             name=name,
-            deviation=_beyond(float(run["peak_track_deviation"].values[k]), least),
+            deviation=_zero_below(float(run["peak_track_deviation"].values[k]), least),
             when=float(run["peak_track_deviation_time"].values[k]),
             tolerance=tolerances.get(name),
             settled=settled if math.isfinite(settled) else None,
-            at_end=_beyond(float(along(run["track_deviation"], "track", "time")[k, -1]), least),
-            parts={PARTS[part]: _beyond(float(largest[part]), least) for part in there},
-            parts_at_end={PARTS[part]: _beyond(float(sizes[-1, part]), least) for part in there},
+            at_end=_zero_below(float(along(run["track_deviation"], "track", "time")[k, -1]), least),
+            parts={PARTS[part]: _zero_below(float(largest[part]), least) for part in there},
+            parts_at_end={PARTS[part]: _zero_below(float(sizes[-1, part]), least) for part in there},
         )
 
 
-def _beyond(size: float, least: float) -> float:
+def _zero_below(size: float, least: float) -> float:
     """Return a size, or zero if it is smaller than its error `least`."""
     return 0.0 if size < least else size
 
@@ -398,7 +398,7 @@ def _span(run: Run, described: Any) -> SpanAnswer | None:
 
 
 def _bars(run: Run, start: str) -> BarAnswer | None:
-    """Return the bar with the largest buckling ratio, or None if no bar bends or the run has no samples."""
+    """Return the bars with the largest load, deflection and buckling ratio, or None if no bar bends or there is no sample."""
     if "bar_largest_buckling_ratio" not in run or not run.sizes["bar"]:
         return None
     names = run["bar"].values.astype(str).tolist()
@@ -427,7 +427,7 @@ def _bars(run: Run, start: str) -> BarAnswer | None:
 def _work(run: Run) -> dict[str, float]:
     if "dissipated_energy" not in run or not run.sizes["time"]:
         return {}
-    least = ROUND_OFF_TOL * energy_turned_over(run)
+    least = ROUND_OFF_TOL * largest_energy_change(run)
     works = {whose: run[name].values for name, whose in WORKS if name in run and np.any(np.abs(run[name].values) > least)}
     every = {**works, "dissipated": run["dissipated_energy"].values}
     return {whose: 0.0 if abs(values[-1]) < least else float(values[-1]) for whose, values in every.items()}

@@ -64,13 +64,15 @@ def by_name(rows: np.ndarray, described: np.dtype[np.void]) -> np.ndarray:
     return rows.view(described)[:, 0]
 
 
-def unknown(rows: np.ndarray) -> np.ndarray:
+def nan_like(rows: np.ndarray) -> np.ndarray:
     """Return an array of the same shape and type as `rows`, filled with NaN."""
     return np.full(rows.shape, np.nan).astype(rows.dtype)
 
 
 @dataclass(frozen=True)
 class Trajectory:
+    """Motion that a run has computed: samples, event log, largest values, and the status at its end."""
+
     plan: Plan
     system: Handle  # Handle of the `System`
     samples: Samples  # Samples until the end of the run
@@ -83,7 +85,7 @@ class Trajectory:
     # Method and the reason for it, steps, rejected, rates, jacobians, events, seconds
     statistics: dict[str, Any] = field(default_factory=dict)
     start: np.ndarray | None = None  # State at the start (ny,)
-    warnings: tuple[str, ...] = ()  # Warnings of the start
+    warnings: tuple[str, ...] = ()  # Warnings about the start of the run
     # Instants at which the motion passed change points, and half the size of the steps across them [s]
     change_points: tuple[tuple[float, float], ...] = ()
     recorded: StepRecord | None = None  # Ends of steps, and located instants inside them

@@ -22,18 +22,20 @@ from scissordyn.record.deferred import Deferred, DeferredArray
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory
 
-FORCE = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
-MOMENT = "moment that the joint transmits, on the body of the journal about its centre, on the follower about the guided point"
-PEAK = "largest force that the joint transmits, at ideal ones at the samples and ends of steps"
-WELD_PEAK = "largest force that the weld transmits, at the samples and ends of steps"
-AFTER = "after the start, in which concentric journals fall through their clearances"
+FORCE_TEXT = "force on the journal (contact and film at clearance joints, reaction at ideal ones), on the follower for guides"
+MOMENT_TEXT = (
+    "moment that the joint transmits, on the body of the journal about its centre, on the follower about the guided point"
+)
+PEAK_TEXT = "largest force that the joint transmits, at ideal ones at the samples and ends of steps"
+WELD_PEAK_TEXT = "largest force that the weld transmits, at the samples and ends of steps"
+AFTER_START_TEXT = "after the start, in which concentric journals fall through their clearances"
 
-CHUNK_ROWS = 4096  # Number of instants that are evaluated together; it limits the memory
+CHUNK_ROWS = 4096  # [instants] largest number that is evaluated together, to limit the memory
 
 COARSE_SAMPLES = 201  # Number of samples evaluated in addition to the ends of steps, if the user requested no samples
 
 START_DURATION = 20.0
-"""Length of the start as a multiple of the time until all contacting joints have had their first contact.
+"""[times until all contacting joints have had a contact] Length of the starting phase, in which concentric journals fall.
 
 For six scissor units under gravity that time is 1.6 ms; the largest force occurs at 6.2 ms, and after 30 ms only the load acts.
 """
@@ -91,8 +93,8 @@ def transmitted_variables(plan: Plan, path: Trajectory, found: Record) -> Variab
     force = DeferredArray((instants, joints, 2), lambda: sampled().force)
     moment = DeferredArray((instants, joints), lambda: sampled().moment)
     variables = {
-        "reaction": described(("time", "joint", "axis"), force, "N", FORCE),
-        "reaction_moment": described(("time", "joint"), moment, "N m", MOMENT),
+        "reaction": described(("time", "joint", "axis"), force, "N", FORCE_TEXT),
+        "reaction_moment": described(("time", "joint"), moment, "N m", MOMENT_TEXT),
     }
     if welds:
         on = "on the body of the weld's start"
@@ -115,7 +117,7 @@ class Peaks(NamedTuple):
 
 
 def start_end(path: Trajectory) -> float:
-    """Return the end of the start, in which concentric journals fall through their clearances [s]; inf without contacts."""
+    """Return the end of the starting phase, in which journals fall through their clearances [s]; inf without contacts."""
     table = path.contacts
     if not table.size:
         return math.inf
@@ -196,8 +198,8 @@ def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]
 
     variables: Variables = {}
     for dim, part, count, text in (
-        ("joint", slice(joints), joints, PEAK),
-        ("weld", slice(joints, None), welds, WELD_PEAK),
+        ("joint", slice(joints), joints, PEAK_TEXT),
+        ("weld", slice(joints, None), welds, WELD_PEAK_TEXT),
     ):
         if dim == "weld" and not welds:
             continue
@@ -205,5 +207,5 @@ def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]
         variables[f"{dim}_peak_force"] = described(dim, size, "N", text)
         variables[f"{dim}_peak_force_time"] = described(dim, when, "s", f"when it is largest: {text}")
         if has_start:
-            variables[f"{dim}_peak_force_after_start"] = described(dim, after, "N", f"{text}, {AFTER}")
+            variables[f"{dim}_peak_force_after_start"] = described(dim, after, "N", f"{text}, {AFTER_START_TEXT}")
     return variables

@@ -48,7 +48,7 @@ BALANCE_ENERGIES = (
 
 
 CARRIED_ERROR_MAX = 1e-6
-"""[of the largest energy] Energy error that is always accepted.
+"""[fraction of the largest energy] Energy error that is always accepted.
 
 It matters for motions without exchange of energy, such as a freely rotating body.
 """
@@ -164,7 +164,7 @@ def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:
     return warnings
 
 
-def energy_turned_over(run: Run) -> float:
+def largest_energy_change(run: Run) -> float:
     """Return the largest change of an energy or work during a run [J]."""
     return _largest_energy(run, np.ptp)
 
@@ -187,7 +187,7 @@ def _stands_still(plan: Plan, run: Run) -> bool:
 def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     """Warn of a run with an energy error, caused by its tolerances or by the step size of time stepping (`stepped`)."""
     residual = float(np.max(np.abs(run["energy_residual"].values), initial=0.0))
-    turned_over = energy_turned_over(run)
+    turned_over = largest_energy_change(run)
     largest = _largest_energy(run, lambda energy: np.max(np.abs(energy)))
     if not residual > max(REPORTED_FRACTION * turned_over, CARRIED_ERROR_MAX * largest):
         return []
@@ -198,7 +198,7 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
 
 def _gained(run: Run) -> list[RunWarning]:
     """Warn of negative dissipation, which the energy balance does not reveal because it includes the same force."""
-    turned_over, warnings, time = energy_turned_over(run), list[RunWarning](), run["time"].values
+    turned_over, warnings, time = largest_energy_change(run), list[RunWarning](), run["time"].values
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
         gain = np.maximum.accumulate(loss) - loss
@@ -215,7 +215,7 @@ def _gained(run: Run) -> list[RunWarning]:
 
 def _impulses(run: Run) -> list[RunWarning]:
     """Warn of latches that lock while a drive prescribes the speed, so that the torque of the drive is infinite."""
-    least = CARRIED_ERROR_MAX * energy_turned_over(run)
+    least = CARRIED_ERROR_MAX * largest_energy_change(run)
     return [
         warning("impulse", name, "latch", time=when, work=work)
         for name, when, work in _events(run, "drive_work")

@@ -27,7 +27,7 @@ from scissordyn.model.clearance import ContactPoint
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values, make_system
-from scissordyn.record.trajectory import Trajectory, unknown
+from scissordyn.record.trajectory import Trajectory, nan_like
 from scissordyn.run.advance.change_point import replace_undefined
 from scissordyn.run.advance.checkpoint import Keeper
 from scissordyn.run.advance.driver import Choice, Driver, count_steps
@@ -266,6 +266,6 @@ def record_trajectory(
         if cut.status == "interrupted":
             return cut, cut.record()
     else:
-        cut = replace(path, samples=kept, log=path.log[:0], peak=unknown(path.peak), band=unknown(path.band))
+        cut = replace(path, samples=kept, log=path.log[:0], peak=nan_like(path.peak), band=nan_like(path.band))
     cut = replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
     return cut, cut.record()

@@ -35,7 +35,7 @@ from scissordyn.integrate.control import (
     first_step,
 )
 from scissordyn.integrate.crossing import end_inactive, log_crossings, step_across
-from scissordyn.integrate.dense import complete, dense_value, integrals_at
+from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
@@ -51,7 +51,7 @@ from scissordyn.integrate.integration import (
     WHEN,
     open_integration,
 )
-from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step, step_integral
+from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, fraction, place, prepare, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel

@@ -113,8 +113,26 @@ def guards_at(problem, T, theta, t, h, s, w, S):
 
 
 @kernel
+def step_integral(T, h, w, which):
+    """Return the integral of a power over the step."""
+    total = 0.0
+    if T.kind == EXPLICIT:
+        last = T.stages
+        for k in range(last):
+            total += T.a[last, k] * w.power[k, which]
+    else:
+        for node in range(T.gauss.size):
+            total += T.weight[node] * w.power[node, which]
+    return h * total
+
+
+@kernel
 def integrals_at(T, theta, h, s, w, out):
-    """Compute the integrals of the powers up to theta."""
+    """Compute the integrals of the powers up to theta; at the end of the step they are those of the next state, to the bit."""
+    if theta == 1.0:
+        for q in range(s.total.size):
+            out[q] = s.total[q] + step_integral(T, h, w, q)
+        return
     if T.kind == EXPLICIT:
         dense_value(theta, T.pattern, s.total, w.gain, out)
         return

@@ -60,19 +60,6 @@ def end_peak(guard, s, w, row):
 
 
 @kernel
-def step_integral(T, h, w, which):
-    total = 0.0
-    if T.kind == EXPLICIT:
-        last = T.stages
-        for k in range(last):
-            total += T.a[last, k] * w.power[k, which]
-    else:
-        for node in range(T.gauss.size):
-            total += T.weight[node] * w.power[node, which]
-    return h * total
-
-
-@kernel
 def is_monitored(row, s):
     """Return whether a row of monitored values is in use: its guard is in mode 1, or its quantity is always monitored."""
     return row >= s.mode.size or s.mode[row] == 1

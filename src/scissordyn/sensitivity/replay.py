@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.dense import complete, dense_value, inside_at
+from scissordyn.integrate.dense import complete, dense_value, inside_at, step_integral
 from scissordyn.integrate.integration import (
     DATA,
     ENDED,
@@ -26,7 +26,7 @@ from scissordyn.integrate.integration import (
     CountsArray,
     open_integration,
 )
-from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored, step_integral
+from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored
 from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, explicit_step, fraction, place, speed
 from scissordyn.kernel import F1, F2, I1, derivative, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS

@@ -119,6 +119,8 @@ def refresh(docs: Path, *, write: bool = True) -> list[str]:
     for page in PAGES:
         path = docs / page
         text = path.read_text(encoding="utf-8")
+        if not BLOCK.search(text):
+            raise ValueError(f"{page}: no table that is made from declarations; expected a page with one in PAGES")
         new = BLOCK.sub(lambda found: found[1] + "\n".join(filled(found[2])) + "\n" + found[3], text)
         if new != text:
             old.append(page)

@@ -321,6 +321,26 @@ def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
     assert doctest.DocTestRunner(verbose=False).run(found).failed == 0
 
 
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/maintain.md"])
+def test_names_of_a_guide_exist(page: str) -> None:
+    """Contract: each file that a guide for maintainers names is there, and each other name is in the code."""
+    folders = ("src", "tests", "benchmarks", "validation", "docs", "examples")
+    files = [
+        path for folder in folders for path in (ROOT / folder).rglob("*") if path.suffix in {".py", ".toml", ".md", ".sha256"}
+    ]
+    names = {"/" + path.relative_to(ROOT).as_posix() for path in files} | {f"/{path.name}" for path in ROOT.iterdir()}
+    code = " ".join(path.read_text(encoding="utf-8") for path in files if path.suffix in {".py", ".toml"})
+    words = set(re.findall(r"\w+", code)) | set(re.findall(r"\w+", (ROOT / "Makefile").read_text(encoding="utf-8")))
+    text = re.sub(r"```.*?```", "", (ROOT / page).read_text(encoding="utf-8"), flags=re.DOTALL)
+    for quoted in re.findall(r"`([^`\n]+)`", text):
+        if re.fullmatch(r"[\w./-]+\.(py|md|toml|sha256)", quoted):
+            assert any(path.endswith("/" + quoted) for path in names), quoted
+        elif re.fullmatch(r"[\w/]+/", quoted):
+            assert any("/" + quoted in path for path in names), quoted
+        elif re.fullmatch(r"[A-Za-z]\w+", quoted):
+            assert quoted in words, quoted
+
+
 def test_first_names_of_the_api_run() -> None:
     """Contract: the ten lines of the API page run one after the other, and each calls the name of its row."""
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")

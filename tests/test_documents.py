@@ -18,7 +18,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
-import typer
 from tests.page_numbers import Block, differing, marked, sections, typed_blocks, without_evidence
 
 import scissordyn as sd
@@ -212,7 +211,6 @@ def test_reasons_are_of_commands() -> None:
 @pytest.mark.parametrize("page", TEXTS, ids=name)
 def test_commands_are_understood(page: Path) -> None:
     """Contract: each line of shell is a command with options that exist, a target of make, or installs extras that exist."""
-    group = typer.main.get_command(app)
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     text = page.read_text(encoding="utf-8")
@@ -222,7 +220,9 @@ def test_commands_are_understood(page: Path) -> None:
                 pass
             case ["scissordyn", command, *rest]:
                 rest = rest[: rest.index(">")] if ">" in rest else rest
-                group.get_command(None, command).make_context(command, list(rest))  # type: ignore[attr-defined]
+                found = app.get_command(None, command)
+                assert found is not None, words
+                found.make_context(command, list(rest))
                 assert all((ROOT / word).exists() for word in rest if word.startswith("examples/")), words
             case ["make", target]:
                 assert target in targets
@@ -260,11 +260,12 @@ THEORY = [page for page in sorted((DOCS / "theory").glob("*.md")) if page.name !
 def test_results_have_a_source(page: Path) -> None:
     """Contract: each result is in code of its page, cites a source, or is what a marker's test, page or command gives."""
     text = page.read_text(encoding="utf-8")
-    group = typer.main.get_command(app)
     for one in (one for section in sections(text) for one in marked(section)):
         words = shlex.split(one)
         if words[0] == "scissordyn":
-            group.get_command(None, words[1]).make_context(words[1], words[2:])  # type: ignore[attr-defined]
+            command = app.get_command(None, words[1])
+            assert command is not None, one
+            command.make_context(words[1], words[2:])
             assert page.name in RUN_PAGES, "the commands of a marker run with those of its page"
         else:
             assert (ROOT / one).exists(), one

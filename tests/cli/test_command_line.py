@@ -284,7 +284,9 @@ def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
 
 def test_heavy_libraries_are_imported_when_needed() -> None:
     """Contract: what the entry point and the helps of all commands load."""
-    code = "import sys; from scissordyn.cli.main import *; [load_command(name) for name in COMMANDS]; print(*sys.modules)"
+    code = (
+        "import sys; from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]; print(*sys.modules)"
+    )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert main.__name__ in loaded
     assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib", "rich.console"} & set(loaded)

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
-
 from scissordyn.cli.output import DONE, PLAIN_COLUMNS, UNFINISHED, check_folder, check_picture, console, print_table, say
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.units import short
@@ -236,7 +235,7 @@ def print_parameters(element: type) -> list[str]:
 
 
 def zoo(
-    name: Annotated[str, Argument(help="Name of a mechanism to show.", show_default=False)] = "",
+    name: Annotated[str, Argument(help="Name of a mechanism to show.")] = "",
     case: Annotated[bool, Option("--case", help="Print the case file of the mechanism.")] = False,
     copy: Annotated[Path | None, Option("-o", "--output", metavar="FILE", help="Copy the case file to this file.")] = None,
     check: Annotated[
@@ -302,7 +301,7 @@ def _check_entry(entry: Entry) -> int:
 
 
 def examples(
-    name: Annotated[str, Argument(help="Name of an example to print.", show_default=False)] = "",
+    name: Annotated[str, Argument(help="Name of an example to print.")] = "",
     copy: Annotated[
         Path | None, Option("-o", "--output", metavar="DIR", help="Copy the example, or all, into this folder.")
     ] = None,
@@ -356,7 +355,6 @@ def new(
         Option(
             "--with",
             help="Additional parts with suitable values, such as servo,tip,payload,panels,spring,latch.",
-            show_default=False,
         ),
     ] = "",
     change: Annotated[

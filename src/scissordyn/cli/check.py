@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from typer import Option
-
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import DONE, check_picture, print_json, say
+from scissordyn.cli.parameter import Option
 
 
 def check(

@@ -8,11 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
-
 from scissordyn.casefile.quantity import written
 from scissordyn.cli.option import PictureFormat, SavedRun, read_run
 from scissordyn.cli.output import ROWS_MAX, check_folder, print_table, say
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.units import cell
 
 if TYPE_CHECKING:

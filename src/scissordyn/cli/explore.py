@@ -7,10 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
-
 from scissordyn.cli.option import Quiet, read_option
 from scissordyn.cli.output import say
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, command
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def explore(
 def import_drawing(
     source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF), .urdf, .sdf or .csv.")],
     case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
-    unit: Annotated[str, Option(help="Unit of a table, or of a DXF without unit, such as mm.", show_default=False)] = "",
+    unit: Annotated[str, Option(help="Unit of a table, or of a DXF without unit, such as mm.")] = "",
     linear_density: Annotated[
         str, Option(metavar="QUANTITY", help="Mass per length of bars without a mass in the drawing.")
     ] = "1 kg/m",

@@ -8,11 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Option
-
 from scissordyn.casefile.quantity import read_quantity
 from scissordyn.cli.option import AsJson, CaseFile, Changes, Quiet
 from scissordyn.cli.output import DONE, UNFINISHED, check_file, check_folder, check_run, print_json, print_table, say
+from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError, did_you_mean, printable
 from scissordyn.units import Quantity, cell
 

@@ -6,10 +6,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Option
-
 from scissordyn.cli.option import AsJson, CaseFile, Changes, read_option
 from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
+from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError
 from scissordyn.units import short
 

@@ -7,23 +7,21 @@ import functools
 import gc
 import io
 import os
-import re
 import signal
 import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from types import FrameType
-from typing import Annotated, Any
 
-import typer
-from typer.core import TyperGroup
+import click
 
 from scissordyn import __version__
 from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
+from scissordyn.cli.parameter import make_command
 from scissordyn.errors import AssemblyError, ScissordynError, printable, shortened
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
@@ -162,64 +160,43 @@ OTHER_WORDS = {
 OPTION_KEYS = ("until", "start", "rtol", "atol", "method", "most_steps", "events", "step")
 """Keys of the table [run] that users try as options of a command."""
 
-# ClickException of typer's own copy of click or of the installed click, depending on the version of typer
-USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[2]
-
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 _received: list[int] = []  # Numbers of the signals that the process has received
 
-TYPER_OPTIONS: dict[str, Any] = {
-    "pretty_exceptions_enable": False,
-    "rich_markup_mode": None,
-    "context_settings": {"help_option_names": ["-h", "--help"]},
-}
 
-
-class Commands(TyperGroup):
+class Commands(click.Group):
     """Group of commands that imports the file of a command when the command or its help is called."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        self.commands = dict.fromkeys(COMMANDS)  # type: ignore[assignment] # typer looks for the nearest name here
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        return load_command(cmd_name) if cmd_name in COMMANDS else None
+    def get_command(self, ctx: click.Context | None, cmd_name: str) -> click.Command | None:
+        """Return a command; None if there is none of that name."""
+        if cmd_name not in COMMANDS:
+            return None
+        room, about, example = COMMANDS[cmd_name]
+        function = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(cmd_name, cmd_name))
+        return make_command(function, cmd_name, about, example)
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write names and descriptions of the commands, without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, about) for name, (_, about, _) in COMMANDS.items()])
 
 
-def load_command(name: str) -> Any:
-    """Import a command and return it as a click command; this module handles Ctrl-C and closed pipes instead of typer."""
-    room, about, example = COMMANDS[name]
-    command: Callable[..., int] = getattr(import_module(f"scissordyn.cli.{room}"), {"import": "import_drawing"}.get(name, name))
-
-    @functools.wraps(command)
-    def parsed(**options: Any) -> Callable[[], int]:
-        return functools.partial(command, **options)
-
-    alone = typer.Typer(add_completion=False, **TYPER_OPTIONS)
-    alone.command(name, help=about, epilog=f"Example: {example}")(parsed)
-    return typer.main.get_command(alone)
-
-
-app = typer.Typer(name="scissordyn", help=ABOUT, cls=Commands, **TYPER_OPTIONS)
-
-
-def _print_version(wanted: bool) -> None:
+def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     if wanted:
         print(f"scissordyn {__version__}")
-        raise typer.Exit
+        context.exit()
 
 
-@app.callback(help=ABOUT)
-def _options(
-    _version: Annotated[
-        bool, typer.Option("--version", help="Print the version and exit.", callback=_print_version, is_eager=True)
-    ] = False,
-) -> None: ...
+VERSION = click.Option(
+    ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Print the version and exit."
+)
+
+app = Commands("scissordyn", help=ABOUT, params=[VERSION], context_settings={"help_option_names": ["-h", "--help"]})
 
 
 def run() -> None:
@@ -250,15 +227,18 @@ def run() -> None:
 def status_of(arguments: Sequence[str]) -> int:
     """Run a command with its arguments and return the exit status."""
     try:
-        parsed = app(list(arguments) or ["--help"], standalone_mode=False)
-        if parsed == INTERRUPTED:  # typer's status after Ctrl-C
-            raise KeyboardInterrupt
-        status = parsed() if callable(parsed) else int(parsed or DONE)
+        try:
+            with app.make_context("scissordyn", list(arguments) or ["--help"]) as context:
+                parsed = app.invoke(context)
+        except click.exceptions.Exit as shown:  # a help or the version
+            status = shown.exit_code
+        else:
+            status = parsed()
         sys.stdout.flush()
         return status
     except ScissordynError as error:
         return _print_error(_with_case_name(error, arguments), BAD_INPUT)
-    except USAGE_ERROR as error:
+    except click.ClickException as error:
         return _print_error(_usage_text(error, arguments), BAD_INPUT)
     except KeyboardInterrupt:
         return _print_error(STOPPED, INTERRUPTED)
@@ -266,9 +246,6 @@ def status_of(arguments: Sequence[str]) -> int:
         discard_stream("stdout")
         return DONE
     except SystemExit as error:
-        if isinstance(error.__context__, BrokenPipeError):  # typer exits if the pipe is closed while it prints a help
-            discard_stream("stdout")
-            return DONE
         if _received:
             return _print_error(STOPPED, INTERRUPTED)
         return _print_error(f"the command was ended by SystemExit({error.code!r}), raised by a function that it called", BUG)
@@ -295,20 +272,23 @@ def _with_case_name(error: ScissordynError, arguments: Sequence[str]) -> str:
     return f"{case}: {error}" if isinstance(error, AssemblyError) and case and case not in str(error) else str(error)
 
 
-def _usage_text(error: Exception, arguments: Sequence[str]) -> str:
-    """Return typer's message about wrong arguments with a suggestion: the likely command, an option, or an example."""
-    text = str(error.format_message()).rstrip(".")  # type: ignore[attr-defined]
+def _usage_text(error: click.ClickException, arguments: Sequence[str]) -> str:
+    """Return click's message about wrong arguments with a suggestion: the likely command, an option, or an example."""
+    text = error.format_message().rstrip(".")
     first = next((word for word in arguments if not word.startswith("-")), "")
-    near = [OTHER_WORDS[first]] if first in OTHER_WORDS else []
-    near = near or [OTHER_WORDS[word] for word in get_close_matches(first, OTHER_WORDS, n=1, cutoff=0.6)]
-    if "No such command" in text and near and (first in OTHER_WORDS or "Did you mean" not in text):
-        text = f"No such command '{first}' (did you mean '{near[0]}'?)"
+    if isinstance(error, click.exceptions.NoSuchCommand):
+        word = next(iter(get_close_matches(first, [*OTHER_WORDS, *COMMANDS], n=1, cutoff=0.6)), "")
+        text = f"No such command '{first}'" + (f" (did you mean '{OTHER_WORDS.get(word, word)}'?)" if word else "")
     if text.startswith("Missing") and first in COMMANDS:
         return f"{text}; for example {COMMANDS[first][2]}"
-    option = re.match(r"No such option:? '?--([\w-]+)", text)
-    key = option[1].replace("-", "_") if option else ""
-    if key in OPTION_KEYS and first in COMMANDS:
-        return f"{text}; options of a run belong to its case; for example --set run.{key}=VALUE"
+    if isinstance(error, click.NoSuchOption):
+        key = error.option_name.removeprefix("--").replace("-", "_")
+        if key in OPTION_KEYS and first in COMMANDS:
+            return (
+                f"No such option '{error.option_name}'; options of a run belong to its case; for example --set run.{key}=VALUE"
+            )
+        near = f" (did you mean '{error.possibilities[0]}'?)" if error.possibilities else ""
+        text = f"No such option '{error.option_name}'{near}"
     if "unexpected extra argument" in text:
         text += "; expected quotes around a value with spaces"
     return f"{text}; for example scissordyn {f'{first} ' if first in COMMANDS else ''}--help"

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, overload
 
-from typer import Argument, Option
-
 from scissordyn.casefile.quantity import example, read_quantity
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, command
 from scissordyn.units import Quantity
 

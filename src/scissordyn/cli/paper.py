@@ -7,10 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Option
-
 from scissordyn.cli.option import THREADS_MAX, EngineOptions
 from scissordyn.cli.output import DONE, INTERRUPTED, PROGRESS_TEXT, bars, check_folder, print_table, say
+from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError
 
 if TYPE_CHECKING:

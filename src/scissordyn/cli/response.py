@@ -8,8 +8,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
-
 from scissordyn.casefile.quantity import read_quantity, unit_factor, unit_typed
 from scissordyn.cli.option import (
     CaseFile,
@@ -35,6 +33,7 @@ from scissordyn.cli.output import (
     check_run,
     say,
 )
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import rpm, short

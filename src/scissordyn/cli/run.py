@@ -8,8 +8,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
-
 from scissordyn.cli.option import AsJson, Changes, OwnCode, Quiet
 from scissordyn.cli.output import (
     EXIT_STATUSES,
@@ -21,6 +19,7 @@ from scissordyn.cli.output import (
     print_json,
     progress_bar,
 )
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:  # so that the help of a command does not load libraries

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any
 
-from typer import Argument, Option
-
 from scissordyn.cli.option import (
     BarQuantity,
     Changes,
@@ -19,6 +17,7 @@ from scissordyn.cli.option import (
     read_run,
 )
 from scissordyn.cli.output import check_file, check_folder, check_movie, say
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError
 
 Begin = Annotated[str | None, Option("--from", metavar="TIME", help="Start of the time span, such as '10 ms'.")]
@@ -114,7 +113,7 @@ def export(
     envelope: Annotated[bool, Option("--envelope", help="With --forces: export their extreme values over time.")] = False,
     first: Begin = None,
     last: End = None,
-    section: Annotated[str, Option(help="Section of the beams in an .inp file, such as '20x30 mm'.", show_default=False)] = "",
+    section: Annotated[str, Option(help="Section of the beams in an .inp file, such as '20x30 mm'.")] = "",
     material: Annotated[str, Option(help="Material of the beams in an .inp file.")] = "steel",
     pin: Annotated[str | None, Option(metavar="LENGTH", help="Radius of the pins of ideal joints, such as '5 mm'.")] = None,
     width: Annotated[str | None, Option(metavar="LENGTH", help="Width of the bars in a .dxf file.")] = None,

@@ -10,8 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from typer import Argument, Option
-
 from scissordyn.cli.option import BlockSize, CaseFile, Changes, EngineOptions, QueueFile, Scheduler, ThreadCount, WorkerCount
 from scissordyn.cli.output import (
     DONE,
@@ -27,6 +25,7 @@ from scissordyn.cli.output import (
     print_table,
     say,
 )
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import InputError, command, did_you_mean, printable
 from scissordyn.units import Quantity, short
 

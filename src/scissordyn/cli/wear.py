@@ -8,10 +8,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from typer import Argument, Option
-
 from scissordyn.cli.option import AsJson, Changes, Quiet
 from scissordyn.cli.output import EXIT_STATUSES, PROGRESS_TEXT, bars, check_folder, check_run, print_json, say
+from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import command, printable
 
 if TYPE_CHECKING:

@@ -381,7 +381,7 @@ def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> 
         raise InputError(f"{owner}: {name} = {shown(value)}{near}", _allowed(hint), example) from None
     if quantity is None or fitting is None or isinstance(fitting, str):  # a text that is allowed as an alternative to a number
         return fitting
-    numbers = fitting if isinstance(fitting, tuple) else (fitting,)
+    numbers = tuple(fitting.values()) if isinstance(fitting, Mapping) else fitting if isinstance(fitting, tuple) else (fitting,)
     if not all(quantity.admits(number) for number in numbers):
         raise _out_of_bounds(owner, name, value, hint, quantity)
     return fitting

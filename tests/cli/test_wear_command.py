@@ -29,8 +29,8 @@ wear = "1e-4 mm^3/(N m)"
 
 [wear]
 cycles = 1500
-members = 1
-settle = 1
+members = 2
+settle = 0
 angles = 180
 most_clearance = "0.103 mm"
 
@@ -97,6 +97,9 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
     assert status_of(["wear", case, "--cycles", "10", "-o", "life.nc", "-q"]) == 0
     assert "has another case or other options" in refused("wear", case, "--set", "drive.speed=2900 rpm", "-o", "life.nc")
     assert "expected a" in refused("wear", case, "--set", "clearance.wear='1e-4 mm^3/N'")
+    pairs = CASE.replace('wear = "1e-4 mm^3/(N m)"\n', "") + '\n[wear.coefficients]\n"steel/bronze" = "1e-4 mm^3/(N m)"\n'
+    (folder / "pairs.toml").write_text(pairs, encoding="utf-8")
+    assert "joint 'slider pin': no wear coefficient for 'steel/steel'" in refused("wear", "pairs.toml")
     (folder / "oil.toml").write_text(CASE.replace("[wear]", 'contact = "hard"\n\n[wear]'), encoding="utf-8")
     assert "wear of a joint with hard contact" in refused("wear", "oil.toml")
 

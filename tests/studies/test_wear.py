@@ -12,6 +12,7 @@ from scissordyn.casefile.case import Case
 from scissordyn.components.time_function import Harmonic
 from scissordyn.config.file import read_case, write_case
 from scissordyn.errors import InputError
+from scissordyn.laws.material import MATERIALS
 from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.body import Body, Track
@@ -25,7 +26,7 @@ from scissordyn.model.wear import Wear
 from scissordyn.periodic.life import first_crossing, life_lines
 from scissordyn.periodic.wear import wear
 from scissordyn.periodic.wear_error import scatter, significant_drift
-from scissordyn.periodic.wear_loads import CycleRunner, Loads
+from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients
 from scissordyn.plan.plan import plan
 from scissordyn.record.store import load, save
 from scissordyn.run.trajectory import advance_to, make_driver
@@ -193,7 +194,8 @@ def test_scatter_and_drift_of_cycles():
     alike = scatter(cycles, np.repeat(free[:, :1], 2, axis=1))
     assert alike.mean == pytest.approx(1.0, rel=0.2)
     assert scatter(cycles, np.repeat(cycles[:, None], 2, axis=1)).mean < 1e-20 * cycles[-1] ** 2
-    assert scatter(cycles[:3], free[:3, :1]).factor == pytest.approx(12.7062047)  # Student's t, one degree of freedom
+    three = scatter(cycles[:3], np.repeat(free[:3, :1], 2, axis=1))
+    assert three.factor == pytest.approx(12.7062047)  # Student's t, one degree of freedom
     assert significant_drift(5.0 + free, 1) == 0.0
     assert significant_drift(5.0 + free + np.array([0.0, 1.0]), 1) == pytest.approx(0.2, rel=0.2)
 
@@ -209,15 +211,39 @@ def test_wear_in_a_case_file(tmp_path):
     """Contract: [wear], coefficients, bushes and contours of a case are written and read again as they are."""
     contour = tuple((1e-6 * np.arange(90.0)).tolist())
     mechanism = rotor(1e-9, 10, contour=contour, bush=1e-3)
-    case = Case(mechanism, Options(1.0), Wear(cycles=50, most_clearance=1e-4))
+    case = Case(mechanism, Options(1.0), Wear(cycles=50, most_clearance=1e-4, coefficients={"steel/bronze": 1e-14}))
     write_case(case, tmp_path / "worn.toml")
     assert read_case(tmp_path / "worn.toml") == case
+
+
+def test_coefficients_by_pair_of_materials():
+    """Contract: a joint takes the coefficient of its materials unless it has its own; others are named in warnings."""
+    mechanism = slider_crank().driven(speed=30.0)
+    mechanism = mechanism.with_clearance("ground pin", Clearance(1e-4, wear=3e-14))
+    mechanism = mechanism.with_clearance("crank pin", Clearance(1e-4, bearing_material=MATERIALS["bronze"]))
+    mechanism = mechanism.with_clearance("slider pin", Clearance(1e-4, contact="hard"))
+    found, warnings = with_coefficients(mechanism, {"steel/bronze": 1e-14, "steel/brass": 2e-14})
+    wears = {joint.name: joint.clearance.wear for joint in found.clearance_joints}
+    assert wears == {"ground pin": 3e-14, "crank pin": 1e-14, "slider pin": None}
+    assert warnings[0].startswith("joint 'slider pin': wear of a joint with hard contact")
+    assert warnings[1] == "no joint takes the wear coefficient of 'steel/brass'"
 
 
 @pytest.mark.parametrize(
     ("mechanism", "options", "said"),
     [
         (lambda: slider_crank().driven(speed=30.0), {}, "no clearance joint has a coefficient of wear"),
+        (
+            lambda: slider_crank().driven(speed=30.0),
+            {"coefficients": {"steel": 1e-14}},
+            "coefficients: 'steel'; expected the mat",
+        ),
+        (lambda: slider_crank().driven(speed=30.0), {"coefficients": {"a/b": 0.0}}, "; expected a number from"),
+        (
+            lambda: slider_crank().driven(speed=30.0).with_clearance("slider pin", Clearance(1e-4)),
+            {"coefficients": {"steel/bronze": 1e-14}},
+            "joint 'slider pin': no wear coefficient for 'steel/steel'",
+        ),
         (lambda: rotor(1e-9, 10), {"cycles": 0}, "cycles = 0"),
         (lambda: rotor(1e-9, 10, contour=(0.0,) * 90), {}, "a contour of 90 depths; expected 360 depths"),
         (lambda: rotor(1e-9, 10), {"earlier": xr.Dataset(attrs={"title": "scissordyn run"})}, "earlier is a 'scissordyn run'"),
@@ -232,6 +258,8 @@ def test_wear_that_is_too_fast():
     """Contract: a cycle that wears more than the permitted change is reported, and one that destroys the bearing is a cause."""
     fast = worn(rotor(2e-10, 4), 4, members=1)
     assert "a single cycle changes the contour of joint 'bearing' by more than 0.02" in json.loads(fast.attrs["warnings"])[0]
+    assert life_lines(fast)[-1].startswith("joint 'bearing' after 4 cycles: worn ")
+    assert "(no interval from a single member)" in life_lines(fast)[-1]
     mad = worn(rotor(5e-6, 1), 4, members=1)
     assert mad.attrs["status"] == "failed"
     assert "check its coefficient of wear" in mad.attrs["cause"]

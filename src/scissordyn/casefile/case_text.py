@@ -228,6 +228,8 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
         return {name: _quantity(column, unit) for name, column, unit in columns}
     if isinstance(value, TimeFunction):
         return _time_function(value, next((extra.unit for extra in field.extras if isinstance(extra, OverTime)), "1"))
+    if field.hint == Mapping[str, float]:
+        return {name: _quantity((number,), unit) for name, number in value.items()}
     if isinstance(value, Mapping):
         return _points(value, code)
     if isinstance(value, Part):

@@ -94,6 +94,22 @@ def _points(given: Any, context: Context) -> dict[str, Point]:
     return points
 
 
+def _named_numbers(unit: str) -> Reader:
+    @reader(lambda: {"type": "object", "additionalProperties": NumbersText(unit, 1)})
+    def read(given: Any, _: Context) -> dict[str, float]:
+        if not isinstance(given, Mapping):
+            raise InputError("not a table of numbers", f"a name and a number with its unit [{unit}] for each entry")
+        numbers: dict[str, float] = {}
+        for name, value in given.items():
+            with add_prefix(f"'{name}'"):
+                numbers[name], *others = read_numbers(value, unit)
+                if others:
+                    raise InputError(f"{1 + len(others)} numbers", f"one number with its unit [{unit}]")
+        return numbers
+
+    return read
+
+
 @reader(lambda: {"type": "string", "pattern": r"^.+\..+$"})
 def _body_point(given: Any, context: Context) -> BodyPoint:
     if (
@@ -137,6 +153,7 @@ read_as(BodyPoint, BODY_POINT)
 read_as(Point, lambda about: pair(_unit(about)))
 read_as(str | Point, _named_or_placed)
 read_as(Mapping[str, Point], _points)
+read_as(Mapping[str, float], lambda about: _named_numbers(_unit(about)))
 read_as(tuple[Point, ...], _of_points)
 read_as(tuple[float, ...], lambda about: _numbers(_unit(about)))
 read_as(tuple[str, ...], _names)

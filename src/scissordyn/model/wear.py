@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
+from scissordyn.errors import InputError
 from scissordyn.model.clearance import ANGLES_MIN
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
@@ -14,12 +16,20 @@ CycleKind = Annotated[
 ]
 
 
+Coefficients = Annotated[
+    Mapping[str, float],
+    Quantity(
+        "m^2/N", above=0.0, maximum=1e-6, help="coefficient by 'journal/bearing' material, for joints without one (Archard)"
+    ),
+]
+
+
 @documented
 @dataclass(frozen=True)
 class Wear:
     """Number of cycles over which joints wear, and how cycles are chosen, averaged and extrapolated.
 
-    The coefficients of wear belong to the joints: see `Clearance`.
+    A joint has its own coefficient of wear, see `Clearance`, or that of its pair of materials in `coefficients`.
     """
 
     cycles: Annotated[int, Quantity("1", minimum=1, maximum=10**9, help="number of cycles")] = 10_000
@@ -37,5 +47,10 @@ class Wear:
         float | None, Quantity("m", above=0.0, help="largest radial clearance that a worn joint may have")
     ] = None
 
+    coefficients: Coefficients = field(default_factory=dict)
+
     def __post_init__(self) -> None:
         check_quantities(self)
+        for pair in self.coefficients:
+            if pair.count("/") != 1:
+                raise InputError(f"coefficients: '{pair}'", "the materials of journal and bearing", "'steel/bronze'")

@@ -16,6 +16,9 @@ from scissordyn.units import short
 REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
 
 
+NO_INTERVAL = "no interval from a single member"
+
+
 class WearRequirement(NamedTuple):
     """Limit on a wear result: on the deviation of a tracked point, the clearance of a joint, or the depth in a bush."""
 
@@ -111,12 +114,14 @@ def life_lines(run: xr.Dataset) -> list[str]:
             lines.append(f"{text}: holds for {reached} cycles{sure}")
             continue
         upper = f"{high:.0f}" if math.isfinite(high) else f"more than {reached}"
-        lines.append(f"{text}: fails after {lives[r]:.0f} cycles ({low:.0f} to {upper}); limited by joint '{joint}'")
+        interval = f"{low:.0f} to {upper}" if math.isfinite(low) else NO_INTERVAL
+        lines.append(f"{text}: fails after {lives[r]:.0f} cycles ({interval}); limited by joint '{joint}'")
     last = run.isel(state=-1)
     for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
         depth, error = float(last["depth_largest"][j]), float(last["depth_error"][j])
+        shown = f"± {short(error, 'm')}" if math.isfinite(error) else NO_INTERVAL
         lines.append(
-            f"joint '{run['joint'].values[j]}' after {reached} cycles: worn {short(depth, 'm')} deep (± {short(error, 'm')}), "
+            f"joint '{run['joint'].values[j]}' after {reached} cycles: worn {short(depth, 'm')} deep ({shown}), "
             f"{1e9 * float(last['worn_volume'][j]):.4g} mm³; largest clearance {short(float(last['worn_clearance'][j]), 'm')}"
         )
     return lines

@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -16,11 +17,11 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
-from scissordyn.model.wear import CycleKind, Wear
+from scissordyn.model.wear import Coefficients, CycleKind, Wear
 from scissordyn.periodic.life import add_lives, repetition
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.periodic.wear_error import depth_errors, mean_error
-from scissordyn.periodic.wear_loads import CycleRunner, Loads, worn_joints
+from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients, worn_joints
 from scissordyn.periodic.wear_step import Bearing, Worn
 from scissordyn.units import Meaning, checked, quantities
 
@@ -62,6 +63,7 @@ def wear(
     change: Annotated[float, quantities(Wear)["change"]] = Wear.change,
     angles: Annotated[int, quantities(Wear)["angles"]] = Wear.angles,
     most_clearance: Annotated[float | None, quantities(Wear)["most_clearance"]] = None,
+    coefficients: Coefficients = MappingProxyType({}),
     start: StartKind = "concentric",
     rtol: float = 1e-6,
     atol: float = 1e-6,
@@ -105,6 +107,8 @@ def wear(
         Number of angles of a contour.
     most_clearance : float, optional
         Largest radial clearance [m] that a worn joint may have.
+    coefficients : mapping of str to float
+        Wear coefficients [m^2/N] by the materials 'journal/bearing', for clearance joints without their own.
     start, rtol, atol, method, most_steps
         As for `simulate`.
     earlier : Dataset, optional
@@ -128,7 +132,7 @@ def wear(
     InputError
         If no joint wears, or an option is wrong.
     """
-    settings = Wear(cycles, cycle, settle, members, change, angles, most_clearance)
+    settings = Wear(cycles, cycle, settle, members, change, angles, most_clearance, dict(coefficients))
     options = Options(until, start, 2, rtol, atol, method, most_steps)
     return wear_out(mechanism, options, settings, earlier=earlier, each=each, progress=progress)
 
@@ -165,6 +169,7 @@ class _Life:
     """Wear computation: states of the bearings over the cycles, and the next state to simulate."""
 
     def __init__(self, mechanism: Mechanism, options: Options, settings: Wear) -> None:
+        mechanism, self.warnings = with_coefficients(mechanism, settings.coefficients)
         self.mechanism, self.options, self.settings = mechanism, options, settings
         self.names = worn_joints(mechanism)
         period = _period(mechanism, settings)
@@ -174,7 +179,6 @@ class _Life:
         self.next = State(0, 0, depths, NO_LOADS, np.zeros((settings.members, *depths.shape)), np.zeros(depths.shape))
         self.cause = ""
         self.states: list[State] = []
-        self.warnings: list[str] = []
 
     @property
     def cycle(self) -> int:
@@ -337,7 +341,6 @@ class _Life:
         area = np.array([bearing.area for bearing in self.bearings])
         largest = depths.max(axis=-1)
         loads = [state.loads for state in states]
-        cycles = np.array([state.cycle for state in states])
         rates, corrections = np.array([state.rates for state in states]), np.array([state.correction for state in states])
         found = depth_errors(
             np.array([state.cycle for state in states]), depths, rates, np.array([part.energy for part in loads]), corrections
@@ -368,7 +371,7 @@ class _Life:
             ),
             "track_deviation_error": (
                 ("state", "track"),
-                np.stack([mean_error(cycles, deviation[..., k]) for k in range(deviation.shape[2])], axis=-1)
+                np.stack([mean_error(deviation[..., k]) for k in range(deviation.shape[2])], axis=-1)
                 if deviation.shape[2]
                 else np.zeros((len(states), 0)),
                 "m",

@@ -27,15 +27,14 @@ class DepthError(NamedTuple):
 
 
 def scatter(cycles: np.ndarray, values: np.ndarray) -> Scatter:
-    """Return the scatter of a value of shape (states, members), pooled over all states; `cycles` are those of the states.
+    """Return the scatter of a value of shape (states, two or more members), pooled over the states at some `cycles`.
 
     Members that follow one another may be alike, and vary more from state to state than among themselves. The mean of a state
     therefore has the larger one of two variances: that of the members over their number, and that of the deviation from the
     line through both neighbours, which no linear trend increases.
     """
     states, members = values.shape
-    within = float(values.var(axis=1, ddof=1).mean()) if members > 1 else 0.0
-    between, degrees = 0.0, 1.0
+    within, between, degrees = float(values.var(axis=1, ddof=1).mean()), 0.0, 1.0
     if states > 2:
         share = (cycles[2:] - cycles[1:-1]) / (cycles[2:] - cycles[:-2])
         lines = np.zeros((states - 2, states))
@@ -53,18 +52,12 @@ def _factor(degrees: float) -> float:
     return float(student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(degrees, 1.0)))
 
 
-def mean_error(cycles: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return half the 95 % interval of the mean of each state; values have the shape (states, members).
-
-    Members that repeat have no error. A single member is compared with its neighbours.
-    """
+def mean_error(values: np.ndarray) -> np.ndarray:
+    """Return half the 95 % interval of the mean of each state, NaN for one member; values have the shape (states, members)."""
     states, members = values.shape
-    found = scatter(cycles, values)
-    if members > 1:
-        variance, factor = float(values.var(axis=1, ddof=1).mean()) / members, _factor(states * (members - 1))
-    else:
-        variance, factor = found.mean, found.factor
-    return np.full(states, factor * np.sqrt(variance))
+    if members < 2:
+        return np.full(states, np.nan)
+    return np.full(states, _factor(states * (members - 1)) * np.sqrt(values.var(axis=1, ddof=1).mean() / members))
 
 
 def significant_drift(energy: np.ndarray, joints: int) -> float:
@@ -72,8 +65,8 @@ def significant_drift(energy: np.ndarray, joints: int) -> float:
 
     `energy` has the shape (states, members). The level of confidence is that of all joints together (Bonferroni).
     """
-    states, members = energy.shape
-    if members < 2 or states < 3 or not energy.any():
+    states = len(energy)
+    if states < 3 or not energy.any():
         return 0.0
     change = (energy[:, -1] - energy[:, 0]) / energy.mean()
     limit = student.ppf(1.0 - 0.5 * (1.0 - CONFIDENCE_LEVEL) / joints, states - 1) * change.std(ddof=1) / np.sqrt(states)
@@ -83,7 +76,7 @@ def significant_drift(energy: np.ndarray, joints: int) -> float:
 def depth_errors(
     cycles: np.ndarray, depths: np.ndarray, rates: np.ndarray, energy: np.ndarray, corrections: np.ndarray
 ) -> DepthError:
-    """Return the error of the largest depth of each joint after each state.
+    """Return the error of the largest depth of each joint after each state; NaN for a single member.
 
     Parameters
     ----------
@@ -97,7 +90,9 @@ def depth_errors(
     corrections : array, shape (states, joints, angles)
         Depths minus those of loads that are constant over each step [m].
     """
-    joints, members = depths.shape[1], rates.shape[1]
+    joints = depths.shape[1]
+    if rates.shape[1] < 2:
+        return DepthError(np.full(depths.shape[:2], np.nan), np.full(joints, np.nan), np.zeros(joints))
     drift = np.array([significant_drift(energy[:, :, j].sum(axis=-1), joints) for j in range(joints)])
     largest, steps = depths.max(axis=-1), np.diff(cycles)[:, None]
     errors, scatters = np.take_along_axis(np.abs(corrections), depths.argmax(axis=-1)[..., None], axis=-1)[..., 0], []
@@ -106,15 +101,12 @@ def depth_errors(
     weights = 0.5 * (ends[1:] + ends[:-1])  # depth for which the loads of each state count
     for j in range(joints):
         total = energy[:, :, j].sum(axis=-1)
-        found = scatter(cycles, np.divide(total, total.mean(), out=np.zeros_like(total), where=total > 0.0))
-        if members > 1:
-            # directions vary too, so that the depth at one angle scatters more than the volume
-            local = rates[:, :, j, int(np.argmax(depths[-1, j]))]
-            level, within = local.mean(), float(np.var(total, axis=1, ddof=1).mean()) / total.mean() ** 2
-            own = float(local.var(axis=1, ddof=1).mean()) / level**2 if level > 0.0 else 0.0
-            ratio = max(1.0, own / within) if within > 0.0 else 1.0
-            found = found._replace(single=found.single * ratio, mean=found.mean * ratio)
-        scatters.append(np.sqrt(found.single) if members > 1 or len(cycles) > 2 else np.nan)
+        local = rates[:, :, j, int(np.argmax(depths[-1, j]))]  # directions vary, so that it scatters more than the volume
+        relative, own = (np.divide(part, part.mean(), out=np.zeros_like(part), where=part > 0.0) for part in (total, local))
+        found, within = scatter(cycles, relative), float(relative.var(axis=1, ddof=1).mean())
+        ratio = max(1.0, float(own.var(axis=1, ddof=1).mean()) / within) if within > 0.0 else 1.0
+        found = found._replace(single=found.single * ratio, mean=found.mean * ratio)
+        scatters.append(np.sqrt(found.single))
         for s in range(1, len(cycles)):
             inner = np.array([*weights[:s, j], 0.5 * deepened[s - 1, j]])
             variance = found.mean * np.sum(inner**2) + found.single * np.sum(deepened[:s, j] ** 2 / steps[:s, 0])

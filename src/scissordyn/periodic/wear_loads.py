@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.errors import InputError, ScissordynError
+from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
@@ -28,6 +28,34 @@ from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
 from scissordyn.tolerance import CONVERGENCE_TOL
+
+
+def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -> tuple[Mechanism, list[str]]:
+    """Return a mechanism whose joints have the wear coefficient of their pair of materials, and warnings.
+
+    The pair is 'journal/bearing'. Joints with a coefficient keep it. Joints that cannot wear are named in a warning.
+    """
+    used, warnings = set(), []
+    for joint in mechanism.clearance_joints if coefficients else ():
+        clearance = joint.clearance
+        if clearance is None or clearance.wear is not None:
+            continue
+        pair = f"{clearance.surfaces.journal.name}/{clearance.surfaces.bearing.name}"
+        try:
+            clearance.check_worn(f"joint '{joint.name}'")
+        except InputError as error:
+            warnings.append(f"{error.what}: it is left unworn")
+            continue
+        if pair not in coefficients:
+            raise InputError(
+                f"joint '{joint.name}': no wear coefficient for '{pair}'{did_you_mean(pair, coefficients)}",
+                "one for each pair of materials 'journal/bearing'",
+                f'coefficients = {{ "{pair}" = "1e-7 mm^3/(N m)" }}',
+            )
+        used.add(pair)
+        mechanism = mechanism.with_clearance(joint.name, dataclasses.replace(clearance, wear=coefficients[pair]))
+    warnings += [f"no joint takes the wear coefficient of '{pair}'" for pair in sorted(coefficients.keys() - used)]
+    return mechanism, warnings
 
 
 def worn_joints(mechanism: Mechanism) -> list[str]:

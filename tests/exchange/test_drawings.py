@@ -120,7 +120,7 @@ def arcs_only():
     [
         (arcs_only(), {}, "the DXF has no line that is a bar; it has 2 ARC"),
         ("not a drawing", {}, "cannot read the DXF"),
-        (text(four_bar()[0]), {"unit": "cm"}, "unit 'cm', but the DXF says 'mm'"),
+        (text(four_bar()[0]), {"unit": "cm"}, "unit 'cm', but the DXF has 'mm'"),
         (text(four_bar()[0]), {"unit": "parsec"}, "unit 'parsec'"),
         (text(drawing(0)[0]), {}, "without a unit of length"),
     ],

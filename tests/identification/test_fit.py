@@ -14,7 +14,7 @@ from scissordyn.config.fits import fit
 from scissordyn.errors import InputError
 from scissordyn.identification.prediction import prediction
 from scissordyn.identification.problem import Problem, free_parameter, motion
-from scissordyn.identification.start import prepared
+from scissordyn.identification.start import prepare_segments
 
 NOISE = 2e-3
 
@@ -133,7 +133,7 @@ def test_turns_of_measured_angles_count(arm):
 def test_derivatives_are_those_of_the_whole_problem(arm):
     """Cross-check: the derivatives by blocks are those by differences of all residuals."""
     records = [record()]
-    segments, columns, options = prepared(arm.mechanism, arm.run, records, segment=1.0)
+    segments, columns, options = prepare_segments(arm.mechanism, arm.run, records, segment=1.0)
     free = [free_parameter(arm.mechanism, name) for name in ("arm.inertia", "pivot.damping")]
     problem = Problem(arm.mechanism, options, free, segments, columns, np.array([NOISE]))
     unknowns = problem.start()

@@ -13,7 +13,7 @@ from scissordyn.analysis.agreement import Measured
 from scissordyn.identification.exact import exact_jacobian
 from scissordyn.identification.fit import fit_parameters
 from scissordyn.identification.problem import Problem, columns_of, curves, free_parameter, motion
-from scissordyn.identification.start import prepared
+from scissordyn.identification.start import prepare_segments
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.parameter_path import changed_all
 
@@ -45,7 +45,7 @@ def test_derivatives_of_residuals() -> None:
     """Cross-check: exact derivatives against central differences of runs, which err next to the instants of contacts."""
     mechanism = changed_all(bouncing(), GUESS)
     free = [free_parameter(mechanism, path) for path in GUESS]
-    segments, columns, options = prepared(mechanism, OPTIONS, [record()], segment=None)
+    segments, columns, options = prepare_segments(mechanism, OPTIONS, [record()], segment=None)
     problem = Problem(mechanism, options, free, segments, columns, np.ones(2))
     exact = exact_jacobian(problem, problem.start())
     assert problem.runs == 1

@@ -133,9 +133,9 @@ def _segment(text: str | None) -> float | None:
 
 
 def _deviations(read: Case, texts: list[str]) -> dict[str, float] | None:
-    from scissordyn.identification.fit import known_headings
+    from scissordyn.identification.fit import units_by_heading
 
-    units, deviations = known_headings(read.mechanism, read.run) if texts else {}, dict[str, float]()
+    units, deviations = units_by_heading(read.mechanism, read.run) if texts else {}, dict[str, float]()
     for text in texts:
         heading, equals, value = text.rpartition("=")
         heading = heading.strip()
@@ -150,13 +150,13 @@ def _deviations(read: Case, texts: list[str]) -> dict[str, float] | None:
 def _predicted(fitted: xr.Dataset, files: list[Path], segment: str | None) -> xr.Dataset:
     from scissordyn.casefile.configuration import read_configuration
     from scissordyn.config.fits import read_measured
-    from scissordyn.identification.fit import known_headings
+    from scissordyn.identification.fit import units_by_heading
     from scissordyn.identification.prediction import prediction
 
     configuration = read_configuration(fitted)
     mechanism, options = configuration.build_mechanism(), configuration.options
     assert options is not None
-    units = known_headings(mechanism, options)
+    units = units_by_heading(mechanism, options)
     return prediction(mechanism, options, [read_measured(path, units) for path in files], segment=_segment(segment))
 
 

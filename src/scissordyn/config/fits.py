@@ -20,7 +20,7 @@ from scissordyn.config.file import read_case
 from scissordyn.config.studies import study
 from scissordyn.config.variation import read_variation
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.identification.fit import fit_parameters, known_headings
+from scissordyn.identification.fit import fit_parameters, units_by_heading
 from scissordyn.identification.problem import Free, free_parameter
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -209,7 +209,7 @@ def _records(data: Data | Sequence[Data], mechanism: Mechanism, options: Options
     curves: list[Any] = [data] if isinstance(data, Measured | str | os.PathLike) else list(data)
     if not curves:
         raise InputError("no measured curves are given", "at least one file", "--data decay.csv")
-    units = known_headings(mechanism, options) if any(not isinstance(record, Measured) for record in curves) else {}
+    units = units_by_heading(mechanism, options) if any(not isinstance(record, Measured) for record in curves) else {}
     return [record if isinstance(record, Measured) else read_measured(Path(record), units) for record in curves]
 
 

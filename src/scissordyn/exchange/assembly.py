@@ -16,19 +16,19 @@ from typing import Any
 
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
-from scissordyn.exchange.drawing import Block, Drawing, DrawnBar, Pair, assembled
+from scissordyn.exchange.drawing import Block, Drawing, DrawnBar, Pair, mechanism_of_drawing
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
-BLOCK = "scissordyn_assembly"
+BLOCK = "scissordyn_assembly"  # Name of the block with the assembled mechanism
 APPLICATION = "SCISSORDYN"  # Application name of the extended data
 CHUNK_LENGTH = 240  # [characters] Length of the strings of extended data; DXF allows 255
 
-EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"
+EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # What errors about damaged data expect
 
 
 def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
-    """Return the bodies by name, with positions and angles at the start; None if the mechanism cannot be assembled."""
+    """Return the bodies by name, moved to their start positions and angles; None if the mechanism cannot be assembled."""
     from scissordyn.exchange.mjcf_text import place_bodies
 
     try:
@@ -42,7 +42,7 @@ def assemble(mechanism: Mechanism) -> dict[str, Body] | None:
 
 
 def left_out(mechanism: Mechanism) -> list[str]:
-    """Return a line of text for each part of a mechanism that its DXF does not contain."""
+    """Return a note for each kind of part that the assembly in the DXF of a mechanism does not contain."""
     if assemble(mechanism) is None:
         return ["the assembly: left out of the DXF, as the bodies cannot be assembled"]
     parts: dict[str, tuple[Any, ...]] = {
@@ -118,7 +118,7 @@ def _unguided(mechanism: Mechanism) -> list[Body]:
 
 
 def _pins(mechanism: Mechanism, places: Mapping[str, Body]) -> tuple[dict[BodyPoint, str], dict[str, Point]]:
-    """Return the pin of each body point, and the position of each pin; joined points share a pin."""
+    """Return the name of the pin at each body point, and the position of each pin; joined points share a pin."""
     at = {(GROUND, point): place for point, place in mechanism.ground}
     at |= {(body.name, point): places[body.name].place(point) for body in mechanism.bodies for point in body.points}
     group = {point: {point} for point in at}
@@ -148,7 +148,7 @@ def _common_start(names: list[str]) -> str:
 
 
 def assembly_of(document: Any) -> Any:
-    """Return the block that `add_assembly` wrote; None if the drawing does not have it, or inserts it."""
+    """Return the block that `add_assembly` wrote; None if the drawing has no such block, or shows the block by an insert."""
     if BLOCK not in document.blocks or any(insert.dxf.name == BLOCK for insert in document.modelspace().query("INSERT")):
         return None
     return document.blocks.get(BLOCK)
@@ -178,7 +178,7 @@ def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
                 pins.setdefault(str(data["pin"]), corners[0])
         on_bodies = {pin for bar in bars for pin in bar.pins} | {block.pin for block in blocks if not block.follower}
         drawing = Drawing(pins, tuple(pin for pin in fixed if pin in on_bodies), tuple(bars), tuple(blocks), pairs=tuple(pairs))
-        mechanism = assembled(drawing)
+        mechanism = mechanism_of_drawing(drawing)
     except InputError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

@@ -20,7 +20,7 @@ from scissordyn.model.linkage import common_pin
 from scissordyn.model.mechanism import Mechanism
 
 UNITS = {"mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
-"""Length units of drawings and tables [m]."""
+"""Length units of drawings and tables by name [m]."""
 
 LINEAR_DENSITY = 1.0  # Default mass per length of a drawn bar [kg/m]
 
@@ -39,14 +39,14 @@ class Imported(NamedTuple):
     notes: tuple[str, ...]
 
 
-def imported(mechanism: Mechanism, notes: Iterable[str]) -> Imported:
-    """Return the mechanism with its notes, each made printable."""
+def with_printable_notes(mechanism: Mechanism, notes: Iterable[str]) -> Imported:
+    """Return the mechanism and its notes, with control characters of the notes escaped."""
     return Imported(mechanism, tuple(map(printable, notes)))
 
 
 @dataclass(frozen=True)
 class DrawnBar:
-    """A rigid bar or plate between pins."""
+    """Rigid bar or plate that is joined to others at its pins."""
 
     name: str
     pins: tuple[str, ...]  # Names of one or more pins; the first two define the direction of the bar
@@ -81,7 +81,7 @@ class Load:
 
 
 class Pair(NamedTuple):
-    """Joint of two bodies on a pin, for drawings that state which body has the journal."""
+    """Joint of two bodies on a pin, which states the body with the journal and the body with the bearing."""
 
     name: str
     pin: str
@@ -91,7 +91,7 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True)
 class Drawing:
-    """Linkage as drawn: pins, bars, blocks, drives and loads in a plane."""
+    """Linkage as drawn in a plane: pins, bars, blocks, drives and loads."""
 
     pins: Mapping[str, Point]  # Positions [m]
     fixed: tuple[str, ...]  # Pins on the ground
@@ -159,7 +159,7 @@ def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tupl
     return lines
 
 
-def assembled(drawing: Drawing) -> Mechanism:
+def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
     """Convert a drawing to a mechanism."""
     bodies = {bar.name: _body(bar, drawing.pins) for bar in drawing.bars}
     blocks = [block for block in drawing.blocks if not block.follower]
@@ -204,7 +204,7 @@ def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
 
 
 def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
-    """Return by pin the bodies on it, each with its point: bars first, then blocks, then the ground."""
+    """Return the points of bodies at each pin, by pin name: bars first, then blocks, then the ground."""
     on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
     for bar in drawing.bars:
         for pin in dict.fromkeys(bar.pins):

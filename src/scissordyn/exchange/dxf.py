@@ -28,10 +28,10 @@ from scissordyn.exchange.drawing import (
     Drawing,
     DrawnBar,
     Imported,
-    assembled,
-    imported,
+    mechanism_of_drawing,
     plain_name,
     uniform,
+    with_printable_notes,
 )
 from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, listed, notes_of
 from scissordyn.exchange.source import POINTS_MAX
@@ -40,14 +40,14 @@ from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import checked
 from scissordyn.warning import LISTED_MAX
 
-GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"
+GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"  # Layers with fixed pins, guides and the driven bar
 
 UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
 
-EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)
+EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)  # Last two lines of a complete DXF
 
-EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"
+EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"  # Correct command, which error texts show
 
 
 @checked
@@ -83,7 +83,7 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     named = _unit(document, text, unit)
     space, factor = document.modelspace(), UNITS[named]
     if assembly := assembly_of(document):
-        return imported(read_assembly(assembly, factor, notes), notes)
+        return with_printable_notes(read_assembly(assembly, factor, notes), notes)
     found = Entities(factor, document.layers, has_handles="5" in codes)
     found.read(space)
     linkage = _Linkage(found, named, tolerance, linear_density)
@@ -93,8 +93,8 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
         "drive: a DXF has none; add [drive], or driven(speed=...)",
         "gravity: a DXF has none, and it is 0; set structure.gravity",
     ]
-    mechanism = assembled(linkage.drawing)
-    return imported(replace(mechanism, input_body=linkage.driven[0]) if linkage.driven else mechanism, notes)
+    mechanism = mechanism_of_drawing(linkage.drawing)
+    return with_printable_notes(replace(mechanism, input_body=linkage.driven[0]) if linkage.driven else mechanism, notes)
 
 
 class _Messages(logging.Handler):
@@ -127,7 +127,7 @@ def _document(text: str, notes: list[str]) -> Any:
 
 
 def _unit(document: Any, text: str, unit: str) -> str:
-    """Return the drawing's unit of length."""
+    """Return the length unit of a drawing: that of the file, or `unit` if the file has none."""
     # ezdxf sets a default unit if the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
     named = UNIT_CODES.get(code, "")
@@ -138,7 +138,7 @@ def _unit(document: Any, text: str, unit: str) -> str:
     if code and not named:
         raise InputError(f"unknown unit $INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), EXAMPLE)
     if unit and named and unit != named:
-        raise InputError(f"unit '{unit}', but the DXF says '{named}'", f"'{named}', or a DXF with another $INSUNITS")
+        raise InputError(f"unit '{unit}', but the DXF has '{named}'", f"'{named}', or a DXF with another $INSUNITS")
     if not unit and not named:
         raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), EXAMPLE)
     return unit or named
@@ -180,7 +180,7 @@ class _Pins:
 
 
 class _Bar(NamedTuple):
-    """Bar of a drawing: its shape, and its pins and sides."""
+    """Bar of a drawing with the pins at its corners."""
 
     name: str
     shape: Shape
@@ -193,7 +193,7 @@ class _Bar(NamedTuple):
 
 
 class _Linkage:
-    """Linkage in a drawing: recognise pins, bars and guides among its shapes."""
+    """Linkage in a drawing: recognise pins, bars and guides among the shapes of the drawing."""
 
     def __init__(self, found: Entities, unit: str, tolerance: float | None, density: float) -> None:
         self.unit, self.factor, self.density = unit, UNITS[unit], density
@@ -251,7 +251,7 @@ class _Linkage:
         return f"{length / self.factor:.3g} {self.unit}"
 
     def _name_heights(self, shapes: Iterable[Shape]) -> None:
-        """Report entities whose height differs from the median height."""
+        """Add a note about entities whose z coordinate differs from the median of all."""
         shapes = list(shapes)
         middle = float(np.median([z for shape in shapes for z in shape.heights]))
         heights = [(max(abs(z - middle) for z in shape.heights), shape.label) for shape in shapes]
@@ -280,7 +280,7 @@ class _Linkage:
         return bars
 
     def _joined(self) -> tuple[DrawnBar, ...]:
-        """Return the bars with the marks on them; report ends of other bars that touch a bar without a mark."""
+        """Return the bars with the drawn points on them as pins; add notes about ends that touch a bar without a point."""
         marked = np.zeros(len(self.names), bool)
         number = {name: k for k, name in enumerate(self.names)}
         marked[[number[self.pins.find(mark.places[0])] for mark in self.marks]] = True
@@ -314,7 +314,7 @@ class _Linkage:
         return f"'{self.names[k]}' at {self._at(self.pins.places[self.names[k]])}"
 
     def _fixed(self, shapes: list[Shape]) -> tuple[str, ...]:
-        """Return the fixed pins; report places and lines on the ground layer that fix nothing."""
+        """Return the fixed pins; add notes about points and lines on the ground layer that fix nothing."""
         fixed, empty, passed = dict[str, None](), list[str](), list[str]()
         for shape in shapes:
             for place in shape.places:
@@ -344,7 +344,7 @@ class _Linkage:
         )
 
     def _name_near(self) -> None:
-        """Report pins that almost coincide."""
+        """Add notes about pins that almost coincide but are not joined."""
         from scipy.spatial import cKDTree
 
         names = [name for name in self.names if name in self.used]
@@ -392,7 +392,7 @@ class _Linkage:
 
 
 def _extremes(places: tuple[Point, ...]) -> tuple[Point, Point]:
-    """Return the two ends of places on one line, in drawing order."""
+    """Return the two outermost of some points on one line, in drawing order."""
     far = max(places, key=lambda place: math.dist(place, places[0]))
     other = max(places, key=lambda place: math.dist(place, far))
     return (other, far) if places.index(other) < places.index(far) else (far, other)
@@ -426,7 +426,7 @@ def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> t
 
 
 def _distances(xy: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances of points from a side, and the position of the nearest points as a fraction of the side."""
+    """Return the distances of points from a side, and their nearest points on the side, as fractions of its length."""
     along = end - start
     part = np.clip((xy - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
     return np.hypot(*(xy - start - part[:, None] * along).T), part

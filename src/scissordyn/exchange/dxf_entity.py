@@ -21,19 +21,19 @@ ENTITIES_MAX = 50_000  # Largest number of entities, before and after blocks are
 
 LOCATION_ATTRIBUTES = ("start", "center", "location", "insert")  # Attributes with the position of an entity
 
-UNSUPPORTED_REASON = "it is not a bar, pin or guide"
+UNSUPPORTED_REASON = "it is not a bar, pin or guide"  # Reason in notes about left-out entities
 
 CURVE_FIT, SPLINE_FIT = 2, 4  # Flags of a POLYLINE whose vertices are not on the curve
 
 
 class Shape(NamedTuple):
-    """Polyline with its corners, or point or circle with its position."""
+    """Polyline, given by its corners, or point or circle, given by its position."""
 
     places: tuple[Point, ...]  # Corners, or the position [m]
     closed: bool  # True for a closed polyline
     layer: str  # Layer name in lower case
     label: str  # Text with kind, handle and block of the entity
-    heights: tuple[float, ...]  # z coordinates of the places [m]
+    heights: tuple[float, ...]  # z coordinates of `places` [m]
 
 
 @dataclass
@@ -136,7 +136,7 @@ class Entities:
         return f"layer '{layer}' is off" if described.is_off() else ""
 
     def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
-        """Return a text with kind, handle or position, and block of an entity."""
+        """Return a text that identifies an entity in notes: its kind, handle or position, and block."""
         handle = str(_value(entity, "handle", "") or "") if self.has_handles else ""
         where = handle or next(
             (f"at ({p.x:g}, {p.y:g})" for name in LOCATION_ATTRIBUTES if (p := _value(entity, name, None)) is not None), ""
@@ -147,7 +147,7 @@ class Entities:
 def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
     """Return the corners of an entity in world coordinates, and True if they form a closed line.
 
-    A pin has one corner. The list is empty for an unsupported kind.
+    A point, circle or ellipse has one corner, its centre. The list is empty for curves and unsupported kinds.
     """
     full_turn_tol = 1e-6  # an ellipse with a smaller opening counts as closed [rad]
     bulge_max = 1e-6  # a side with a smaller bulge counts as straight [side lengths]

@@ -150,7 +150,7 @@ def _mechanism(
 
 
 class Hole(NamedTuple):
-    """Hole of a bar, or pin that is fixed to the bar, at a joint."""
+    """Hole of a bar at a joint, or pin that is fixed to the bar there."""
 
     joint: str
     place: Point
@@ -248,7 +248,7 @@ def _left(a: Point, b: Point, c: Point) -> float:
 
 
 def _draw_outline(space: object, corners: list[Point], radius: float, down: float) -> None:
-    """Draw a closed polyline at a distance around the hull, with rounded corners."""
+    """Draw the outline of a bar at the distance `radius` from the lines between its corners, moved by `down` along y [mm]."""
     points = []
     count = len(corners)
     for k, corner in enumerate(corners):
@@ -268,7 +268,7 @@ def _normal(a: Point, b: Point) -> Point:
 
 
 def cut_list(mechanism: Mechanism, *, pin_radius: float | None = None) -> bytes:
-    """Return a CSV table for the manufacture of bars: a row for each hole or pin of a bar; equal bars are counted once."""
+    """Return a CSV table for the manufacture of bars: a row for each hole or pin; equal bars are one bar with a count."""
     groups: dict[tuple[object, ...], list[tuple[Body, list[Hole]]]] = {}
     for body, holes in _bars(mechanism, pin_radius):
         key = tuple(sorted((round(h.place[0], 9), round(h.place[1], 9), round(h.radius, 9), h.journal) for h in holes))

@@ -28,20 +28,20 @@ from scissordyn.units import checked
 if TYPE_CHECKING:
     import pandas as pd
 
-END_NAMES = ("body", "joint", "point")  # Columns that identify an end
+END_NAMES = ("body", "joint", "point")  # Columns of force tables that identify the body and the joint of a force
 
 
-SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")
+SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")  # Rectangular section, such as "20x30 mm"
 UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length unit [m]
 
 
 class End(NamedTuple):
-    """End: a body at one of its joints, guides or welds, where a force acts on it."""
+    """A body at one of its joints, guides or welds, where a force acts on the body."""
 
     body: str
     joint: str
     point: str  # Point of the body; "" for the carrier of a guide, on which the force acts at the follower
-    sign: float  # Sign of the joint's reported force on this body
+    sign: float  # 1.0 if the run reports the force on this body, -1.0 if it reports the force on the other body
     guide: Guide | None = None
     of_weld: bool = False
 
@@ -105,7 +105,7 @@ def located_peak(run: xr.Dataset, joint: str) -> float:
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:
-    """Return a sentence for each joint, guide and weld whose sampled forces are more than 1 % below the largest force."""
+    """Return a sentence for each joint, guide and weld whose largest force is over 1 % above the largest at the samples."""
     missed = 0.01  # fraction of the largest force
     lines = []
     for joint in sorted(name for dim in ("joint", "weld") if dim in run.dims for name in run[dim].values.tolist()):
@@ -158,7 +158,7 @@ def _turned(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def _other_loads(
     run: xr.Dataset, mechanism: Mechanism, ends: list[End], force: np.ndarray, moment: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return force and torque of other loads on each body: the residual of its balance of momentum."""
+    """Return the force and torque on each body that no joint, guide or weld exerts: the residual of its balance of momentum."""
     count = run.sizes["time"]
     other, torque = np.zeros((count, len(mechanism.bodies), 2)), np.zeros((count, len(mechanism.bodies)))
     down = mechanism.gravity * np.array([math.cos(mechanism.gravity_direction), math.sin(mechanism.gravity_direction)])
@@ -234,9 +234,9 @@ ENVELOPE_COLUMNS = (
 )  # fmt: skip
 """Columns of an envelope after `END_NAMES`."""
 
-MOMENT_COLUMN = "largest moment [N m]"
+MOMENT_COLUMN = "largest moment [N m]"  # Heading of the last but one column of an envelope
 
-LOCATED_COLUMN = "largest force within the steps [N]"  # last column of an envelope
+LOCATED_COLUMN = "largest force within the steps [N]"  # Heading of the last column of an envelope
 
 
 def to_csv(table: pd.DataFrame) -> bytes:
@@ -255,7 +255,7 @@ def force_json(forces: xr.Dataset) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number or nested lists of numbers with None instead of values that are not finite."""
+    """Return a number, or nested lists of numbers, with each value that is not finite replaced by None."""
     if isinstance(value, list):
         return [_plain(part) for part in value]
     return value if math.isfinite(value) else None
@@ -319,7 +319,7 @@ def beam_file(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, *, sect
 
 
 def _worst_sample(forces: xr.Dataset, run: xr.Dataset, mechanism: Mechanism, body: Body) -> int | str:
-    """Return the sample with the largest pin force on a bar, or the reason why it cannot be written as a beam."""
+    """Return the index of the sample with the largest pin force on a bar, or the reason why no beam can be written for it."""
     ends = forces["end_body"].values == body.name
     points = forces["end_point"].values[ends].astype(str).tolist()
     if not body.rotates or not points or len(_points_on_line(body)) < 2:
@@ -355,7 +355,10 @@ def _beam_nodes(body: Body) -> list[float]:
 def _loads(
     forces: xr.Dataset, motion: xr.Dataset, mechanism: Mechanism, body: Body, places: list[float], before: int
 ) -> list[str]:
-    """Return the lines of nodal loads: pin forces, weight and inertia forces."""
+    """Return the lines of the CalculiX file with the nodal loads of a bar: pin forces, weight and inertia forces.
+
+    `places` are the nodes along the bar [m], `before` the number of nodes of previous bars.
+    """
     uniform_tol = 1e-6  # largest relative difference from the mass centre and inertia of a uniform bar
     lines: list[str] = []
 
@@ -396,6 +399,6 @@ def _loads(
 
 
 def _gauss_points(a: float, b: float) -> list[tuple[float, float]]:
-    """Return two Gauss points with weights, exact for the product of a linear shape function and a linear load."""
+    """Return two Gauss points of the interval from a to b with weights, exact for the product of two linear functions."""
     half, middle = 0.5 * (b - a), 0.5 * (a + b)
     return [(middle - half / math.sqrt(3.0), half), (middle + half / math.sqrt(3.0), half)]

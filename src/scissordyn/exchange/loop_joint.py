@@ -27,13 +27,13 @@ from scissordyn.exchange.xml_element import (
     value_of,
 )
 
-WORLD = "world"
+WORLD = "world"  # Name of the fixed link of a model
 
 AXIS_PARTS = {
     "limit": {"lower", "upper"},
     "dynamics": {"damping", "friction", "spring_reference", "spring_stiffness"},
 }
-"""Elements of an SDF axis that are read, and their children that are read."""
+"""Child elements of an SDF <axis> that are read, each with those of its children that are read."""
 
 KINDS = {
     "revolute": "pin",
@@ -43,21 +43,21 @@ KINDS = {
     "prismatic": "slide",
     "fixed": "weld",
 }
-"""Joint types that can close a loop in a plane, and their kinds."""
+"""Kind of planar joint, by the type of an URDF or SDF joint that can close a loop."""
 
 
 class Pose(NamedTuple):
-    """Position and orientation of a frame in another frame."""
+    """Position and orientation of a frame (the inner frame) in another frame (the outer frame)."""
 
     position: np.ndarray
     rotation: Rotation
 
     def times(self, inner: Pose) -> Pose:
-        """Return the pose of a frame in the outer frame; `inner` is its pose in this frame."""
+        """Return the pose in the outer frame of a third frame, whose pose in the inner frame is `inner`."""
         return Pose(self.position + self.rotation.apply(inner.position), self.rotation * inner.rotation)
 
     def inverse(self) -> Pose:
-        """Return the pose of the outer frame in this frame."""
+        """Return the pose of the outer frame in the inner frame."""
         back = self.rotation.inv()
         return Pose(-back.apply(self.position), back)
 
@@ -68,12 +68,12 @@ class Pose(NamedTuple):
 
 
 def pose(values: tuple[float, ...] = (0.0,) * 6) -> Pose:
-    """Return the pose of a position [m] and of roll, pitch and yaw [rad]: rotations about the fixed axes x, y, z in turn."""
+    """Return the pose for x, y, z [m] and roll, pitch, yaw [rad], which are rotations about the fixed axes x, y, z in turn."""
     return Pose(np.array(values[:3]), Rotation.from_euler("xyz", values[3:]))
 
 
 class Frame(NamedTuple):
-    """Frame that is fixed to a link."""
+    """Frame that is fixed to a link, with its pose in the frame of the link."""
 
     link: str
     pose: Pose
@@ -97,7 +97,7 @@ class LoopJoint(NamedTuple):
 
 
 def loop_joints(element: Element, notes: list[str]) -> list[LoopJoint]:
-    """Return the loop joints in an element of a URDF; none if it is not `<loop_joint>` or `<gazebo>`, or not complete."""
+    """Return the joints that close loops in a `<loop_joint>` or `<gazebo>` element; none for other or incomplete elements."""
     if element.tag.rpartition(":")[2] == "loop_joint":
         return _urdf_joint(element, notes)
     if element.tag == "gazebo" and "reference" not in element.attributes:
@@ -106,7 +106,7 @@ def loop_joints(element: Element, notes: list[str]) -> list[LoopJoint]:
 
 
 def _urdf_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
-    """Return the joint of a `<loop_joint>` with `link1` and `link2`."""
+    """Return the joint of a `<loop_joint>` element; none if its type or links cannot be read."""
     ends = [child_of(element, tag) for tag in ("link1", "link2")]
     kind = KINDS.get(element.attributes.get("type", "revolute"), "")
     # no source defines the direction of a slide in this element
@@ -132,7 +132,7 @@ def _urdf_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
 
 
 def _gazebo_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
-    """Return an SDF joint of a `<gazebo>` element; its frame is that of its child link unless a pose places it."""
+    """Return an SDF joint of a `<gazebo>` element; its frame is the frame of its child link unless it has a <pose>."""
     kind = KINDS.get(element.attributes.get("type", ""), "")
     child, parent = (link_name(element, tag) for tag in ("child", "parent"))
     if not kind or not child or not parent:
@@ -161,7 +161,7 @@ def _gazebo_joint(element: Element, notes: list[str]) -> list[LoopJoint]:
 
 
 def link_name(joint: Element, tag: str) -> str:
-    """Return the link in the text of `<parent>` or `<child>`, or in its attribute as in early files."""
+    """Return the name of the link in the text of `<parent>` or `<child>`, or in its attribute `link` in early files."""
     end = child_of(joint, tag)
     return "" if end is None else end.text.strip() or end.attributes.get("link", "")
 
@@ -181,7 +181,7 @@ def read_pose(element: Element) -> Pose:
 
 
 def read_axis(axis: Element, *, in_model: bool = False) -> tuple[tuple[float, ...], str]:
-    """Return the vector of an SDF `<axis>` and the name of its frame: "" for that of the joint, "__model__" for the model's."""
+    """Return the vector of an SDF `<axis>`, and the name of its frame: "" is the joint's, "__model__" the model's frame."""
     element = child_of(axis, "xyz")
     text = "0 0 1" if element is None or not element.text.strip() else element.text
     vector = _direction(text, axis, f"line {axis.line}: <xyz> of <axis>")
@@ -199,7 +199,7 @@ def _direction(text: str, axis: Element, what: str) -> tuple[float, ...]:
 
 
 def _note_unread(element: Element, known: set[str], notes: list[str], joint: Element | None = None) -> None:
-    """Add a note with the children of a joint, or of an element in it, that are not read."""
+    """Add a note about child elements, other than `known`, of a joint or of an element in it: they are not read."""
     if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in known)):
         tags = ", ".join(f"<{tag[:SHOWN_LENGTH_MAX]}>" for tag in unread[:5]) + (" and more" if len(unread) > 5 else "")
         notes.append(f"joint {(joint or element).shown}: {tags} left out, because the joint closes a loop")
@@ -229,7 +229,7 @@ def axis_attributes(axis: Element, kind: str) -> dict[str, str]:
 
 
 def _bound(limit: Element, tag: str, sign: float) -> float:
-    """Return a limit; infinite ones are as large as the default."""
+    """Return a limit of a joint, at most `VALUE_MAX` in magnitude; a missing limit is `sign` times `VALUE_MAX`."""
     child = child_of(limit, tag)
     try:
         value = sign * VALUE_MAX if child is None else float(child.text)
@@ -240,8 +240,8 @@ def _bound(limit: Element, tag: str, sign: float) -> float:
     return max(-VALUE_MAX, min(VALUE_MAX, value))
 
 
-def add_marks(spec: Any, joints: list[LoopJoint]) -> None:
-    """Add the frames of loop joints to a MuJoCo model as sites, which keep their place when MuJoCo fuses fixed links."""
+def add_loop_sites(spec: Any, joints: list[LoopJoint]) -> None:
+    """Add the frames of loop joints to a MuJoCo model as sites, which do not move if MuJoCo fuses links that are welded."""
     if len(joints) > BODIES_MAX:
         raise InputError(f"the model has more than {BODIES_MAX} joints that close loops", "fewer joints", EXAMPLE)
     bodies = {body.name: body for body in spec.bodies}
@@ -254,9 +254,9 @@ def add_marks(spec: Any, joints: list[LoopJoint]) -> None:
                     f"{joint.shown} refers to '{link[:SHOWN_LENGTH_MAX]}'", "the name of a link of the model", EXAMPLE
                 )
             site = bodies[link].add_site()
-            site.name, site.pos, site.quat = mark_name(number, k), frame.pose.position, frame.pose.quaternion
+            site.name, site.pos, site.quat = site_name(number, k), frame.pose.position, frame.pose.quaternion
 
 
-def mark_name(number: int, k: int) -> str:
-    """Return the name of the k-th site of a loop joint: two links, two places and the frame of the axis."""
+def site_name(number: int, k: int) -> str:
+    """Return the name of the k-th site of a loop joint: 0 and 1 are its links, 2 and 3 its frames on them, 4 its axis frame."""
     return f"mark {k} of loop joint {number}"

@@ -18,12 +18,12 @@ from scissordyn.components.place import GROUND
 from scissordyn.components.torsion_spring import TorsionSpring
 from scissordyn.components.travel_stop import TravelStop
 from scissordyn.errors import InputError
-from scissordyn.exchange.drawing import Imported, imported, plain_name
-from scissordyn.exchange.loop_joint import LoopJoint, mark_name
-from scissordyn.exchange.mjcf_frame import compiled
+from scissordyn.exchange.drawing import Imported, plain_name, with_printable_notes
+from scissordyn.exchange.loop_joint import LoopJoint, site_name
+from scissordyn.exchange.mjcf_frame import compile_model
 from scissordyn.exchange.mjcf_motor import MotorReader
 from scissordyn.exchange.mjcf_plane import TILT_MAX
-from scissordyn.exchange.robot_xml import Source, used_part
+from scissordyn.exchange.robot_xml import Source, remove_unused
 from scissordyn.exchange.xml_element import EXAMPLE, VALUE_MAX
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
@@ -58,12 +58,12 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
         If the model cannot be read, or is not planar.
     """
     mujoco = library("mujoco", "exchange", "MJCF")
-    source = used_part(text, None if folder is None else Path(folder))
+    source = remove_unused(text, None if folder is None else Path(folder))
     warn = mujoco.get_mju_user_warning()
     # by default MuJoCo writes its warnings into a file of the current folder
     mujoco.set_mju_user_warning(lambda message: source.notes.append(f"MuJoCo warns: {message}"))
     try:
-        model = compiled(mujoco, source)
+        model = compile_model(mujoco, source)
         data = mujoco.MjData(model)
         if model.nkey:
             mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -81,7 +81,7 @@ def read_mjcf(text: str, *, folder: str | Path | None = None) -> Imported:
     for numbers in (model.body_mass, model.body_inertia, data.xpos, data.xipos, data.xmat, data.cvel):
         if not np.all(np.isfinite(numbers)):
             raise InputError("the model has masses or positions that are not finite", "finite numbers", EXAMPLE)
-    return _Reader(mujoco, model, data, source).imported()
+    return _Reader(mujoco, model, data, source).read_mechanism()
 
 
 class _Reader(MotorReader):
@@ -97,7 +97,7 @@ class _Reader(MotorReader):
         self.welds: list[Weld] = []
         self.couplings: list[Coupling] = []
 
-    def imported(self) -> Imported:
+    def read_mechanism(self) -> Imported:
         for index in self.bodies:
             self._attach(index)
         for number, loop in enumerate(self.loops):
@@ -127,10 +127,10 @@ class _Reader(MotorReader):
             gravity_direction=direction,
             input_body=bodies[0].name,
         )
-        return imported(mechanism, self.notes)
+        return with_printable_notes(mechanism, self.notes)
 
     def _gravity(self) -> tuple[float, float]:
-        """Return magnitude and direction of gravity in the plane."""
+        """Return the magnitude [m/s^2] and direction [rad] of gravity in the plane."""
         gravity = self._flat(self.model.opt.gravity)
         size, across = math.hypot(*gravity), float(np.linalg.norm(self.model.opt.gravity))
         if self._disabled("GRAVITY") or not size > ASSEMBLY_TOL * across:
@@ -142,7 +142,7 @@ class _Reader(MotorReader):
         return size, math.atan2(gravity[1], gravity[0])
 
     def _attach(self, index: int) -> None:
-        """Add the joints between a body and its parent."""
+        """Add the joints between a body and its parent, with their springs, dampers, friction and limits."""
         model, data, parent, joints = self.model, self.data, self._parent(index), self._joints_of(index)
         hinges, slides = ([j for j in joints if j in kind] for kind in (self.hinged, self.sliding))
         body = self.names[index]
@@ -341,8 +341,8 @@ class _Reader(MotorReader):
 
     def _close(self, number: int, loop: LoopJoint) -> None:
         """Add the pin, guide or weld of a joint that closes a loop."""
-        marks = [self.data.site(mark_name(number, k)) for k in range(4)]
-        ends = [self.host[int(self.model.site(mark_name(number, k)).bodyid[0])] for k in range(2)]
+        marks = [self.data.site(site_name(number, k)) for k in range(4)]
+        ends = [self.host[int(self.model.site(site_name(number, k)).bodyid[0])] for k in range(2)]
         if ends[0] == ends[1]:
             what = f"{loop.shown} joins '{loop.links[0]}' and '{loop.links[1]}', which are one rigid body"
             raise InputError(what, "links that can move relative to each other", EXAMPLE)
@@ -357,7 +357,7 @@ class _Reader(MotorReader):
             return
         assert loop.axis is not None
         follower, carrier = ends if ends[0] else ends[::-1]
-        along = self.data.site(mark_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
+        along = self.data.site(site_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
         x, y = self._flat(along)
         direction, through = math.atan2(y, x) - self._angle(carrier), self._local(carrier, places[0])
         point = self._at(follower, places[0], name)
@@ -375,7 +375,7 @@ class _Reader(MotorReader):
             limited=["range" in part],
             range=part.get("range"),
         )
-        axis = self.data.site(mark_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
+        axis = self.data.site(site_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
         sense = math.copysign(1.0, float(axis @ self.basis[2]))
         if ends[0]:
             self._hinge(joint, name, (0.0, sense), ends)
@@ -383,7 +383,7 @@ class _Reader(MotorReader):
             self._hinge(joint, name, (0.0, -sense), ends[::-1])
 
     def _weld_frames(self, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the orientation of a weld's second body in the weld, and its present one."""
+        """Return the orientation that a weld prescribes for its second body, and the orientation of that body at the start."""
         a, b = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
         if self.model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
             first, second = (self.data.site_xmat[site].reshape(3, 3) for site in (a, b))
@@ -421,7 +421,7 @@ class _Reader(MotorReader):
         self.couplings.append(Coupling(name, first, second, ratio, here1 + sense1 * gap - ratio * here2))
 
     def _coordinate(self, j: int) -> tuple[Coordinate, float, float] | None:
-        """Return the coordinate for a joint, its sign and its start value; None for one of two slides of a body."""
+        """Return the coordinate of a joint, its sign and its value at the start; None for one of two slides of a body."""
         index = int(self.model.jnt_bodyid[j])
         parent = self._parent(index)
         name, base = self.names[index], self.names[parent]
@@ -457,7 +457,7 @@ class _Reader(MotorReader):
 
 
 def _coefficients(joint: Any) -> tuple[list[float], list[float]]:
-    """Return the polynomial coefficients of a joint's stiffness and damping; older MuJoCo versions have only linear ones."""
+    """Return the coefficients of a joint's stiffness and damping polynomials; old MuJoCo versions have only linear terms."""
     parts = ([getattr(joint, name, []) for name in (what, f"{what}poly")] for what in ("stiffness", "damping"))
     stiffness, damping = ([float(value) for part in pair for value in np.ravel(part)] for pair in parts)
     return stiffness, damping

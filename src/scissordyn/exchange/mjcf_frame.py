@@ -11,18 +11,18 @@ import numpy as np
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import plain_name
-from scissordyn.exchange.loop_joint import add_marks, mark_name
+from scissordyn.exchange.loop_joint import add_loop_sites, site_name
 from scissordyn.exchange.mjcf_plane import TILT_MAX, plane_of
 from scissordyn.exchange.robot_xml import Source
 from scissordyn.exchange.xml_element import EXAMPLE
 
 
-def compiled(mujoco: Any, source: Source) -> Any:
-    """Return MuJoCo's model, with sites at the joints that close loops."""
+def compile_model(mujoco: Any, source: Source) -> Any:
+    """Compile a text with MuJoCo and return the model, with sites at the joints that close loops."""
     if not source.loops:
         return mujoco.MjModel.from_xml_string(source.text)
     spec = mujoco.MjSpec.from_string(source.text)
-    add_marks(spec, source.loops)
+    add_loop_sites(spec, source.loops)
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always", UserWarning)
         model = spec.compile()
@@ -31,7 +31,7 @@ def compiled(mujoco: Any, source: Source) -> Any:
 
 
 class ModelFrames:
-    """MuJoCo model at its start, with the plane of its mechanism."""
+    """MuJoCo model at its start: positions, angles and names of its bodies in the plane of the mechanism."""
 
     def __init__(self, mujoco: Any, model: Any, data: Any, source: Source) -> None:
         self.mujoco, self.model, self.data, self.notes = mujoco, model, data, source.notes
@@ -56,7 +56,7 @@ class ModelFrames:
         hinges, slides = ([(self._joint_name(j), data.xaxis[j]) for j in joints] for joints in (self.hinged, self.sliding))
         for number, loop in enumerate(self.loops):
             if loop.axis is not None and loop.kind != "weld":
-                axis = data.site(mark_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
+                axis = data.site(site_name(number, 4)).xmat.reshape(3, 3) @ np.array(loop.axis)
                 (hinges if loop.kind == "pin" else slides).append((loop.name, axis / np.linalg.norm(axis)))
         self.basis = plane_of(hinges, slides, model.opt.gravity, self.notes)
         self.names = [GROUND]
@@ -90,7 +90,7 @@ class ModelFrames:
         return math.atan2(y, x)
 
     def _local(self, index: int, place: Any) -> Point:
-        """Return a point in space in the coordinates of a body, projected to the plane."""
+        """Return the coordinates of a point in space in the frame of a body, projected to the plane [m]."""
         x, y = self._flat(np.asarray(place) - self.data.xpos[index])
         cos, sin = math.cos(self._angle(index)), math.sin(self._angle(index))
         return cos * x + sin * y, cos * y - sin * x
@@ -117,7 +117,7 @@ class ModelFrames:
         return np.asarray(self.data.xpos[index] + self.data.xmat[index].reshape(3, 3) @ np.asarray(local))
 
     def _twist(self, index: int) -> np.ndarray:
-        """Return a body's angular velocity and its origin's velocity in space; report components out of the plane."""
+        """Return the angular velocity of a body and the velocity of its origin; add a note if they are not in the plane."""
         twist = np.zeros(6)
         self.mujoco.mj_objectVelocity(self.model, self.data, self.mujoco.mjtObj.mjOBJ_XBODY, index, twist, 0)
         normal = self.basis[2]

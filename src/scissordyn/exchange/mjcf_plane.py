@@ -19,7 +19,7 @@ Axes = Sequence[tuple[str, np.ndarray]]  # Names of joints and their unit vector
 
 
 def plane_of(hinges: Axes, slides: Axes, gravity: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Return the unit vectors of the plane's x, y and normal as rows; report tilted axes in the notes."""
+    """Return the unit vectors of the plane's x, y and normal as rows; add notes about joint axes that are tilted."""
     if hinges:
         name, first = hinges[0]
         for other, axis in hinges:
@@ -66,7 +66,7 @@ def _normal_of_slides(slides: list[np.ndarray], gravity: np.ndarray) -> np.ndarr
 
 
 def _basis(normal: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Return the basis of the plane with a normal; its x and y are close to two axes of space."""
+    """Return unit vectors in rows: x and y of the plane, close to two axes of space, and its normal."""
     main = int(np.argmax(abs(normal)))
     axis = np.eye(3)[main] * (-1.0 if main == 1 else 1.0)
     normal = normal * math.copysign(1.0, float(normal @ axis))

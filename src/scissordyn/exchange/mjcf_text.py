@@ -28,7 +28,7 @@ STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIME_STEP:g} 1", "solimp": "0.9
 """Solver parameters that make MuJoCo's soft constraints as stiff as the time step permits."""
 
 
-HINGE_ATTRIBUTES = {"type": "hinge", "axis": "0 0 1"}
+HINGE_ATTRIBUTES = {"type": "hinge", "axis": "0 0 1"}  # Attributes of MJCF hinges about z
 
 Edge: TypeAlias = Guide | Revolute | Weld
 
@@ -185,7 +185,7 @@ class _Writer:
         )
 
     def _tendon(self, part: Coupling | CoordinateDrive, side: str, weights: Mapping[str, float] | None) -> str:
-        """Add a tendon whose length is a coordinate plus a constant; return its name."""
+        """Add an MJCF tendon whose length is a coordinate plus a constant; return the name of the tendon."""
         name, coordinate = f"{part.name} {side}", getattr(part, side)
         tendon = ET.SubElement(self.tendons, "spatial" if weights is None else "fixed", name=name)
         for joint, weight in (weights or {}).items():
@@ -199,7 +199,7 @@ class _Writer:
 
 
 def place_bodies(ideal: Mechanism) -> dict[str, _Placed]:
-    """Return the bodies at the start of a run."""
+    """Return the positions and velocities of the bodies at the start of a run, by body name."""
     until = 1e-6  # duration of the run that computes the start [s]
     run = simulate(ideal, until=until, samples=2).isel(time=0)
     bodies = {}
@@ -241,7 +241,7 @@ def _can_attach(edge: Edge, parent: str, child: str, placed: dict[str, _Placed])
 
 
 def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, Any], float]]:
-    """Yield the joints between a body and its parent, each with its speed at the start."""
+    """Yield the attributes of the MJCF joints between a body and its parent, each with its speed at the start."""
     by, name = here.by, here.body.name
     turning = here.rate - (parent.rate if parent else 0.0)
     if isinstance(by, Revolute):

@@ -14,11 +14,11 @@ from scissordyn.exchange.drawing import (
     Drawing,
     DrawnBar,
     Imported,
-    assembled,
-    imported,
+    mechanism_of_drawing,
     plain_name,
     uniform,
     with_point_mass,
+    with_printable_notes,
 )
 from scissordyn.exchange.pmks_link import (
     COMPUTED_BY_PMKS,
@@ -67,11 +67,11 @@ def read_pmks(link: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
     drawing = _with_loads(_drawing(sketch, linear_density, notes), PIN_TOL * sketch.scale)
     if not drawing.gravity:
         notes.append("gravity: off in the link, so it is 0; set structure.gravity")
-    return imported(_with_oscillation(assembled(drawing), notes), notes)
+    return with_printable_notes(_with_oscillation(mechanism_of_drawing(drawing), notes), notes)
 
 
 def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
-    """Convert a sketch, the content of a PMKS+ web address, to pins, bars, blocks and loads."""
+    """Convert the content of a PMKS+ link to pins, bars, blocks and loads."""
     joints = sketch.joints
     names: dict[str, str] = {}
     for key, link in sketch.links.items():

@@ -23,19 +23,20 @@ from scissordyn.components.place import Point
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Load, plain_name
 
-BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a link
 EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
-EXPECTED_LINK = "a link from 'Share' in PMKS+"
+EXPECTED_LINK = "a link from 'Share' in PMKS+"  # What errors about damaged links expect
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
+"""What errors about links of the earlier format expect."""
 
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
-CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings
+CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings of a link
 
-TRUE_TEXTS = ("t", "true")  # Truth values of the earlier format
+TRUE_TEXTS = ("t", "true")  # Texts that mean true in the earlier format
 
 LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
-"""Length in m, mass in kg and force in N for each length unit; masses of drawings in inches are pounds."""
+"""Length unit with its length [m], and the mass [kg] and force [N] that are the units of drawings with this length unit."""
 
 LINK_KINDS = dict.fromkeys("YAMG0123", True) | dict.fromkeys("Namg4567", False)
 """First characters of links: True for a separate link, False for part of a welded one. Later versions added most of them."""
@@ -81,9 +82,9 @@ class Sketch:
 
 
 def read_link(link: str, notes: list[str], letters_max: int = 50_000) -> Sketch:
-    """Parse a link of either format; parts that are left out are added to the notes.
+    """Parse a link of the present or the earlier format; add a note for each part that is left out.
 
-    `letters_max`: [characters] Length of the longest link; such a link has about a thousand joints.
+    `letters_max`: [characters] Length of the longest link that is read; a link of this length has about a thousand joints.
     """
     if len(link) > letters_max:
         raise InputError(f"the link of PMKS+ has more than {letters_max} characters", EXPECTED_LINK, EXAMPLE)
@@ -209,7 +210,7 @@ def _load(name: str, bar: str, arrow: tuple[Point, Point], size: float, scale: f
 
 
 def _check_rest(rest: list[str], notes: list[str]) -> None:
-    """Check the sections of a link after the forces: the selected part is ignored, unknown entries are errors."""
+    """Check the sections of a link after its forces; add notes for known parts, and raise `InputError` for unknown ones."""
     kinds = {"S": "a synthesis", "K": "colours", "C": "anchors of mass centres", "J": "locks", "L": "locks", "F": "locks"}
     if len(rest) > 2:
         raise _unsupported_version(f"{len(rest)} sections after the forces")
@@ -220,9 +221,9 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
 
 
 def _unsigned(text: str, what: str, digits_max: int = 12) -> int:
-    """Return an unsigned integer in base 64.
+    """Return the value of an unsigned integer in base 64.
 
-    `digits_max`: largest number of base-64 digits of a number in a link, including its sign.
+    `digits_max`: largest accepted number of digits, including the sign.
     """
     if not 0 < len(text) <= digits_max:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
@@ -246,7 +247,7 @@ def _integer(text: str, what: str) -> int:
 
 
 def _read_earlier(link: str, notes: list[str]) -> Sketch:
-    """Parse a link of the earlier format; unused parts are added to the notes."""
+    """Parse a link of the earlier format; add a note for each part that is left out."""
     query = (unquote(link) if "%3D" in link else link).partition("?")[2].partition("#")[0]
     parts = {key: values[0] for key, values in parse_qs(query, keep_blank_values=True).items()}
     if "l" not in parts:

@@ -18,19 +18,19 @@ from scissordyn.exchange.drawing import (
     Drawing,
     DrawnBar,
     Imported,
-    assembled,
-    imported,
+    mechanism_of_drawing,
     plain_name,
     shortest_tree,
     uniform,
+    with_printable_notes,
 )
 from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.model.body import check_place
 from scissordyn.units import checked
 
-COLUMNS = "name", "x", "y", "bars", "support"
+COLUMNS = "name", "x", "y", "bars", "support"  # Names of the columns of a table of points; "support" may be absent
 
-HEADING_EXAMPLE = "name,x,y,bars,support"
+HEADING_EXAMPLE = "name,x,y,bars,support"  # Correct first line of a table, which error texts show
 
 
 SLIDE_TEXT = re.compile(r"slide(?:\s+(\S*?)\s*(deg|degrees?|°|rad)?)?")  # Sliding support: "slide", or "slide 30 deg"
@@ -80,7 +80,7 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
         notes.append(f"blocks that slide have {block_mass:g} kg each")
     if not table.fixed and not blocks:
         notes.append("nothing is grounded: write 'fixed' in the column 'support' of each fixed point")
-    return imported(assembled(Drawing(table.pins, tuple(table.fixed), bars, tuple(blocks))), notes)
+    return with_printable_notes(mechanism_of_drawing(Drawing(table.pins, tuple(table.fixed), bars, tuple(blocks))), notes)
 
 
 def _rows(text: str) -> list[tuple[int, list[str]]]:
@@ -104,7 +104,7 @@ def _rows(text: str) -> list[tuple[int, list[str]]]:
 
 
 class _Table:
-    """Points, bars and supports of a table; unused parts are added to the notes."""
+    """Points, bars and supports in the rows of a table; adds a note for each part that is left out."""
 
     def __init__(self, rows: list[tuple[int, list[str]]], factor: float, notes: list[str]) -> None:
         self.factor, self.notes = factor, notes
@@ -112,12 +112,12 @@ class _Table:
         self.bars: dict[str, list[str]] = {}
         self.fixed: list[str] = []
         self.slides: dict[str, float] = {}
-        self.spelt: dict[str, str] = {}  # Name in the table of each name in the case
+        self.spelt: dict[str, str] = {}  # Name in the table, by name in the case
         head = [cell.casefold() for cell in rows[0][1]] if rows else []
         for name in COLUMNS:
             if head.count(name) > 1:
                 raise InputError(
-                    f"the table of points has {head.count(name)} columns '{name}'", "one column a name", HEADING_EXAMPLE
+                    f"the table of points has {head.count(name)} columns '{name}'", "each column once", HEADING_EXAMPLE
                 )
             if name not in head and name != "support":
                 raise InputError(f"the table of points has no column '{name}'", ", ".join(COLUMNS), HEADING_EXAMPLE)
@@ -175,7 +175,7 @@ class _Table:
         return plain
 
     def _name_unused(self, head: list[str], rows: list[tuple[int, list[str]]]) -> None:
-        """Report the unused columns with the lines in which they have values."""
+        """Add a note for each unused column, with the numbers of the lines in which it has values."""
         for k, name in enumerate(head):
             if name.casefold() in COLUMNS:
                 continue
@@ -186,7 +186,7 @@ class _Table:
                 self.notes.append(f"column '{name or k + 1}' left out: {values}")
 
     def _leave_out_single(self, lines: Mapping[str, int]) -> None:
-        """Remove the points that are on no bar, and report them."""
+        """Remove the points that are on no bar, and add a note for each."""
         on_bars = {point for points in self.bars.values() for point in points}
         for name in [name for name in self.pins if name not in on_bars]:
             del self.pins[name]
@@ -197,7 +197,7 @@ class _Table:
             raise InputError("the table of points has no bars", "the names of its bars for each point", HEADING_EXAMPLE)
 
     def _name_coincident(self) -> None:
-        """Report points at the same place."""
+        """Add a note for points with equal coordinates, because they are not joined."""
         same = defaultdict[Point, list[str]](list)
         for name, place in self.pins.items():
             same[place].append(name)

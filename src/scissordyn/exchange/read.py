@@ -9,9 +9,9 @@ from scissordyn.exchange.drawing import LINEAR_DENSITY, Imported
 from scissordyn.exchange.source import decode, read_source
 from scissordyn.units import checked
 
-TABLE_ENDINGS = (".csv", ".tsv")
+TABLE_ENDINGS = (".csv", ".tsv")  # File name endings of tables of points
 
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", *TABLE_ENDINGS)
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", *TABLE_ENDINGS)  # File name endings of all formats that are read
 
 
 @checked

@@ -28,9 +28,9 @@ from scissordyn.exchange.xml_element import (
 )
 
 ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")
-COUNT = re.compile(r"[0-9]{1,9}")
-NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")
-BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
+COUNT = re.compile(r"[0-9]{1,9}")  # Number of copies that a <replicate> element makes
+NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")  # Text of a number that is not finite
+BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))  # Translates all bytes but line breaks to blanks
 
 TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "jointinparent", "file"}) | {
     "filename",
@@ -70,7 +70,7 @@ ATTRIBUTES = {
     "key": "name qpos qvel ctrl",
     **dict.fromkeys(ACTUATORS, ACTUATOR_ATTRIBUTES),
 }
-"""Used attributes of each element of MJCF: the import reads or reports them; "*" means all."""
+"""Attributes that the import uses, by the MJCF element that has them; "*" means all attributes."""
 
 TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
 
@@ -87,7 +87,7 @@ CHILDREN = {
     "keyframe": "key",
     "asset": "mesh",
 }
-"""Used child elements of each element of MJCF."""
+"""Child elements that the import uses, by the MJCF element that contains them."""
 
 URDF_ATTRIBUTES = {
     "robot": "name",
@@ -112,6 +112,8 @@ URDF_ATTRIBUTES = {
     "option": "gravity",
     "flag": ATTRIBUTES["flag"],
 }
+"""Attributes that the import uses, by the URDF element that has them; "*" means all attributes."""
+
 
 URDF_CHILDREN = {
     "robot": "link joint mujoco",
@@ -123,6 +125,8 @@ URDF_CHILDREN = {
     "mujoco": "compiler option",
     "option": "flag",
 }
+"""Child elements that the import uses, by the URDF element that contains them."""
+
 
 BODY_GENERATORS = ("attach", "composite", "flexcomp")  # MJCF elements that generate bodies; these bodies are left out as well
 
@@ -136,7 +140,7 @@ class NamedMotor(NamedTuple):
 
 
 class Source(NamedTuple):
-    """Text of a model for MuJoCo, and facts about the original text."""
+    """Text of a model that MuJoCo can read, and facts about the text that the user gave."""
 
     text: str
     notes: list[str]
@@ -146,8 +150,8 @@ class Source(NamedTuple):
     motors: list[NamedMotor]  # Motors that a URDF names
 
 
-def used_part(text: str, folder: Path | None) -> Source:
-    """Return a model without unused parts, and a note for each kind of element and attribute that is left out."""
+def remove_unused(text: str, folder: Path | None) -> Source:
+    """Return a model without the parts that the import does not use, with a note for each kind of part that is left out."""
     notes: list[str] = []
     content = bytearray(with_includes(text, folder, notes).encode("utf-8"))
     root = parse(bytes(content))
@@ -346,7 +350,7 @@ def _named_motors(element: Element) -> list[NamedMotor]:
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:
-    """Return the note for a joint that is inside an unsupported element of a URDF."""
+    """Return the note for a joint of a URDF that is not read; `outer` is the unsupported element that contains it."""
     ends = [child.attributes.get("link") or child.text.strip() for child in joint.children if child.tag in ("parent", "child")]
     between = f" between {' and '.join(f'{end!r}' for end in ends)}" if len(ends) == 2 else ""
     within = f" in <{outer.tag}>" if outer is not joint else ""

@@ -53,7 +53,7 @@ CHILDREN = {
     "dynamics": "damping friction spring_reference spring_stiffness",
     "frame": "pose",
 }
-"""Child elements of SDF that are read."""
+"""Child elements that are read, by the SDF element that contains them."""
 
 
 class SdfModel(NamedTuple):
@@ -64,14 +64,14 @@ class SdfModel(NamedTuple):
 
 
 def convert_sdf(root: Element, notes: list[str]) -> SdfModel:
-    """Return the only model with joints of an SDF file; add a note for each part that is left out."""
+    """Convert the model with joints of an SDF file to MJCF; add a note for each part that is left out."""
     left_out = defaultdict[str, list[Element]](list)
     model, gravity = _find_model(root, left_out, notes)
-    return _Model(model, _is_old(root), left_out, notes).converted(gravity)
+    return _Model(model, _is_old(root), left_out, notes).convert(gravity)
 
 
 def _is_old(root: Element) -> bool:
-    """Return True for a version before 1.5."""
+    """Return True if the version of an SDF file is before 1.5."""
     version = re.fullmatch(r"(\d{1,4})\.(\d{1,4})", root.attributes.get("version", "").strip())
     return version is not None and (int(version[1]), int(version[2])) < (1, 5)
 
@@ -98,7 +98,7 @@ def _find_model(root: Element, left_out: dict[str, list[Element]], notes: list[s
 
 
 class _Model:
-    """Links, joints and frames of a model."""
+    """Links, joints and frames of an SDF model, with their poses."""
 
     def __init__(self, model: Element, is_old: bool, left_out: dict[str, list[Element]], notes: list[str]) -> None:
         self.model, self.is_old, self.left_out, self.notes = model, is_old, left_out, notes
@@ -132,7 +132,7 @@ class _Model:
         return found
 
     def _note_unread(self) -> None:
-        """List the elements of the model that are not read, at any depth below those that are."""
+        """Add the elements that are not read, inside elements that are read, to `left_out`."""
         stack = [self.model]
         while stack:
             element = stack.pop()
@@ -146,11 +146,11 @@ class _Model:
                     self._note_gravity(child, element)
 
     def _note_gravity(self, child: Element, link: Element) -> None:
-        """Note that gravity acts on a link that switches it off."""
+        """Add a note if a link switches gravity off, because gravity acts on it nevertheless."""
         if child.tag == "gravity" and link.tag == "link" and child.text.strip() and not is_true(child.text):
             self.notes.append(f"link {link.shown}: gravity acts on it, although its <gravity> is off")
 
-    def converted(self, gravity: tuple[float, ...]) -> SdfModel:
+    def convert(self, gravity: tuple[float, ...]) -> SdfModel:
         """Return the model in MJCF: a tree of bodies; the other joints close loops."""
         self._place()
         edges = [self._edge(name, joint) for name, joint in self.joints.items()]
@@ -166,7 +166,7 @@ class _Model:
         return SdfModel(mjcf_of(tree, bodies, gravity), loops)
 
     def _place(self) -> None:
-        """Set the pose of the model in the world: that of its own frame, or of the frame that `placement_frame` names."""
+        """Set the pose of the model in the world, which <pose> gives for the frame of the model or for `placement_frame`."""
         placed = child_of(self.model, "pose")
         if placed is None:
             return
@@ -228,7 +228,7 @@ class _Model:
         return here.position, mass, turn @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) @ turn.T
 
     def _pose(self, name: str, user: Element, named: dict[str, Element] | None = None) -> Pose:
-        """Return the pose of a link, joint or frame in the world; `named` restricts the first name to some elements."""
+        """Return the pose of a link, joint or frame in the world; if `named` is given, `name` is one of its elements."""
         chain: list[tuple[str, Pose]] = []
         seen: set[int] = set()
         while name not in self.poses or named is not None:
@@ -255,7 +255,7 @@ class _Model:
         return here
 
     def _link(self, name: str, joint: Element) -> str:
-        """Return the link that a joint names, or to which the frame that it names is attached."""
+        """Return the name of a link; if `name` is that of a frame or joint, the link to which it is attached."""
         seen: set[str] = set()
         while name not in self.links and name != WORLD:
             element = self.frames.get(name) or self.joints.get(name)

@@ -29,7 +29,7 @@ class Edge(NamedTuple):
 
     @property
     def order(self) -> int:
-        """Place of the joint in the choice of the tree: pins without forces close the loops if possible."""
+        """Rank of the joint: joints of the highest ranks close loops, which are balls and then pins without forces."""
         if self.type == "ball":
             return 4
         return {"fixed": 0, "prismatic": 1}.get(self.type, 2 if self.attributes else 3)
@@ -44,7 +44,7 @@ class Tree(NamedTuple):
 
 
 def spanning_tree(links: list[str], edges: list[Edge], first: str) -> Tree:
-    """Return a tree of all links, with the joints of the lowest order (Kruskal); the other joints close loops."""
+    """Return a tree that connects all links by the joints of the lowest rank (Kruskal); the other joints close loops."""
     group = {link: {link} for link in (WORLD, *links)}
     beside = defaultdict[str, list[Edge]](list)
     loops = []
@@ -78,7 +78,7 @@ def spanning_tree(links: list[str], edges: list[Edge], first: str) -> Tree:
 
 
 def mjcf_of(tree: Tree, bodies: dict[str, Inertial], gravity: tuple[float, ...]) -> str:
-    """Return the tree in MJCF."""
+    """Return the text of an MJCF model of a tree; `bodies` are the poses and inertias of its links by name."""
     root = ET.Element("mujoco")
     ET.SubElement(root, "compiler", angle="radian")
     ET.SubElement(root, "option", gravity=_numbers(gravity))

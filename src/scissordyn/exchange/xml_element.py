@@ -13,7 +13,7 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.source import SIZE_MAX, decode, read_source
 
-EXAMPLE = "scissordyn import model.xml -o case.toml"
+EXAMPLE = "scissordyn import model.xml -o case.toml"  # Correct command, which error texts show
 
 DEPTH_MAX = 200  # [levels] Largest nesting of elements; each link of a chain is one level deeper
 
@@ -21,8 +21,8 @@ BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the ma
 
 VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
 
-START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")
-LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")
+START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")  # Start tag of an element; quotes may contain ">"
+LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")  # Translates line breaks to blanks
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Element:
 
 
 def parse(content: bytes) -> Element:
-    """Return the root element of a text."""
+    """Parse an XML text and return its root element."""
     text_max = 200  # number of characters of an element's text that are kept
     elements_max = 200_000  # largest number of elements of a text
     parser = expat.ParserCreate("utf-8")
@@ -104,7 +104,7 @@ def parse(content: bytes) -> Element:
 
 
 def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
-    """Return a model in which each include element is replaced by the content of its file, on the same line.
+    """Return the text of a model in which each include element is replaced by the content of its file, on the same line.
 
     All files must be inside `folder`; without a folder an include is an error. As in MuJoCo, a file name is relative to this
     folder, or else to the file that includes it.
@@ -142,7 +142,7 @@ def _mjcf_elements(content: bytes) -> Iterator[Element]:
 
 
 def _included(include: Element, name: str, folder: Path | None, beside: Path | None) -> tuple[Path, str]:
-    """Return the path of the file that an element includes, and its place if it is found next to the including file."""
+    """Return the path of an included file, and a text with its folder for notes if it is next to the including file."""
     if folder is None or beside is None:
         raise further_file(include, "file")
     # unlike those of `Path`, these functions accept any name and links in a circle
@@ -166,12 +166,12 @@ def further_file(element: Element, name: str) -> InputError:
 
 
 def listed(names: list[str], most: int = 5) -> str:
-    """Return the first names, and the number of the others."""
+    """Return a text with the first `most` names and the number of the others."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def numbers(text: str, count: int, what: str) -> tuple[float, ...]:
-    """Return the numbers of a text, which must be as many as `count`."""
+    """Return the numbers in a text; raise `InputError`, which begins with `what`, if they are not `count` finite numbers."""
     try:
         values = tuple(map(float, text.split()))
     except ValueError:
@@ -188,17 +188,17 @@ def child_of(element: Element, tag: str) -> Element | None:
 
 
 def text_of(element: Element, tag: str, default: str = "") -> str:
-    """Return the text of the first child with a tag, without blanks at its ends."""
+    """Return the text of the first child with a tag, without blanks at its ends; `default` if there is no such child."""
     child = child_of(element, tag)
     return default if child is None else child.text.strip()
 
 
 def value_of(element: Element, tag: str, default: float) -> float:
-    """Return the number in a child element; the default if it is absent."""
+    """Return the number in the first child with a tag; `default` if there is no such child."""
     child = child_of(element, tag)
     return default if child is None else numbers(child.text, 1, f"line {child.line}: <{tag}>")[0]
 
 
 def is_true(text: str) -> bool:
-    """Return True for the texts that SDF reads as true."""
+    """Return True if SDF reads a text as true: "true" or "1"."""
     return text.strip().lower() in ("true", "1")

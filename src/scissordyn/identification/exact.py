@@ -23,7 +23,7 @@ from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 
 def has_events(problem: Problem) -> bool:
-    """Return True if runs of the fit may have contacts, stops or latches, and the case gives the start of every run."""
+    """Return True if the mechanism has contacts, stops or latches, and no start of a segment is estimated."""
     guards = plan(problem.mechanism).model.guard_component.size
     return guards > 0 and all(segment.chart is None for segment in problem.segments)
 
@@ -32,7 +32,8 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
     """Return the derivatives of the residuals by the free parameters; raise `ScissordynError` if they do not exist."""
     fitted, values = problem.fitted_mechanism(unknowns), problem.values(unknowns)
     blocks = [
-        _slopes(problem, fitted, values, segment.record.time) / problem.deviation[:, None] for segment in problem.segments
+        _curve_derivatives(problem, fitted, values, segment.record.time) / problem.deviation[:, None]
+        for segment in problem.segments
     ]
     known = np.zeros((len(problem.known), len(problem.free)))
     for row, k in enumerate(problem.known):
@@ -40,7 +41,7 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
     return np.concatenate([*(block.reshape(-1, len(problem.free)) for block in blocks), known])
 
 
-def _slopes(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the derivatives of the curves by the scaled free parameters, shape (times, columns, parameters)."""
     method = "dop853" if problem.options.method == "auto" else problem.options.method
     options = dataclasses.replace(
@@ -75,7 +76,8 @@ def _moved_curves(
 ) -> np.ndarray:
     """Return the curves of a run whose states are extrapolated along their derivatives by one parameter.
 
-    `parameter` is the index of the derivative in `run`, `step` the change of the parameter in units of its scale.
+    `parameter` is the index of the derivative in `run`, `value` the parameter in the run, and `step` its change, divided by
+    its scale.
     """
     mechanism = changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
     tables, samples = plan(mechanism), run.driver.samples

@@ -16,14 +16,14 @@ from scissordyn.analysis.agreement import Measured
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
-from scissordyn.identification.start import check_autonomous, prepared, spread
+from scissordyn.identification.start import check_autonomous, column_deviations, prepare_segments
 from scissordyn.identification.uncertainty import Uncertainty, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
 
-def known_headings(mechanism: Mechanism, options: Options) -> dict[str, str]:
+def units_by_heading(mechanism: Mechanism, options: Options) -> dict[str, str]:
     """Return the SI unit of each quantity that a run of a mechanism has over time, by its column heading."""
     try:
         return {heading: column.unit for heading, column in columns_of(mechanism, options).items()}
@@ -53,14 +53,14 @@ def fit_parameters(
             raise InputError(f"the free parameter '{name}' is given twice", "each parameter once")
     if segment is not None:
         check_autonomous(mechanism)
-    segments, columns, options = prepared(mechanism, options, records, segment=segment)
+    segments, columns, options = prepare_segments(mechanism, options, records, segment=segment)
     problem = Problem(
         mechanism, options, free, segments, columns, _known_deviations(records[0], deviations), _jumps(segments, jump)
     )
     rows = sum(piece.record.values.size for piece in segments)
     if rows <= problem.unknowns:
         raise InputError(f"{rows} measured values for {problem.unknowns} unknowns", "more data, or fewer free parameters")
-    problem, unknowns, solution = _solved(problem, weights=not deviations, most=most, progress=progress)
+    problem, unknowns, solution = _solve(problem, weights=not deviations, most=most, progress=progress)
     failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
     counts: dict[str, Any] = {
@@ -72,7 +72,7 @@ def fit_parameters(
     return data.assign_attrs(statistics=json.dumps({"seconds": clocks.perf_counter() - began} | counts))
 
 
-def _solved(
+def _solve(
     problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None
 ) -> tuple[Problem, np.ndarray, OptimizeResult]:
     """Solve the least-squares problem with at most `most` evaluations; return the problem, the unknowns and SciPy's result.
@@ -109,7 +109,7 @@ def _solved(
 
 
 def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
-    """Return the root mean square residual of each quantity, at least 1e-9 of its range."""
+    """Return the root mean square residual of each quantity, in its unit, at least 1e-9 of its measured range."""
     measured = np.concatenate([segment.record.values for segment in problem.segments])
     weighted = problem.residuals(unknowns)[: measured.size].reshape(measured.shape)
     span = np.ptp(measured, axis=0)
@@ -118,9 +118,9 @@ def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
 
 
 def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
-    """Return the standard deviation of each measured column; if none is given, the spread of the column."""
+    """Return the standard deviation of the errors of each column from `deviations`; if empty, the spread of its values."""
     if not deviations:
-        return spread(record)
+        return column_deviations(record)
     for heading, value in deviations.items():
         if heading not in record.headings:
             raise InputError(
@@ -137,7 +137,10 @@ def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) 
 
 
 def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None:
-    """Return the standard deviations of the jumps of the state between successive segments; None without penalty."""
+    """Return the standard deviations that weight jumps of the state between segments, or None if jumps are not penalised.
+
+    `jump`: [range of the motion] Standard deviation of the jumps.
+    """
     if jump is None or not any(segment.follows for segment in segments):
         return None
     if not jump > 0.0:
@@ -164,7 +167,7 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
     return np.asarray(jump * np.where(sizes > 0.0, sizes, 1.0))
 
 
-TITLE = "scissordyn fit"
+TITLE = "scissordyn fit"  # attribute `title` of the result
 
 
 def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:
@@ -210,16 +213,16 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "configuration": write_configuration(problem.fitted_mechanism(unknowns), problem.options),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
-        "warnings": json.dumps([*_warnings(problem.free, failure, errors, values), *_refused(problem)]),
+        "warnings": json.dumps([*_warnings(problem.free, failure, errors, values), *_difference_warning(problem)]),
     }
     return data
 
 
-def _refused(problem: Problem) -> list[str]:
-    """Return a warning if exact derivatives do not exist and finite differences of runs with contacts were used."""
+def _difference_warning(problem: Problem) -> list[str]:
+    """Return a warning if finite differences of runs with contacts were used, because exact derivatives do not exist."""
     return (
-        [f"derivatives are finite differences, which are noisy for runs with contacts: {problem.refused}"]
-        if problem.refused
+        [f"derivatives are finite differences, which are noisy for runs with contacts: {problem.exact_derivatives_failure}"]
+        if problem.exact_derivatives_failure
         else []
     )
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scissordyn.analysis.agreement import Measured
 from scissordyn.errors import InputError
 from scissordyn.identification.problem import FailedRunError, Problem, records_of
-from scissordyn.identification.start import prepared
+from scissordyn.identification.start import prepare_segments
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.units import checked
@@ -51,7 +51,7 @@ def prediction(
     """
     if not 0.0 < window < 1.0:
         raise InputError(f"window = {window:g}", "the initial fraction of a segment, between 0 and 1", "window=0.1")
-    segments, columns, options = prepared(mechanism, options, records, segment=segment, windows=(0.5 * window, window))
+    segments, columns, options = prepare_segments(mechanism, options, records, segment=segment, windows=(0.5 * window, window))
     problem = Problem(mechanism, options, (), segments, columns, np.ones(len(columns)))
     try:
         predicted = np.concatenate([run.curves for run in problem.run_segments(problem.start())])
@@ -69,7 +69,7 @@ def prediction(
         {
             **rows,
             "elapsed": ("row", elapsed, {"units": "s", "long_name": "time since the start of the segment"}),
-            "counted": ("row", counted, {"long_name": "whether it is after the window"}),
+            "counted": ("row", counted, {"long_name": "true after the window, where errors count in rms"}),
             "predicted": (("row", "column"), predicted, {"long_name": "predicted value"}),
             "rms": ("column", rms, about),
         },

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class FailedRunError(Exception):
-    """Error: a run of a fit ended before the end of its record."""
+    """A run of a fit ended before the last instant of its record."""
 
 
 KINEMATIC_VARIABLES = {
@@ -36,9 +36,9 @@ KINEMATIC_VARIABLES = {
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
-"""Variables of the motion; fits to these alone run without monitored forces and energies."""
+"""Variables that follow from the motion alone; if only these were measured, runs compute no forces and energies."""
 
-STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")
+STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")  # variables of a run that are the state of its bodies
 
 
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
@@ -63,7 +63,7 @@ def columns_of(mechanism: Mechanism, options: Options) -> dict[str, TimeColumn]:
 
 
 def curves(run: xr.Dataset, columns: Sequence[TimeColumn]) -> np.ndarray:
-    """Return the quantities `columns` of a run over time, shape (instants, columns)."""
+    """Return the values of quantities of a run over time, shape (instants, columns)."""
     return np.column_stack([column.of(run).astype(float) for column in columns])
 
 
@@ -82,12 +82,12 @@ class Free:
     path: str
     unit: str  # SI unit
     start: float  # Initial value of the search
-    scale: float  # Typical size of changes; the unknown of the search is the parameter divided by its scale
+    scale: float  # Typical size of changes; the search varies the parameter divided by its scale
     low: float  # Lower bound
     high: float  # Upper bound
-    mean: float  # Value known from another measurement, such as weighing
-    deviation: float  # Standard deviation of that value; infinite without another measurement
-    places: Sequence[Place]  # Attributes of the mechanism that the parameter path names, from `find`
+    mean: float  # Value of the parameter from another measurement, such as weighing
+    deviation: float  # Standard deviation of `mean`; infinite without another measurement
+    places: Sequence[Place]  # Attributes of the mechanism that `path` names, from `find`
 
 
 def free_parameter(mechanism: Mechanism, parameter: str, variation: Variation | None = None) -> Free:
@@ -131,12 +131,12 @@ class Segment:
 
     record: Measured
     chart: Chart | None  # Coordinates of the estimated start; None if the case gives the start
-    turns: np.ndarray  # (columns,) Full turns that measured angles differ from those of the run [rad]
+    turns: np.ndarray  # (columns,) Full turns to add to the angles of the run [rad]; 0 for other quantities
     follows: bool = False  # True if this segment continues the previous one
 
 
 def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
-    """Return the measured values of all segments, row after row, as variables of a Dataset."""
+    """Return times, segment indices and measured values of all segments as variables of a Dataset, over one index `row`."""
     records = [segment.record for segment in segments]
     return {
         "time": ("row", np.concatenate([record.time for record in records]), {"units": "s", "long_name": "time"}),
@@ -168,11 +168,11 @@ class Problem:
     segments: Sequence[Segment]
     columns: Sequence[TimeColumn]
     deviation: np.ndarray  # (columns,) Standard deviations of the measured quantities
-    # Standard deviations of the jumps of a state between segments, in the order of `STATE_VARIABLES`
+    # Standard deviations that weight jumps of the state between segments, in the order of `STATE_VARIABLES`; None: no penalty
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
-    derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" until they are first needed
-    refused: str = field(default="", init=False)  # Reason why exact derivatives do not exist
+    derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first Jacobian
+    exact_derivatives_failure: str = field(default="", init=False)  # Reason why exact derivatives do not exist
 
     def __post_init__(self) -> None:
         sizes = [0 if segment.chart is None else segment.chart.size for segment in self.segments]
@@ -192,7 +192,7 @@ class Problem:
         return np.concatenate([starts, np.zeros(self.unknowns - len(self.free))])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return lower and upper bounds of the unknowns."""
+        """Return lower and upper bounds of the unknowns; the starts of segments have no bounds."""
         rest = np.full(self.unknowns - len(self.free), np.inf)
         ends = [[getattr(parameter, name) for parameter in self.free] / self.scale for name in ("low", "high")]
         # least_squares scales steps by the distance to a bound: bounds beyond 1e4 scales are treated as infinite
@@ -200,7 +200,7 @@ class Problem:
         return np.concatenate([low, -rest]), np.concatenate([high, rest])
 
     def values(self, unknowns: np.ndarray) -> np.ndarray:
-        """Return the values of the free parameters in SI units."""
+        """Return the values of the free parameters in SI units: unknowns times scale."""
         return np.asarray(self.scale * unknowns[: len(self.free)])
 
     def fitted_mechanism(self, unknowns: np.ndarray) -> Mechanism:
@@ -217,7 +217,7 @@ class Problem:
         times = record.time
         if segment.chart is not None:
             state = unknowns[self.offsets[k] : self.offsets[k + 1]]
-            mechanism, times = segment.chart.placed(mechanism, state), times - times[0]
+            mechanism, times = segment.chart.mechanism_at(mechanism, state), times - times[0]
         if self.jumps is not None and k + 1 < len(self.segments) and self.segments[k + 1].follows:
             times = np.append(times, self.segments[k + 1].record.time[0] - record.time[0])
         self.runs += 1
@@ -231,7 +231,7 @@ class Problem:
         return [self.run_segment(fitted, k, unknowns) for k in range(len(self.segments))]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Return run minus record, divided by the standard deviation; large values if a run fails."""
+        """Return the residual vector: run minus record, divided by the standard deviation; 1000 everywhere if a run fails."""
         try:
             return self.join_residuals(self.run_segments(unknowns), unknowns)
         except FailedRunError:
@@ -274,7 +274,7 @@ class Problem:
             try:
                 return exact_jacobian(self, unknowns)
             except ScissordynError as error:
-                self.derivatives, self.refused = "differences", str(error)
+                self.derivatives, self.exact_derivatives_failure = "differences", str(error)
         low, high = self.bounds()
         fitted = self.fitted_mechanism(unknowns)
         base = self.run_segments(unknowns, fitted)

@@ -28,7 +28,7 @@ from scissordyn.studies.ask.design import POINTS_MIN
 
 
 def check_autonomous(mechanism: Mechanism) -> None:
-    """Raise `InputError` for mechanisms with drives, contacts or modes, whose motion cannot start at any instant."""
+    """Raise `InputError` if the motion depends on time or contacts, and so cannot start at any instant of a record."""
     reasons = [f"the drive of '{drive.body}'" for drive in mechanism.drives]
     reasons += [f"rod '{rod.name}'" for rod in mechanism.rods if rod.motion is not None]
     reasons += [f"drive '{drive.name}'" for drive in mechanism.coordinate_drives]
@@ -45,12 +45,12 @@ def check_autonomous(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class Chart:
-    """Local coordinates of the state near a reference: displacements and rates along the degrees of freedom."""
+    """Coordinates of states near a reference state: displacements and rates along the degrees of freedom."""
 
     mechanism: Mechanism  # Mechanism at the reference state
     # (natural coordinates, degrees of freedom) Directions of motion at the reference, scaled to a largest entry of one
     directions: np.ndarray
-    offsets: dict[str, int]  # First natural coordinate of each body
+    offsets: dict[str, int]  # Index of the first natural coordinate of each body
     position: np.ndarray  # Natural coordinates at the reference
     velocity: np.ndarray  # Rates of the natural coordinates at the reference
 
@@ -59,8 +59,8 @@ class Chart:
         """Number of local coordinates of a state: twice the degrees of freedom."""
         return 2 * int(self.directions.shape[1])
 
-    def placed(self, mechanism: Mechanism, numbers: np.ndarray) -> Mechanism:
-        """Return a mechanism whose bodies start at the state with given local coordinates.
+    def mechanism_at(self, mechanism: Mechanism, numbers: np.ndarray) -> Mechanism:
+        """Return a mechanism whose bodies start at the state with the local coordinates `numbers`.
 
         The state is linearised about the reference; the assembly of the mechanism corrects the error of second order.
 
@@ -69,13 +69,13 @@ class Chart:
         half = self.directions.shape[1]
         position = self.position + self.directions @ numbers[:half]
         velocity = self.velocity + self.directions @ numbers[half:]
-        return placed_at(
-            mechanism, [_placed(body, position, velocity, self.offsets[body.name]) for body in self.mechanism.bodies]
+        return with_start_states(
+            mechanism, [_with_start(body, position, velocity, self.offsets[body.name]) for body in self.mechanism.bodies]
         )
 
 
-def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> Body:
-    """Return a body with start position, angle and velocities from natural coordinates and rates, from index `p` on."""
+def _with_start(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> Body:
+    """Return a body that starts with natural coordinates and rates; those of the body begin at index `p`."""
     changes: dict[str, object] = {
         "position": tuple(position[p : p + 2].tolist()),
         "velocity": tuple(velocity[p : p + 2].tolist()),
@@ -89,8 +89,8 @@ def _placed(body: Body, position: np.ndarray, velocity: np.ndarray, p: int) -> B
     return dataclasses.replace(body, **changes)  # type: ignore[arg-type]
 
 
-def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
-    """Return a mechanism whose bodies start with the positions and velocities of the given bodies of the same names."""
+def with_start_states(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
+    """Return a mechanism whose bodies start with the positions and velocities of the bodies of the same names in `bodies`."""
     where = {body.name: body for body in bodies}
     names = ("position", "angle", "velocity", "angular_velocity")
     placed = [
@@ -100,7 +100,7 @@ def placed_at(mechanism: Mechanism, bodies: Iterable[Body]) -> Mechanism:
 
 
 def chart_of(mechanism: Mechanism) -> Chart:
-    """Assemble a mechanism and return local coordinates about its start state; raise `InputError` if it cannot move."""
+    """Assemble a mechanism and return the coordinates of states near its start; raise `InputError` if it cannot move."""
     tables = plan(mechanism)
     system = make_system(tables).content
     start: Start = assemble(tables, system, placed_start(tables, system), Held(places=True, speeds=True))
@@ -123,14 +123,15 @@ def chart_of(mechanism: Mechanism) -> Chart:
     moving = np.asarray(moving) / np.max(np.abs(moving), axis=0)
     position, velocity = natural_state(tables, system, start)
     chart = Chart(mechanism, moving, coordinates.natural.offsets, position, velocity)
-    return dataclasses.replace(chart, mechanism=chart.placed(mechanism, np.zeros(chart.size)))
+    return dataclasses.replace(chart, mechanism=chart.mechanism_at(mechanism, np.zeros(chart.size)))
 
 
 START_WINDOWS = (0.05, 0.25, 1.0)
-"""Initial fractions of a segment to which its start is fitted, one after another; the first one avoids local minima."""
+"""Fractions of a segment, from its beginning, to which its start is fitted one after another; a short first one avoids
+local minima."""
 
 
-def prepared(
+def prepare_segments(
     mechanism: Mechanism,
     options: Options,
     records: Sequence[Measured],
@@ -138,7 +139,7 @@ def prepared(
     segment: float | None,
     windows: Sequence[float] = START_WINDOWS,
 ) -> tuple[list[Segment], list[TimeColumn], Options]:
-    """Return the segments with estimated starts, the measured quantities of a run, and the options of the runs."""
+    """Return the segments with estimated starts, the quantities of a run that were measured, and the options of the runs."""
     headings = records[0].headings
     for record in records[1:]:
         if record.headings != headings:
@@ -168,18 +169,18 @@ def prepared(
     for record in records:
         bodies = mechanism.bodies
         for k, part in enumerate(record.segments(segment)):
-            started, bodies = estimated_start(mechanism, options, part, columns, bodies, windows)
+            started, bodies = estimate_start(mechanism, options, part, columns, bodies, windows)
             segments.append(dataclasses.replace(started, follows=k > 0))
     return segments, columns, options
 
 
-def spread(record: Measured) -> np.ndarray:
-    """Return the standard deviation of each quantity about its mean; 1 if it is constant."""
+def column_deviations(record: Measured) -> np.ndarray:
+    """Return the standard deviation of the values of each quantity about their mean; 1 for constant quantities."""
     deviation = np.std(record.values, axis=0)
     return np.where(deviation > 0.0, deviation, 1.0)
 
 
-def estimated_start(
+def estimate_start(
     mechanism: Mechanism,
     options: Options,
     record: Measured,
@@ -201,16 +202,16 @@ def estimated_start(
     tuple
         The segment with its estimated start, and the bodies at its end.
     """
-    placed = placed_at(mechanism, _measured_bodies(record, guess))
+    placed = with_start_states(mechanism, _measured_bodies(record, guess))
     try:
         for window in windows:
             chart = chart_of(placed)
             part = record.rows(0, max(min(POINTS_MIN, record.time.size), round(window * record.time.size)))
             first = motion(chart.mechanism, options, part.time - part.time[0])
             segment = Segment(part, chart, _whole_turns(part, curves(first, columns)))
-            problem = Problem(mechanism, options, (), [segment], columns, spread(record))
+            problem = Problem(mechanism, options, (), [segment], columns, column_deviations(record))
             solution = least_squares(problem.residuals, np.zeros(chart.size), jac=problem.jacobian, x_scale="jac", max_nfev=30)
-            placed = chart.placed(mechanism, solution.x)
+            placed = chart.mechanism_at(mechanism, solution.x)
         chart = chart_of(placed)
         run = motion(chart.mechanism, options, record.time - record.time[0])
     except FailedRunError as failed:
@@ -219,19 +220,19 @@ def estimated_start(
             "shorter segments, or a case whose bodies are placed near the start of the data",
         ) from None
     turns = _whole_turns(record, curves(run, columns))
-    return Segment(record, chart, turns), _at_end(chart.mechanism.bodies, run)
+    return Segment(record, chart, turns), _bodies_at_end(chart.mechanism.bodies, run)
 
 
 def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
-    """Return the full turns by which measured angles differ from a run's at the first instant [rad], shape (columns,)."""
+    """Return the full turns to add to the angles of a run so that they begin near the measured angles [rad], by column."""
     is_angle = np.array([unit == "rad" for unit in record.units])
     return np.where(is_angle, math.tau * np.round((record.values[0] - shown[0]) / math.tau), 0.0)
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Return the bodies with their first measured angle and angular velocity.
+    """Return bodies that start with their first measured angle and angular velocity; others start as in `guess`.
 
-    If the angular velocity was not measured, it is the slope of the first measured angles.
+    An angular velocity that was not measured is the slope of the first measured angles.
     """
     placed = []
     some = slice(0, max(3, min(POINTS_MIN, record.time.size)))
@@ -247,8 +248,8 @@ def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, .
     return tuple(placed)
 
 
-def _at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
-    """Return the bodies with the positions and velocities at the end of a run."""
+def _bodies_at_end(bodies: tuple[Body, ...], run: xr.Dataset) -> tuple[Body, ...]:
+    """Return bodies that start with the positions and velocities at the end of a run."""
     last, placed = run.isel(time=-1), []
     for k, body in enumerate(bodies):
         angle, speed = float(last["angle"].values[k]), float(last["angular_velocity"].values[k])

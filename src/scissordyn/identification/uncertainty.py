@@ -16,7 +16,7 @@ from scissordyn.tolerance import CONFIDENCE_LEVEL
 class Uncertainty:
     """Covariance, standard errors and intervals of the free parameters, and directions that the data do not determine."""
 
-    covariance: np.ndarray  # (p, p) Covariance within the determined directions, in SI units
+    covariance: np.ndarray  # (p, p) Covariance of the free parameters without undetermined directions, in SI units
     error: np.ndarray  # (p,) Standard errors; infinite for undetermined parameters
     half_width: np.ndarray  # (p,) Half widths of the intervals with probability `CONFIDENCE_LEVEL`
     dependence: float  # Largest ratio of the errors computed with and without dependence of neighbouring residuals
@@ -78,7 +78,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
 
 
 def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
-    """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p); `own` is J."""
+    """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p), from the Jacobian `own`."""
     sizes = [segment.record.values.size for segment in problem.segments]
     per_segment = max(1, -(-least_blocks // len(sizes)))
     scores, first = [], 0
@@ -90,9 +90,9 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
 
 
 def _direction(row: np.ndarray, least: float = 0.2) -> dict[int, float]:
-    """Return the main entries of a direction by parameter index, relative to the largest entry.
+    """Return the largest entries of a direction in parameter space by parameter index, divided by the largest one.
 
-    `least`: [of the largest entry] Smallest entry of an undetermined direction whose parameter is reported.
+    `least`: [largest entry] Entry below which a parameter is left out.
     """
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]

@@ -23,7 +23,7 @@ MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio
 
 
 THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to least_thickness_time"
-SQUEEZED = "largest squeeze Reynolds number rho c |e'|/mu at the samples"
+SQUEEZE_TEXT = "largest squeeze Reynolds number rho c |e'|/mu at the samples"  # meaning of `squeeze_reynolds_number`
 
 
 AT_PEAK = "at the instant of the joint's largest force"
@@ -93,7 +93,7 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
         ("full_share", 1.0 - dry - mixed, "1", "part of the time with a full film"),
         ("torn_share", torn, "1", "part of the time in which the journal leaves faster than oil can follow"),
         ("reynolds_number", inverse * clear * sliding, "1", "largest rho U c/mu of the sliding surfaces, among the samples"),
-        ("squeeze_reynolds_number", inverse * clear * squeezing, "1", SQUEEZED),
+        ("squeeze_reynolds_number", inverse * clear * squeezing, "1", SQUEEZE_TEXT),
         ("heating", heat / capacity, "K", "how much the power lost would warm the oil in the joint"),
     )
     return {f"film_{name}": described("film", values, units, text) for name, values, units, text in answers}

@@ -34,7 +34,7 @@ class Variable:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the array, which is not computed for it."""
+        """Shape of the array; asking for the shape does not compute the array."""
         return self._array.shape
 
     @property

@@ -138,7 +138,7 @@ class SpanAnswer(Answer):
 
     @property
     def sides(self) -> tuple[str, str]:
-        """Texts with width and with height, each at the start and at the end."""
+        """Texts 'width x height' of the mechanism at the start and at the end."""
         first, last = (f"{short(width, 'm')} x {short(height, 'm')}" for width, height in (self.start, self.end))
         return first, last
 

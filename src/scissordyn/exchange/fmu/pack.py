@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-strict-aliasing", "-ffp-contract=off")
 """Compiler flags; without contraction of products and sums, so that results are equal to those of the package."""
 
-ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}
+ARCHITECTURES = {"amd64": "x86_64", "arm64": "aarch64"}  # FMI names of processors whose Python name differs, by that name
 SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
+"""FMI name of an operating system and file ending of its libraries, by the name in Python."""
 
-EXAMPLE = 'contact = "compliant"'
+EXAMPLE = 'contact = "compliant"'  # Correct line of a case file, which error texts show
 
 UNITS: dict[str, dict[str, Any]] = {
     "m": {"m": "1"},
@@ -45,9 +46,9 @@ UNITS: dict[str, dict[str, Any]] = {
 }
 """Exponents of the SI base units of each unit of a variable, as in FMI."""
 
-TIME = Variable(0, "time", "s", "time")
+TIME = Variable(0, "time", "s", "time")  # Independent variable of every FMU
 
-CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}
+CALCULATED = {"causality": "local", "variability": "continuous", "initial": "calculated"}  # FMI attributes of computed values
 ROLE_ATTRIBUTES = {
     "time": {"causality": "independent", "variability": "continuous"},
     "states": CALCULATED,
@@ -59,7 +60,7 @@ ROLE_ATTRIBUTES = {
 }
 """FMI attributes of the variables of each group in `Variables`, and of the time."""
 
-GENERATION_TOOL = f"scissordyn {version('scissordyn')}"
+GENERATION_TOOL = f"scissordyn {version('scissordyn')}"  # FMI attribute `generationTool`
 
 
 def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_only: bool = False) -> bytes:
@@ -110,7 +111,7 @@ def fmu(mechanism: Mechanism, run: Options, *, name: str = "mechanism", sources_
 def _model_description(
     name: str, identifier: str, token: str, variables: Variables, *, until: float, tolerance: float, exchange: bool = True
 ) -> bytes:
-    """Return the file ``modelDescription.xml`` of an FMU."""
+    """Return the content of ``modelDescription.xml`` of an FMU; `exchange` is True if it supports model exchange."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -166,7 +167,7 @@ def _model_description(
 
 
 def _build_description(identifier: str) -> bytes:
-    """Return the file ``buildDescription.xml``, which names the source file of the library."""
+    """Return the content of ``buildDescription.xml``, which names the source file of the library."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     files = ET.SubElement(build, "SourceFileSet", language="C99")

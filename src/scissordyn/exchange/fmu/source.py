@@ -29,9 +29,9 @@ STATUSES = (
     *("ADVANCING", "FINISHED", "LOG_FULL", "STEP_TOO_SMALL", "NOT_FINITE", "STUCK", "HISTORY_FULL", "RECORD_FULL"),
     "CHANGE_POINT",
 )
-"""Return values of `advance`, by their names in C."""
+"""Return values of `advance` in the loop of time steps; the names in Python and C are equal."""
 
-C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # C files appended to the generated text
+C_FILES = ("fmi3", "absent", "fmu_state", "model_exchange", "co_simulation")  # C files that are appended to generated C code
 
 KERNEL_ARRAYS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
 """Arrays with kernel addresses, by the named tuple that contains them."""
@@ -46,8 +46,8 @@ class Variable:
     unit: str = ""
     description: str = ""
     start: float | bool | None = None
-    place: str = ""  # C expression of an output's address
-    factor: float = 1.0  # Output value divided by the value at that address
+    place: str = ""  # C expression for the address of an output
+    factor: float = 1.0  # Value of the output divided by the number at its address
 
 
 CONTACT_OUTPUTS = {
@@ -63,7 +63,7 @@ VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of a prescribed quantity b
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Prescribed angle or length that inputs of the FMU can replace."""
+    """Prescribed motion of an angle or length, which inputs of the FMU can replace."""
 
     name: str
     function: int  # Index of the time function
@@ -84,7 +84,7 @@ class Variables:
 
 
 def prescribed_motions(plan: Plan, driver: Driver) -> tuple[Prescribed, ...]:
-    """Return the prescribed motions: drives, references of actuators, and motions of coordinates and rods."""
+    """Return the motions that inputs can replace: of drives, references of actuators, driven coordinates and rods."""
     model, parameters = driver.system.content.model, driver.system.content.parameters
     motions = [(f"drives.{drive.body}", k, "rad") for k, drive in enumerate(plan.drives)]
     for i, component in enumerate(plan.acting):
@@ -115,9 +115,9 @@ def variables(plan: Plan, driver: Driver, record: Record) -> Variables:
 
     return Variables(
         states=group((f"states.{k + 1}", "", "state of the equations") for k in states),
-        rates=group((f"der(states.{k + 1})", "", "its rate") for k in states),
+        rates=group((f"der(states.{k + 1})", "", "rate of the state") for k in states),
         guards=group((f"guards.{k + 1}", "", f"changes its sign at an event of {name}") for k, name in enumerate(guards)),
-        flags=group((f"{motion.name}.external", "", "whether the inputs prescribe the motion", False) for motion in motions),
+        flags=group((f"{motion.name}.external", "", "true if inputs prescribe the motion", False) for motion in motions),
         inputs=group(
             (f"{motion.name}.{order}", motion.unit + per, f"prescribed {order}", start)
             for motion in motions
@@ -154,7 +154,8 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
         if constraint.linear and constraint.name in coordinates:
             name, turns = constraint.name, coordinates[constraint.name].unit == "rad"
             label = f"{'couplings' if name in coupled else 'drives'}.{name}.{'torque' if turns else 'force'}"
-            unit, what = "N.m" if turns else "N", "on the output of the coupling" if name in coupled else "of the drive"
+            owner = "on the output of the coupling" if name in coupled else "of the drive"
+            unit, what = ("N.m", f"torque {owner}") if turns else ("N", f"force {owner}")
             add(label, unit, what, "multiplier", k, factor=-1.0 / constraint.scale)
     for j, contact in enumerate(plan.contacts):
         for axis, letter in enumerate("xy"):
@@ -164,14 +165,14 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
     for i, component in enumerate(plan.acting):
         port = component.declaration.port
         for k, force in enumerate(port.forces):
-            add(f"components.{component.name}.{force}", "", "what it exerts", "result", i, k)
+            add(f"components.{component.name}.{force}", "", "force or torque of the component", "result", i, k)
         for k, coordinate in enumerate(port.coordinates):
-            add(f"components.{component.name}.{coordinate}", "", "what it acts along", "coordinate", i, k)
+            add(f"components.{component.name}.{coordinate}", "", "coordinate that the component acts along", "coordinate", i, k)
     return rows
 
 
 class Source:
-    """C source of a mechanism at its start."""
+    """C source of the FMU of a mechanism, with the numbers of its start state."""
 
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
         system = driver.system.content
@@ -243,7 +244,7 @@ class Source:
         call(loop.advance, (Functions(MECHANICS), system, kinds["integration"], INT), "root_advance")
 
     def _instance(self, plan: Plan, driver: Driver, tolerance: float, token: str) -> str:
-        """Return C code with the constants of the mechanism and the type of an FMU instance.
+        """Return C code of constants of the mechanism and of the struct type of an FMU instance.
 
         `token` is the instantiation token of the FMU.
         """
@@ -280,7 +281,7 @@ class Source:
 
 
 def _observer(system: Any) -> System:
-    """Return a copy of the mutable parts of a system for the outputs; the history is shared."""
+    """Return a system with copied state and work arrays, with which outputs are computed; the history is not copied."""
     once = ("history", "history_length", "initial_history")
     state = {name: part if name in once else np.array(part) for name, part in system.state._asdict().items()}
     work = type(system.work)(*(np.array(part) for part in system.work))
@@ -288,7 +289,7 @@ def _observer(system: Any) -> System:
 
 
 class _Block:
-    """Memory block with the numbers of all arrays in named tuples; an array that occurs several times is stored once."""
+    """Block of memory with the numbers of all arrays in some named tuples; an array that occurs repeatedly is stored once."""
 
     def __init__(self, roots: Mapping[str, Any], known: dict[Any, Any]) -> None:
         self.known = known
@@ -314,7 +315,7 @@ class _Block:
             self.lines.append(f"    {name} = {written(content)};")
 
     def _place(self, array: np.ndarray) -> int:
-        """Return the position of an array in the block; append the array if it is new."""
+        """Return the index of the first number of an array in the block; append the array if it is new."""
         key = (array.ctypes.data, array.size)
         if array.size and key in self.places:
             return self.places[key]

@@ -206,7 +206,7 @@ class Driver:
 
     @property
     def log(self) -> np.ndarray:
-        """Events so far, with the columns of `system.LOG`; a view."""
+        """Events so far, with the columns of `LOG`; a view."""
         return by_name(self._events, LOG)
 
     @property

@@ -24,14 +24,14 @@ from scissordyn_paper.periodic import (
     PERIODIC,
     SKIP,
     Regularity,
-    read,
+    regularity_of,
 )
 from scissordyn_paper.results import Results
 
-WORDS = {True: "regular", False: "irregular", None: "undecided"}
+VERDICT_TEXTS = {True: "regular", False: "irregular", None: "undecided"}  # Text of `Regularity.regular` in the table
 
 PERIODIC_WITHIN = 1e-3
-"""Change from period to period, in clearances, below which a motion counts as periodic, as in `analysis.verdict`."""
+"""Change from one period to the next, divided by the clearance, below which motion is periodic, as in `analysis.verdict`."""
 
 MERITS: tuple[tuple[str, str, float, str], ...] = (
     ("contact_fraction", "in contact [%]", 100.0, ".3g"),
@@ -44,12 +44,12 @@ MERITS: tuple[tuple[str, str, float, str], ...] = (
     ("position_error", "position error [mm]", 1e3, ".3g"),
     ("synchronisation_error", "synchronisation error [mm]", 1e3, ".3g"),
 )
-"""Figure of merit, title of its column, factor from SI units, format."""
+"""Figures of merit in the table: variable, title of the column, factor from SI units, and format of the number."""
 
 
-def regularity(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
+def regularity_section(settled: Mapping[PaperCase, xr.Dataset]) -> list[str]:
     """Return the section on regular or irregular motion, by clearance and friction, with the evidence."""
-    found = {case: read(run) for case, run in settled.items()}
+    found = {case: regularity_of(run) for case, run in settled.items()}
     rows: list[Sequence[str | Cell] | str] = ["clearance, without friction"]
     rows += [_regular_row(case, found[case]) for case in BY_CLEARANCE]
     rows.append(f"friction coefficient, {1e3 * ARRAY_CLEARANCE:g} mm")
@@ -100,13 +100,13 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
     return [
         Cell(case.words, "nowrap"),
         one.name,
-        Cell(WORDS[one.regular], "nowrap"),
+        Cell(VERDICT_TEXTS[one.regular], "nowrap"),
         Cell(together, "number"),
         *(Cell(text, "number") for text in numbers),
     ]
 
 
-def control(results: Results) -> list[str]:
+def control_section(results: Results) -> list[str]:
     """Return the section with figures of merit of the drives, with and without control."""
     rows: list[Sequence[str | Cell] | str] = []
     free = {size: merits(results.runs[PaperCase(size)], results.runs[PaperCase(None)]) for size in CONTROLLED}
@@ -213,7 +213,7 @@ def _control_words(
     return [stroke, practical, delayed]
 
 
-def contacts(results: Results) -> list[str]:
+def contacts_section(results: Results) -> list[str]:
     """Return the section with contact statistics of all runs that the figures use."""
     groups = {
         "clearance, 150 rpm": [PaperCase(size) for size in CLEARANCES],
@@ -272,18 +272,18 @@ def _contact_row(name: str, run: xr.Dataset, ideal: xr.Dataset) -> list[str | Ce
     return [Cell(name, "nowrap"), *(Cell(text, "number") for text in cells)]
 
 
-DEGREES_PER_RADIAN = 180.0 / math.pi
+DEGREES_PER_RADIAN = 180.0 / math.pi  # Factor from radians to degrees
 
 
 @dataclass(frozen=True)
 class Column:
-    """Column of the table of contact statistics."""
+    """A quantity of the first contacts, with its values from the second program."""
 
     variable: str  # Variable of the run
     title: str
     unit: str
-    factor: float  # Shown number per number in SI units
-    reference: tuple[str, ...]  # One per contact, with the digits that are equal for tolerances of 2e-13 and 3e-14
+    factor: float  # Factor from SI units to `unit`
+    reference: tuple[str, ...]  # Value of each contact, with the digits that are equal for tolerances of 2e-13 and 3e-14
 
 
 REFERENCE = (
@@ -301,11 +301,11 @@ REFERENCE = (
     Column("contact_duration", "duration", "s", 1.0, ("0.00027482661706", "0.00099355989906", "0.00029513987981")),
     Column("rebound_speed", "rebound", "m/s", 1.0, ("-0.6236406636", "-0.2974059743", "-0.5760923414")),
 )
-"""Liu stiffness, Flores damping, default choice, 0.5 mm, 150 rpm, no friction, integrated in minimal coordinates with
-Lagrange's equations."""
+"""Quantities of the first contacts with the values of the second program, which integrates Lagrange's equations in minimal
+coordinates: default choice, Liu stiffness, Flores damping, 0.5 mm, 150 rpm, no friction."""
 
 
-def first_contacts(run: xr.Dataset) -> list[str]:
+def first_contacts_section(run: xr.Dataset) -> list[str]:
     """Return the section that compares the first contacts at 0.5 mm without friction with a second program."""
     rows: list[Sequence[str | Cell]] = []
     for name, *numbers in event_table(run):
@@ -321,7 +321,7 @@ def first_contacts(run: xr.Dataset) -> list[str]:
 
 
 def event_table(run: xr.Dataset) -> list[tuple[str, str, str, str]]:
-    """Return rows with quantity and contact, reference value, value of the run, and relative difference."""
+    """Return a row for each quantity of each first contact: name, reference value, value of the run, relative difference."""
     rows = []
     for contact in range(len(REFERENCE[0].reference)):
         for column in REFERENCE:

@@ -1,4 +1,4 @@
-"""Results that are computed beside each other, each once, and stored as files."""
+"""Compute results in parallel, each once, and store them as files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from scissordyn.file.provenance import provenance as made_with
 from scissordyn.record.store import load, save
 from scissordyn.run.engine import Engine, error_text, outcomes
 
-Progress = Callable[[str, int, int], None]  # Kind of work, number done, total number
+Progress = Callable[[str, int, int], None]  # Function that shows the kind of work, number of finished jobs and total number
 
-SHOWN = (
+PRESENTATION_SOURCES = (
     *DISPLAY_ROOMS,
     "figure",
     *(
@@ -30,11 +30,11 @@ SHOWN = (
         )
     ),
 )
-"""Sources that no kept number depends on: they draw and write what was computed."""
+"""Sources that only draw and write what was computed: a change of these does not make stored results outdated."""
 
 
 class Job(Hashable, Protocol):
-    """A computation whose result is stored."""
+    """Computation whose result is stored in a file."""
 
     @property
     def name(self) -> str:
@@ -51,8 +51,8 @@ Value = TypeVar("Value")
 
 
 def provenance() -> str:
-    """Return versions and a digest of the sources that affect results, as JSON; equal texts mean equal results."""
-    return made_with(SHOWN, (PACKAGE, Path(__file__).parent))
+    """Return versions and a digest of the sources that affect results, as JSON; results with equal texts are equal."""
+    return made_with(PRESENTATION_SOURCES, (PACKAGE, Path(__file__).parent))
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Jobs:
     jobs: Sequence[Any]  # Jobs with distinct names
     # Function from a job to its result; the engine calls it on other threads or in other processes
     compute: Callable[[Any], xr.Dataset]
-    folder: Path  # Folder of a NetCDF file for each job, complete or missing
+    folder: Path  # Folder with a NetCDF file for each finished job
     what: str = "runs"  # Kind of work for `progress`
 
 
@@ -75,13 +75,13 @@ def fetch(
     engine: Engine = None,
     progress: Progress | None = None,
 ) -> dict[Work, xr.Dataset]:
-    """Return results stored in a folder; missing and outdated results are computed first."""
+    """Return the results of jobs from the files in a folder; compute missing and outdated results first."""
     (found,) = fetch_all(Jobs(jobs, compute, folder, what), engine=engine, progress=progress)
     return found
 
 
 def fetch_all(*asked: Jobs, engine: Engine = None, progress: Progress | None = None) -> tuple[dict[Any, xr.Dataset], ...]:
-    """Return results of several kinds of jobs from their folders; missing results of all kinds are computed together."""
+    """Return the results of several kinds of jobs, a dictionary per kind; compute missing ones of all kinds in parallel."""
     found: list[dict[Any, xr.Dataset]] = []
     missing: list[tuple[int, Any]] = []
     for kind, each in enumerate(asked):
@@ -90,12 +90,12 @@ def fetch_all(*asked: Jobs, engine: Engine = None, progress: Progress | None = N
         found.append({job: result for job in wanted if (result := _stored(job, each.folder)) is not None})
         missing += [(kind, job) for job in wanted if job not in found[kind]]
     work = partial(_compute_and_save, tuple((each.compute, each.folder) for each in asked))
-    for (kind, job), _ in computed(work, missing, what=lambda task: asked[task[0]].what, engine=engine, progress=progress):
+    for (kind, job), _ in compute_tasks(work, missing, what=lambda task: asked[task[0]].what, engine=engine, progress=progress):
         found[kind][job] = load(_path(job, asked[kind].folder))
     return tuple({job: each[job] for job in dict.fromkeys(kind.jobs)} for kind, each in zip(asked, found, strict=True))
 
 
-def computed(
+def compute_tasks(
     compute: Callable[[Task], Value],
     tasks: Sequence[Task],
     *,
@@ -104,7 +104,10 @@ def computed(
     progress: Progress | None = None,
     named: Callable[[Task], str] = lambda _: "",
 ) -> Iterator[tuple[Task, Value]]:
-    """Yield tasks with their results in the order of completion; the first error ends the computation."""
+    """Compute tasks in parallel; yield each with its result when it is finished. The first error ends the computation.
+
+    `what` returns the kind of a task for `progress`, `named` the text before the error of a task.
+    """
     of, count = Counter(map(what, tasks)), Counter[str]()
     results = outcomes(engine, compute, tasks)
     try:
@@ -118,7 +121,7 @@ def computed(
                 progress(kind, count[kind], of[kind])
     finally:
         if isinstance(results, Generator):
-            results.close()  # what is still in work stops at once, and not when the error has been shown
+            results.close()  # tasks in progress stop at once, and not only after the error is shown
 
 
 def _path(job: Job, folder: Path) -> Path:
@@ -126,7 +129,7 @@ def _path(job: Job, folder: Path) -> Path:
 
 
 def _stored(job: Job, folder: Path) -> xr.Dataset | None:
-    """Return the stored result of the same job and version; None if there is none."""
+    """Return the stored result of a job if inputs and sources are unchanged; None otherwise."""
     try:
         result = load(_path(job, folder))
     except InputError:

@@ -1,4 +1,4 @@
-"""The runs of the paper's figures as data: parameters of its text, and choices for those whose tables are lost."""
+"""Cases of the runs in the paper's figures: parameters from its text, and a choice of those whose tables are lost."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ from scissordyn.model.clearance import Clearance, SlipKind
 from scissordyn.model.options import Options, StartKind
 from scissordyn.units import Quantity, check_quantities, degrees, quantities, rpm
 
-SPEED = rpm(150)
-SPEEDS = (rpm(100), SPEED, rpm(250))
-CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)
-SIZES = (0.6e-3, 0.4e-3, 0.2e-3)
-FRICTION = (0.01, 0.03, 0.05, 0.1)
-CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)
-ARRAY_CLEARANCE = 0.5e-3  # Clearance of the runs in which another parameter is varied
+SPEED = rpm(150)  # Angular velocity of the driven bar in most runs [rad/s]
+SPEEDS = (rpm(100), SPEED, rpm(250))  # Angular velocities of figure 7 [rad/s]
+CLEARANCES = (0.7e-3, 0.6e-3, 0.5e-3, 0.4e-3, 0.3e-3, 0.2e-3)  # Clearances of figures 9 and 10 [m]
+SIZES = (0.6e-3, 0.4e-3, 0.2e-3)  # Clearances of figure 8 [m]
+FRICTION = (0.01, 0.03, 0.05, 0.1)  # Kinetic friction coefficients of figures 11 and 12
+CONTROLLED = (0.7e-3, 0.5e-3, 0.3e-3, 0.1e-3)  # Clearances of figure 13, with control [m]
+ARRAY_CLEARANCE = 0.5e-3  # Clearance of the runs in which another parameter is varied [m]
 STROKE_DURATION = 0.05  # Longest run of one stroke [s]; the text describes the time after 0.03 s
 MARGIN = degrees(10)  # A falling stroke ends at this angle [rad], before zero, where the two assembly modes of the array meet
 SAMPLE_SPACING = 2.5e-5  # Time between two recorded instants [s]: a tenth of the shortest contacts
 OSCILLATION = degrees(15)  # Amplitude of the periodic drive [rad]; its largest speed is that of the stroke
 
-OSCILLATION_PERIODS = 2
+OSCILLATION_PERIODS = 2  # Number of periods of a run with the periodic drive
 
-DRIVEN = {"pinned": "pinned bar driven", "slider": "slider bar driven"}  # The two variants of the driven bar in words
+DRIVEN_BAR_TEXTS = {"pinned": "pinned bar driven", "slider": "slider bar driven"}  # The two variants of the driven bar in words
 
-LUGRE = {
+LUGRE_UNITS = {
     "stribeck_speed": "m/s",
     "bristle_stiffness": "1/m",
     "bristle_damping": "s/m",
     "viscous": "s/m",
     "damping_speed": "m/s",
 }
-"""Constants of the friction law and their units."""
+"""Units of the constants of LuGre friction, by their field in `Choice`."""
 
 Travel = Literal["rising", "falling", "oscillating"]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Values for the parameters of the paper whose tables are lost or whose wording is ambiguous."""
+    """Values of the parameters whose tables in the paper are lost, or which its text describes ambiguously."""
 
     driven_bar: Literal["pinned", "slider"] = "pinned"  # The driven bar, see `scissor`
     # Angle of the driven bar at the start, the mean angle of an oscillation [rad]
@@ -71,10 +71,10 @@ class Choice:
     bristle_damping: float = 316.0
     damping_speed: float = 0.0  # Speed at which sigma_1 fades; with 0 the speed at which friction stays within its static limit
     viscous: float = 0.0
-    tolerance: float = 1e-8  # Tolerance of a step of the authors' integrator, then its method
-    method: str = "auto"
-    step: float = 0.0  # Its size if it is fixed [s]; 0 if errors choose it
-    samples: int = 0  # Points of the authors' curves, from which their numbers are read; 0 if those are of the motion itself
+    tolerance: float = 1e-8  # Error tolerance of the authors' integrator
+    method: str = "auto"  # Method of the authors' integrator
+    step: float = 0.0  # Fixed step size of the authors' integrator [s]; 0 if errors determine the step size
+    samples: int = 0  # Number of points of the authors' curves, if their numbers are read from these; otherwise 0
 
     def __post_init__(self) -> None:
         check_quantities(self)
@@ -85,7 +85,8 @@ class Choice:
         travel = {"rising": "rising from", "falling": "falling from", "oscillating": "oscillating about"}[self.travel]
         length = "" if self.stiffness == "bai-zhao-as-printed" else f", L_b = {_number(1e3 * self.bearing_length)} mm"
         return (
-            f"{DRIVEN[self.driven_bar]}, {travel} {_number(math.degrees(self.angle))} deg, c_e = {_number(self.restitution)}"
+            f"{DRIVEN_BAR_TEXTS[self.driven_bar]}, {travel} {_number(math.degrees(self.angle))} deg, "
+            f"c_e = {_number(self.restitution)}"
             f"{length}, {self.stiffness}"
             + "".join(
                 f", {field.name.replace('_', ' ')} {getattr(self, field.name)}"
@@ -95,18 +96,18 @@ class Choice:
         )
 
 
-DEFAULT = Choice()  # Chosen before any agreement was looked at
+DEFAULT = Choice()  # Choice of this report, made before its agreement with the paper was known
 
 
 @dataclass(frozen=True)
 class PaperCase:
     """Case of one run: the parameters that the figures vary, and a choice of the unknown parameters."""
 
-    # c of joint A [m]; None for ideal joints
+    # Radial clearance of joint A [m]; None for ideal joints
     clearance: Annotated[float | None, Quantity("m", above=0.0, help="radial clearance")] = ARRAY_CLEARANCE
-    # Angular velocity of the driven bar [rad/s]; the largest one of an oscillation
+    # Angular velocity of the driven bar [rad/s]; for an oscillation its largest value
     speed: Annotated[float, Quantity("rad/s", above=0.0, help="speed of the driven bar")] = SPEED
-    # Kinetic coefficient of LuGre friction
+    # Kinetic coefficient of LuGre friction; None without friction
     friction: Annotated[float | None, Quantity("1", above=0.0, help="kinetic friction coefficient")] = None
     constrained: bool = False  # True if the contact is constrained, as by the paper's control
     start: StartKind = "concentric"
@@ -119,7 +120,7 @@ class PaperCase:
 
     @property
     def name(self) -> str:
-        """Name of the run in file names; unique for one choice."""
+        """Name of the run in file names; cases with the same choice have different names."""
         parts = ["ideal" if self.clearance is None else f"c-{_number(1e3 * self.clearance)}mm", f"{self.rpm}rpm"]
         parts += [] if self.friction is None else [f"friction-{_number(self.friction)}"]
         parts += ["constrained"] if self.constrained else []
@@ -152,7 +153,7 @@ class PaperCase:
 
     @property
     def without_contact_laws(self) -> PaperCase:
-        """The same case with default contact laws; cases with ideal joints or constrained contact do not depend on them."""
+        """The same case with default contact laws, on which cases with ideal joints or constrained contact do not depend."""
         kept = {name: getattr(self.choice, name) for name in ("driven_bar", "angle", "travel", "gravity")}
         return dataclasses.replace(self, choice=Choice(**kept, samples=0 if self.constrained else self.choice.samples))
 
@@ -172,7 +173,7 @@ class PaperCase:
 
     @property
     def toml(self) -> str:
-        """Text of the case file; a contact as a constraint is left out, because only a Python function can set it."""
+        """Text of the case file; constrained contact is not in it, because only a Python function can set the constraint."""
         choice = self.choice
         lines = [
             f"# {self.name}: {choice.words}",
@@ -217,23 +218,23 @@ class PaperCase:
         return "\n".join(lines) + "\n"
 
     def _lugre(self) -> str:
-        """Return the LuGre friction law of the case, with the constants of the choice."""
+        """Return the value of `friction` in the case file: the LuGre law with the constants of the choice, or "none"."""
         if self.friction is None:
             return '"none"'
         choice = self.choice
         parts = [f"kinetic = {_number(self.friction)}", f"static = {_number(choice.static * self.friction)}"]
         parts = parts[: 1 + (choice.static != DEFAULT.static)]
-        for name, unit in LUGRE.items():
+        for name, unit in LUGRE_UNITS.items():
             if getattr(choice, name) != getattr(DEFAULT, name):
                 parts.append(f'{name} = "{_number(getattr(choice, name))} {unit}"')
         return "{ " + ", ".join(['law = "lugre"', *parts]) + " }"
 
-    def described(self) -> Case:
+    def build(self) -> Case:
         """Return mechanism and options of the case."""
         with add_prefix(self.name):
             return make_case(tomllib.loads(self.toml), {"folder": Path()})
 
-    def described_on(self, ideal: Case) -> Case:
+    def build_from(self, ideal: Case) -> Case:
         """Return mechanism and options of a case with clearance, built from the parts of the ideal case to save time."""
         with add_prefix(self.name):
             (table,) = tomllib.loads(self.toml)["clearance"]

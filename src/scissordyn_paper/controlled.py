@@ -1,4 +1,4 @@
-"""Three manoeuvres with and without control.
+"""Runs of three manoeuvres with and without control.
 
 The stroke at 150 rpm and the contact as a constraint are the paper's. The deployment and the periodic drive are additions: slow
 enough for a motor, with a limited torque and a gust, which the paper does not have.
@@ -36,10 +36,11 @@ from scissordyn_paper.measures import JOINT
 PROPORTIONAL, DERIVATIVE = 2e4, 1500.0  # Gains of the practical controller [N m/rad, N m s/rad]
 
 LIMIT, RAMP = 770.0, 0.02
-"""Its torque limit on the deployment, 1.5 times the ideal torque [N m], and the time in which that rises from zero [s]."""
+"""Torque limit of the practical controller on the deployment, 1.5 times the ideal torque [N m], and the time in which the
+limit rises from zero [s]."""
 
-ECCENTRICITY_RATE_DAMPING = -1000.0  # Its damping of the rate of the eccentricity during the stroke [N s]
-SERVO = PID(2e5, derivative=4e3)  # Tracks the periodic reference; delayed feedback is added to it
+ECCENTRICITY_RATE_DAMPING = -1000.0  # Torque of the practical controller per rate of the eccentricity on the stroke [N s]
+SERVO = PID(2e5, derivative=4e3)  # Controller that follows the periodic reference, and to which delayed feedback is added
 
 SLOW_PERIOD = 0.5  # Period of the periodic drive in the slow manoeuvre [s]
 EVALUATION_START = 40.0 * SLOW_PERIOD  # Start of the evaluation [s]
@@ -52,24 +53,24 @@ GUST: Any = Force(
         lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=1.2, points=4801
     ),
 )
-"""50 N on the slider, from 0.6 to 0.8 s."""
+"""Force of up to 50 N along -y on the slider, from 0.6 to 0.8 s."""
 
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """Manoeuvre: a reference motion of the driven bar, with its loads."""
+    """Reference motion of the driven bar, with the loads on the mechanism."""
 
     title: str
-    motion: TimeFunction  # The reference angle
-    angle: float  # Angle at the start [rad], end of the run [s]
-    until: float
+    motion: TimeFunction  # Reference angle of the driven bar
+    angle: float  # Angle of the driven bar at the start [rad]
+    until: float  # End of the run [s]
     samples: int
-    after: float = 0.0  # Start of the evaluation [s]
+    after: float = 0.0  # Time from which the figures of merit are computed [s]
     gust: bool = False  # True if a gust acts on the slider; it never acts on the ideal mechanism
 
     def mechanism(self) -> Mechanism:
-        """The array with its clearance joint and without drive."""
-        described = PaperCase(ARRAY_CLEARANCE, choice=Choice(angle=self.angle)).described().mechanism
+        """Return the array with its clearance joint, without drive."""
+        described = PaperCase(ARRAY_CLEARANCE, choice=Choice(angle=self.angle)).build().mechanism
         return dataclasses.replace(described, drives=(), components=(GUST,) if self.gust else ())
 
 
@@ -118,11 +119,11 @@ class ControlledRun:
 
     @property
     def toml(self) -> str:
-        """Text of the mechanism, on which the run depends."""
+        """Text of the mechanism, by which a changed run is recognised."""
         return json.dumps(to_plain(self.mechanism()))
 
     def mechanism(self) -> Mechanism:
-        """The array with its drive or controllers."""
+        """Return the array with the drive or the controllers of the scheme."""
         manoeuvre = MANOEUVRES[self.manoeuvre]
         arm = manoeuvre.mechanism()
         if self.scheme == "ideal":
@@ -170,13 +171,13 @@ CONTROLLED_RUNS = (
     ),
     *(ControlledRun("periodic", scheme) for scheme in ("ideal", "prescribed", "servo", "pyragas", "extended")),
 )
-"""The runs that are not the paper's."""
+"""Runs of the manoeuvres with control schemes that the paper does not have."""
 
-LONGEST_FIRST = CONTROLLED_RUNS[::-1]  # Delayed feedback of the periodic drive takes some seconds, a stroke a fraction of one
+LONGEST_FIRST = CONTROLLED_RUNS[::-1]  # Periodic runs take some seconds, strokes a fraction of a second
 
 
 def ideal_of(job: ControlledRun) -> ControlledRun:
-    """Return the run of the ideal mechanism on a manoeuvre."""
+    """Return the job of the ideal mechanism on the same manoeuvre."""
     return ControlledRun(job.manoeuvre, "ideal")
 
 
@@ -190,13 +191,13 @@ def compute(job: ControlledRun) -> xr.Dataset:
 
 
 def merits(run: xr.Dataset, ideal: xr.Dataset, after: float = 0.0) -> dict[str, float]:
-    """Return the figures of merit of a run, including those of joint A, as numbers by name."""
+    """Return the figures of merit of a run from the time `after` on, including those of joint A, as numbers by name."""
     found = figures_of_merit(run, ideal, after=after)
     return {str(name): float(found[name].sel(joint=JOINT) if "joint" in found[name].dims else found[name]) for name in found}
 
 
 def mismatch(run: xr.Dataset, after: float) -> float:
-    """Return the rms change of the eccentricity from one period to the next [clearances]; zero for periodic motion."""
+    """Return the rms change of the eccentricity from one period to the next, divided by the clearance; 0 if periodic."""
     time = run["time"].values
     lag = round(SLOW_PERIOD / float(time[1] - time[0]))
     place = run["eccentricity"].sel(joint=JOINT).transpose("time", "axis").values

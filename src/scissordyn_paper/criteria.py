@@ -1,4 +1,4 @@
-"""Criteria of the checks: from measured runs to yes or no, with the numbers."""
+"""Criteria of the checks: functions that answer by yes or no from the measures of runs, with the numbers."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ OSCILLATING = {
     "angular_acceleration": ("angular acceleration of bar 2", "rad/s²"),
 }
 
-Measured = Mapping[PaperCase, Any]  # Measures of strokes, or the regularity of motions under the periodic drive
-Find = Callable[[Choice, Measured], Finding]
-Holds = Callable[[Sequence[float]], bool]
-Group = Mapping[str, PaperCase]  # Runs by what differs between them, in words
+Measured = Mapping[PaperCase, Any]  # Measures of strokes, or the regularity of motions under the periodic drive, by case
+Find = Callable[[Choice, Measured], Finding]  # Criterion: function from measures to the finding of a check
+Holds = Callable[[Sequence[float]], bool]  # Function that returns True if the values of a group satisfy a condition
+Group = Mapping[str, PaperCase]  # Cases that are compared, by a text of the parameter in which they differ
 
 
 def millimetres(size: float) -> str:
-    """A length as text, in mm."""
+    """Return a length [m] as text in mm."""
     return f"{1e3 * size:g} mm"
 
 
 def percent(value: float) -> str:
-    """A fraction as text, in percent."""
+    """Return a fraction as text in percent."""
     return f"{100.0 * value:.3g} %"
 
 
@@ -42,12 +42,12 @@ def _kilo(value: float, unit: str) -> str:
 
 
 def clearances(*sizes: float) -> Group:
-    """The strokes with some clearances."""
+    """Return the cases of strokes with some clearances [m], by the text of the clearance."""
     return {millimetres(size): PaperCase(size) for size in sizes}
 
 
 def frictions(*coefficients: float) -> Group:
-    """The strokes with some friction coefficients."""
+    """Return the cases of strokes with some friction coefficients, by the text of the coefficient."""
     return {f"{friction:g}": PaperCase(friction=friction) for friction in coefficients}
 
 
@@ -57,13 +57,13 @@ CONSTRAINED = {millimetres(size): PaperCase(size, constrained=True) for size in 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of each run of a group, and how it is written."""
+    """A measure that is compared between runs, and its format in a finding."""
 
-    attribute: str  # Attribute of the measurements
-    title: str  # Title of the list of values; "" if each value has it
-    form: str
-    number: str  # Its name, in which {} is the run
-    factor: float = 1.0  # Factor from SI to the written number
+    attribute: str  # Attribute of the measures of a run
+    title: str  # Title of the list of values in the text; "" if `form` names the measure
+    form: str  # Format of a value in the text
+    number: str  # Format of the name of a value in `Finding.numbers`; {} is the text of the run
+    factor: float = 1.0  # Factor from SI units to the value in the text
 
 
 PEAK_FORCE = Quantity("peak_force", "peak force", "{:.1f} kN", "peak_{}_N", 1e-3)
@@ -83,8 +83,8 @@ PERIODIC_FRACTION = Quantity("contact_fraction", "fraction of time in contact", 
 PERIODIC_IMPACTS = Quantity("impacts", "contacts per period", "{:.3g}", "impacts_{}_1")
 
 
-def compared(group: Group, quantity: Quantity, holds: Holds) -> Find:
-    """The criterion that the values of a quantity satisfy a condition, in the order of the group."""
+def criterion_for_values(group: Group, quantity: Quantity, holds: Holds) -> Find:
+    """Return the criterion that the values of a quantity, in the order of the group, satisfy the condition `holds`."""
 
     def find(choice: Choice, measured: Measured) -> Finding:
         values = {label: getattr(run, quantity.attribute) for label, run in _of(group, choice, measured).items()}
@@ -95,12 +95,12 @@ def compared(group: Group, quantity: Quantity, holds: Holds) -> Find:
 
 
 def every(compare: Callable[[float, float], bool], bound: float) -> Holds:
-    """Make a test that all values are on one side of a bound."""
+    """Return the condition that `compare(value, bound)` is true of all values."""
     return lambda values: all(compare(value, bound) for value in values)
 
 
 def only(compare: Callable[[float, float], bool], at: int) -> Holds:
-    """Make a test that the value at an index is smaller, or larger, than each of the others."""
+    """Return the condition that `compare(value, other)` is true of the value at an index and each of the others."""
 
     def holds(values: Sequence[float]) -> bool:
         others = list(values)
@@ -139,7 +139,7 @@ def _named(name: str, values: Mapping[str, float]) -> dict[str, float]:
 
 
 def position(choice: Choice, measured: Measured) -> Finding:
-    """1a: differences of displacement and angle."""
+    """Answer check 1a: displacement and angle do not visibly differ from those of the ideal mechanism."""
     run = measured[PaperCase(choice=choice)]
     position, angle = run.position_deviation, run.angle_deviation
     return Finding(
@@ -150,7 +150,7 @@ def position(choice: Choice, measured: Measured) -> Finding:
 
 
 def oscillation(choice: Choice, measured: Measured) -> Finding:
-    """1b: largest differences of speeds and accelerations in the first interval."""
+    """Answer check 1b: speeds and accelerations visibly differ from the ideal ones in the first 5 ms."""
     deviations = measured[PaperCase(choice=choice)].deviations
     largest = {name: deviations[name].largest for name in OSCILLATING}
     words = ", ".join(f"{text} {percent(largest[name])}" for name, (text, _) in OSCILLATING.items())
@@ -162,7 +162,7 @@ def oscillation(choice: Choice, measured: Measured) -> Finding:
 
 
 def early(choice: Choice, measured: Measured) -> Finding:
-    """1c: level of the differences in the first interval and after it."""
+    """Answer check 1c: speeds and accelerations differ more in the first 5 ms than afterwards (root mean square)."""
     deviations = measured[PaperCase(choice=choice)].deviations
     words = ", ".join(
         f"{text} {deviations[name].before:.3g} and {deviations[name].after:.3g} {unit}"
@@ -176,7 +176,7 @@ def early(choice: Choice, measured: Measured) -> Finding:
 
 
 def within(choice: Choice, measured: Measured) -> Finding:
-    """1d: part of the differences that lies in the first interval."""
+    """Answer check 1d: more than half of the integrated squared differences lies in the first 5 ms."""
     deviations = measured[PaperCase(choice=choice)].deviations
     words = ", ".join(f"{text} {percent(deviations[name].early)}" for name, (text, _) in OSCILLATING.items())
     return Finding(
@@ -187,7 +187,7 @@ def within(choice: Choice, measured: Measured) -> Finding:
 
 
 def tenfold(choice: Choice, measured: Measured) -> Finding:
-    """2a: contact force against ideal reaction."""
+    """Answer check 2a: the largest contact force exceeds ten times the largest ideal reaction."""
     run = measured[PaperCase(choice=choice)]
     ratio = run.peak_force / run.ideal_force
     return Finding(
@@ -198,8 +198,8 @@ def tenfold(choice: Choice, measured: Measured) -> Finding:
 
 
 def fivefold(choice: Choice, measured: Measured) -> Finding:
-    """3a: ratio of the peak forces at the highest and lowest speed."""
-    peaks = compared(BY_SPEED, PEAK_FORCE, grows)(choice, measured)
+    """Answer check 3a: the peak force at the highest speed is about five times that at the lowest speed."""
+    peaks = criterion_for_values(BY_SPEED, PEAK_FORCE, grows)(choice, measured)
     slowest, *_, fastest = peaks.numbers.values()
     ratio = fastest / slowest
     return Finding(
@@ -210,7 +210,7 @@ def fivefold(choice: Choice, measured: Measured) -> Finding:
 
 
 def faster(choice: Choice, measured: Measured) -> Finding:
-    """3b: peak force and torque by speed."""
+    """Answer check 3b: peak force and peak torque grow with the speed."""
     runs = _of(BY_SPEED, choice, measured)
     both = {label: f"{_kilo(run.peak_force, 'N')} and {_kilo(run.peak_torque, 'N m')}" for label, run in runs.items()}
     torques = {label: run.peak_torque for label, run in runs.items()}
@@ -222,13 +222,13 @@ def faster(choice: Choice, measured: Measured) -> Finding:
 
 
 def larger_motor(choice: Choice, measured: Measured) -> Finding:
-    """3c: peak torque with and without clearance."""
+    """Answer check 3c: clearance raises the peak torque at each speed."""
     runs = _of(BY_SPEED, choice, measured)
     return _torques("clearance", {label: (run.peak_torque, run.ideal_torque) for label, run in runs.items()})
 
 
-def dearer(choice: Choice, measured: Measured) -> Finding:
-    """7b: peak torque with and without control."""
+def control_raises_torque(choice: Choice, measured: Measured) -> Finding:
+    """Answer check 7b: control raises the peak torque at each clearance."""
     controlled = _of(CONSTRAINED, choice, measured)
     free = _of(clearances(*CONTROLLED), choice, measured)
     ideal = next(iter(controlled.values())).ideal_torque
@@ -237,7 +237,7 @@ def dearer(choice: Choice, measured: Measured) -> Finding:
 
 
 def _torques(cause: str, pairs: Mapping[str, tuple[float, float]]) -> Finding:
-    """Find whether the peak torque is larger with a cause than without it."""
+    """Answer whether the peak torque is larger with a cause than without; `pairs` are the torques with and without [N m]."""
     both = {label: f"{_kilo(more, 'N m')} against {_kilo(less, 'N m')}" for label, (more, less) in pairs.items()}
     return Finding(
         all(more > less for more, less in pairs.values()),
@@ -246,10 +246,10 @@ def _torques(cause: str, pairs: Mapping[str, tuple[float, float]]) -> Finding:
     )
 
 
-def classified(group: Group, holds: Callable[[Sequence[Any]], bool]) -> Find:
-    """Return the criterion that `holds` is true of the kinds of motion, such as chaotic, of a group under the periodic drive.
+def criterion_for_motions(group: Group, holds: Callable[[Sequence[Any]], bool]) -> Find:
+    """Return the criterion that the motions of a group under the periodic drive satisfy the condition `holds`.
 
-    The finding lists the kinds with their largest Lyapunov exponents.
+    The finding lists the kind of each motion, such as "periodic", with its largest Lyapunov exponent.
     """
 
     def find(choice: Choice, settled: Measured) -> Finding:
@@ -263,17 +263,17 @@ def classified(group: Group, holds: Callable[[Sequence[Any]], bool]) -> Find:
 
 
 def regular_at_04(motions: Sequence[Any]) -> bool:
-    """5e: whether of 0.7, 0.6, 0.5, 0.4 and 0.3 mm the motion is regular at 0.4 mm alone."""
+    """Return True for check 5e: of the motions at 0.7, 0.6, 0.5, 0.4 and 0.3 mm only that at 0.4 mm is regular."""
     return [motion.regular for motion in motions] == [False, False, False, True, False]
 
 
 def quasi_periodic(motions: Sequence[Any]) -> bool:
-    """5f: whether all are quasi-periodic."""
+    """Return True for check 5f: all motions are quasi-periodic."""
     return all(motion.kind == "quasi-periodic" for motion in motions)
 
 
-def calmer(motions: Sequence[Any]) -> bool:
-    """6e: whether each exponent is below the one before by more than both standard errors."""
+def exponents_fall(motions: Sequence[Any]) -> bool:
+    """Return True for check 6e: each Lyapunov exponent is below the previous one by more than both standard errors."""
     return all(
         more.exponent + more.exponent_error < less.exponent - less.exponent_error for less, more in itertools.pairwise(motions)
     )

@@ -10,11 +10,11 @@ from scissordyn_paper.verdict import Verdict
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement of the paper, as the first screen summarises it."""
+    """Summary of a statement of the paper for the beginning of the report."""
 
     title: str
     agreeing: str  # Keys of the checks that agree, separated by spaces, for which `words` are true
-    words: str  # What agrees, what differs, and why
+    words: str  # Text with agreements and differences, and their causes
 
 
 STATEMENTS = {
@@ -60,7 +60,7 @@ STATEMENTS = {
         "needs the ideal torque and is spared the impacts.",
     ),
 }
-"""By number."""
+"""Summaries of the paper's statements, by number."""
 
 EXPLANATIONS: dict[str, tuple[bool, str]] = {
     "1a": (True, "The gap shifts the slider by about twice the clearance: 1 mm in a travel of 0.93 m."),
@@ -111,17 +111,17 @@ EXPLANATIONS: dict[str, tuple[bool, str]] = {
         "torque and is spared the impacts.",
     ),
 }
-"""Of each check: the answer that the sentence explains (True for "agrees"), and the sentence."""
+"""Explanations by check: the answer that the sentence explains (True for "agrees"), and the sentence."""
 
 
 def explanation(verdict: Verdict) -> str:
-    """Return the sentence that explains an answer, or that there is none for this answer."""
+    """Return the sentence that explains an answer, or a sentence that no explanation of this answer exists."""
     agrees, words = EXPLANATIONS[verdict.check.key]
     return words if agrees is verdict.finding.holds else "This answer has no explanation here: it has changed."
 
 
 def summary(number: int, verdicts: Sequence[Verdict]) -> str:
-    """Return the words on a statement, or that its answers have changed since they were written."""
+    """Return the summary of a statement, or a sentence that the answers have changed since the summary was written."""
     agreeing = " ".join(verdict.check.key for verdict in verdicts if verdict.finding.holds)
     statement = STATEMENTS[number]
     return statement.words if agreeing == statement.agreeing else "These answers have no explanation here: they have changed."

@@ -18,14 +18,14 @@ from scissordyn_paper.results import Results
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """One figure of the paper."""
+    """Figure of the paper that is drawn again from computed runs."""
 
     caption: str
-    cases: tuple[PaperCase, ...]  # The runs it shows, beside the ideal ones
-    paint: Callable[[Mapping[PaperCase, xr.Dataset], Sequence[PaperCase]], Figure]
+    cases: tuple[PaperCase, ...]  # Cases that the figure shows, in addition to those with ideal joints
+    paint: Callable[[Mapping[PaperCase, xr.Dataset], Sequence[PaperCase]], Figure]  # Function from runs and cases to a Figure
 
     def draw(self, runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
-        """The figure, from the runs by case."""
+        """Draw the figure from the runs by case."""
         return self.paint(runs, self.cases)
 
 
@@ -75,7 +75,7 @@ FIGURES = {
 
 @dataclass(frozen=True)
 class FurtherFigure:
-    """A figure beyond the paper."""
+    """Figure of the report that the paper does not have."""
 
     title: str
     caption: str
@@ -121,11 +121,11 @@ FURTHER = {
         lambda results: further.draw_bifurcation(results.diagram),
     ),
 }
-"""By the name of its files."""
+"""Figures of the report that the paper does not have, by file name."""
 
 
 def figure_of(number: int) -> PaperFigure:
-    """The figure of that number."""
+    """Return the figure of the paper with a number; raise `InputError` if it is not one of `FIGURES`."""
     if number not in FIGURES:
         known = ", ".join(map(str, FIGURES))
         raise InputError(

@@ -1,4 +1,4 @@
-"""Answers to every check under one choice, from runs beside each other that keep neither histories nor a Dataset."""
+"""Answers to all checks for one choice of parameters, from runs in a batch that store neither histories nor a Dataset."""
 
 from __future__ import annotations
 
@@ -21,20 +21,21 @@ from scissordyn.run.batch import Worker
 from scissordyn.run.measure import Ended
 from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
 from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
-from scissordyn_paper.runs import compute, described
+from scissordyn_paper.runs import build_cached, compute
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Check, Finding
 
 NEIGHBOUR_FRACTION = 1e-9  # Neighbours differ by this fraction of the clearance
 
 MOST_STEPS = 50_000
-"""A stroke takes hundreds, one at rest in contact thousands; more is chatter of an integrator that is too coarse."""
+"""Largest number of steps of a run. A stroke needs hundreds, or thousands if it starts in contact; more steps are chatter
+of a coarse integrator."""
 
-_LOCAL = threading.local()
+_LOCAL = threading.local()  # Workers of each thread, which are reused
 
 
 def findings(choice: Choice, member: int = 0) -> tuple[Finding, ...]:
-    """Return the answer to each check in the order of `CHECKS`, from runs with the clearances of a neighbour."""
+    """Return the finding of each check for a choice, in the order of `CHECKS`; `member` is the number of the neighbour."""
     cases = [case for case in every_case(choice) if case.clearance is not None]
     drives = {speed: PaperCase(None, speed, choice=choice).without_contact_laws for speed in SPEEDS}
     measured = {case: _constrained(case.without_contact_laws) for case in cases if case.constrained}
@@ -65,7 +66,7 @@ def _measured(
         assert run.clearance is not None
         joint = _joint(run.choice, run.friction)
         joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + member * NEIGHBOUR_FRACTION))
-        return described(drives[run.speed]).mechanism.with_clearance(JOINT, joint)
+        return build_cached(drives[run.speed]).mechanism.with_clearance(JOINT, joint)
 
     choice, frictional = cases[0].choice, cases[0].friction is not None
     workers: dict[tuple[Any, ...], Worker] = _LOCAL.__dict__.setdefault("workers", {})
@@ -84,7 +85,7 @@ def _measured(
 
 @lru_cache(64)
 def _joint(choice: Choice, friction: float | None) -> Clearance:
-    joint = described(PaperCase(friction=friction, choice=choice)).mechanism.joint(JOINT).clearance
+    joint = build_cached(PaperCase(friction=friction, choice=choice)).mechanism.joint(JOINT).clearance
     assert joint is not None
     return joint
 
@@ -100,7 +101,7 @@ def _constrained(case: PaperCase) -> Measures:
 
 
 def _curves(ended: Ended, *, printed: bool) -> Curves:
-    """The curves of a run; its contacts and largest values are those between samples too, unless it is as printed."""
+    """Return the curves of a run; with `printed`, contacts and largest values are those at the samples, as read from curves."""
     samples, at = ended.driver.samples, ended.plan
     rows = record(at.maps, ended.driver.system, samples)
     guide = at.mechanism.output_guide
@@ -139,5 +140,5 @@ def _curves(ended: Ended, *, printed: bool) -> Curves:
 
 
 def agreeing(choice: Choice, members: Sequence[int]) -> np.ndarray:
-    """Return the fraction of neighbours for which each check holds, in the order of `CHECKS`."""
+    """Return the fraction of neighbours `members` for which each check holds, in the order of `CHECKS`."""
     return np.asarray(np.mean([[finding.holds for finding in findings(choice, member)] for member in members], axis=0))

@@ -1,4 +1,4 @@
-"""Measures of one run for the paper's statements."""
+"""Numbers of a run by which the paper's statements are checked."""
 
 from __future__ import annotations
 
@@ -11,80 +11,79 @@ import xarray as xr
 from scissordyn.analysis.contact import contact_spans, smallest_arc
 from scissordyn.kinematics.path import smooth_peak
 
-JOINT = "A"
+JOINT = "A"  # Name of the joint with clearance
 
 SETTLING_TIME = 5e-3  # The paper's first interval [s]: "the fluctuation of the curves within 0.005 s"
 LATE_TIME = 0.03  # The paper's "when the working time exceeds 0.03 s" [s]
 CONTINUOUS_FRACTION = 0.99  # Fraction of time in contact from which contact is called continuous
-LAST_FRACTION = 0.2  # Fraction of a run that is its end, for contact that becomes continuous "eventually"
-CENTRAL_PART = 0.95  # Fraction of the contact time inside the contact arc
+LAST_FRACTION = 0.2  # Fraction of a run, at its end, in which contact that becomes continuous "eventually" is continuous
+CENTRAL_PART = 0.95  # Fraction of the contact time that the contact arc contains
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """Difference of a quantity from that of the ideal run."""
+    """Size of the difference between a quantity of a run and of the run with ideal joints."""
 
     largest: float  # Largest difference before `SETTLING_TIME`, as a fraction of the common range of both curves
-    before: float  # Root mean square of the difference before `SETTLING_TIME` and after it [SI]
-    after: float
-    early: float  # Fraction of the integral of the squared difference before `SETTLING_TIME`
+    before: float  # Root mean square of the difference before `SETTLING_TIME` [SI]
+    after: float  # Root mean square of the difference after `SETTLING_TIME` [SI]
+    early: float  # Fraction of the integrated squared difference that lies before `SETTLING_TIME`
 
 
 @dataclass(frozen=True)
 class Measures:
     """Numbers of one run, compared with the run with ideal joints."""
 
-    peak_force: float  # Largest normal force, in the whole run and after `LATE_TIME` [N]
-    late_peak_force: float
+    peak_force: float  # Largest normal force in the whole run [N]
+    late_peak_force: float  # Largest normal force after `LATE_TIME` [N]
     # Smallest normal force; zero in free flight, negative where a constrained contact is in compression [N]
     smallest_force: float
     ideal_force: float  # Largest reaction at the same joint without clearance [N]
-    peak_torque: float  # Largest driving torque by magnitude, with clearance and without [N m]
-    ideal_torque: float
-    impacts: int  # Contacts that start: all, before `LATE_TIME`, from `LATE_TIME` on, from `SETTLING_TIME` on
-    early_impacts: int
-    late_impacts: int
-    settled_impacts: int
-    whole_fraction: float  # Fraction of time in contact: in the whole run, from `SETTLING_TIME` on, in the last fifth
-    settled_fraction: float
-    final_fraction: float
-    late_rate: float  # Impacts per second from `LATE_TIME` on and from `SETTLING_TIME` on [1/s]
-    settled_rate: float
+    peak_torque: float  # Largest magnitude of the driving torque [N m]
+    ideal_torque: float  # Largest magnitude of the driving torque with ideal joints [N m]
+    impacts: int  # Number of contacts that start in the whole run
+    early_impacts: int  # Number of contacts that start before `LATE_TIME`
+    late_impacts: int  # Number of contacts that start from `LATE_TIME` on
+    settled_impacts: int  # Number of contacts that start from `SETTLING_TIME` on
+    whole_fraction: float  # Fraction of the whole run in contact
+    settled_fraction: float  # Fraction of the time from `SETTLING_TIME` on in contact
+    final_fraction: float  # Fraction of the last fifth of the run in contact
+    late_rate: float  # Contacts that start per second from `LATE_TIME` on [1/s]
+    settled_rate: float  # Contacts that start per second from `SETTLING_TIME` on [1/s]
     deviations: dict[str, Deviation]  # Deviation of each quantity
-    # Largest difference of the slider's displacement and of bar 2's angle, as a fraction of that range
-    position_deviation: float
-    angle_deviation: float
+    position_deviation: float  # Largest difference of the slider's displacement, as a fraction of the range of both curves
+    angle_deviation: float  # Largest difference of the angle of bar 2, as a fraction of the range of both curves
     # Root mean square of the slider acceleration's difference from the ideal one after `SETTLING_TIME`, over the root mean
     # square of the ideal one
     irregularity: float
     arc: float  # Smallest arc of the bearing with 95 % of the contact time [rad]
-    trusted_until: float  # [s]
-    end: float
+    trusted_until: float  # Predictability horizon [s]
+    end: float  # End of the run [s]
 
     @property
     def arc_degrees(self) -> float:
-        """The arc [deg]."""
+        """Smallest arc of the bearing with 95 % of the contact time [deg]."""
         return math.degrees(self.arc)
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Curves that are measured in a run with clearance."""
+    """Curves and contacts of a run with clearance, from which its measures are computed."""
 
     time: np.ndarray  # (nt,) [s]
     series: dict[str, np.ndarray]  # (nt,) Motion of the slider and of the free bar, by quantity
     normal: np.ndarray  # (nt,) Normal force [N]
     place: np.ndarray  # (nt, 2) Eccentricity [m]
-    touching: np.ndarray  # (nt,) Whether in contact
-    spans: np.ndarray  # (contacts, 2) Start and end [s]
-    peak: np.ndarray  # (contacts,) Largest normal force [N], and when [s]
-    when: np.ndarray
-    torque: float  # Largest driving torque by magnitude [N m]
-    trusted_until: float = math.nan  # [s]
+    touching: np.ndarray  # (nt,) True in contact
+    spans: np.ndarray  # (contacts, 2) Start and end of each contact [s]
+    peak: np.ndarray  # (contacts,) Largest normal force of each contact [N]
+    when: np.ndarray  # (contacts,) Instant of the largest normal force [s]
+    torque: float  # Largest magnitude of the driving torque [N m]
+    trusted_until: float = math.nan  # Predictability horizon [s]
 
 
 def curves_of(run: xr.Dataset) -> Curves:
-    """The curves of a run."""
+    """Return the curves and contacts of a run."""
     spans = contact_spans(run, JOINT)
     return Curves(
         time=run.variables["time"].values,
@@ -102,15 +101,15 @@ def curves_of(run: xr.Dataset) -> Curves:
 
 @dataclass(frozen=True, eq=False)
 class IdealMotion:
-    """Ideal motion with which the runs on one drive are compared."""
+    """Motion with ideal joints, with which the runs of the same drive are compared."""
 
     curves: dict[str, np.ndarray]  # (nt,) Motion of the slider and of bar 2, by quantity
-    force: float  # Largest reaction at the joint [N] and largest driving torque by magnitude [N m]
-    torque: float
+    force: float  # Largest reaction at the joint [N]
+    torque: float  # Largest magnitude of the driving torque [N m]
 
 
 def ideal_motion(run: xr.Dataset) -> IdealMotion:
-    """Return the motion of the run with ideal joints, for comparison."""
+    """Return motion, largest reaction and largest torque of a run with ideal joints."""
     # at a right angle the ideal reactions are not determined: that instant is left out
     reaction = np.hypot(*_at_joint(run, "reaction", "axis", "time"))
     force = smooth_peak(run.variables["time"].values, reaction)[0]
@@ -119,7 +118,7 @@ def ideal_motion(run: xr.Dataset) -> IdealMotion:
 
 
 def measure(run: xr.Dataset | Curves, ideal: xr.Dataset | IdealMotion) -> Measures:
-    """Measure a run."""
+    """Compute the measures of a run with clearance, compared with the run with ideal joints."""
     expected = ideal if isinstance(ideal, IdealMotion) else ideal_motion(ideal)
     drawn = run if isinstance(run, Curves) else curves_of(run)
     time, peak, when, normal = drawn.time, drawn.peak, drawn.when, drawn.normal
@@ -152,15 +151,15 @@ def measure(run: xr.Dataset | Curves, ideal: xr.Dataset | IdealMotion) -> Measur
         settled_rate=float(np.sum(start >= SETTLING_TIME)) / (end - SETTLING_TIME),
         deviations={
             name: Deviation(
-                largest=_part(np.max(np.abs(values[before])), ranges[name]),
+                largest=_ratio(np.max(np.abs(values[before])), ranges[name]),
                 before=_rms(values[before]),
                 after=_rms(values[~before]),
-                early=_part(np.sum(values[before] ** 2), np.sum(values**2)),
+                early=_ratio(np.sum(values[before] ** 2), np.sum(values**2)),
             )
             for name, values in differences.items()
         },
-        position_deviation=_part(np.max(np.abs(differences["slider_position"])), ranges["slider_position"]),
-        angle_deviation=_part(np.max(np.abs(differences["angle"])), ranges["angle"]),
+        position_deviation=_ratio(np.max(np.abs(differences["slider_position"])), ranges["slider_position"]),
+        angle_deviation=_ratio(np.max(np.abs(differences["angle"])), ranges["angle"]),
         irregularity=_rms(differences["slider_acceleration"][~before]) / _rms(acceleration),
         arc=_arc(drawn),
         trusted_until=drawn.trusted_until,
@@ -181,20 +180,21 @@ FREE_BAR = "unit 1/bar 2"  # The bar whose response figure 6 shows; it is not dr
 
 
 def _series(run: xr.Dataset) -> dict[str, np.ndarray]:
-    """The curves of the slider and of the free bar."""
+    """Return the motion of the slider and of the free bar over time, by quantity."""
     bar = run.variables["body"].values.tolist().index(FREE_BAR)
     values = {name: run.variables[name].values for name in _SERIES}
     return {name: each if name.startswith("slider") else each[:, bar] for name, each in values.items()}
 
 
 def _at_joint(run: xr.Dataset, name: str, *dims: str) -> np.ndarray:
-    """The values of a variable at the joint, along some dimensions; run[name] would make a DataArray with its coordinates."""
+    """Return the values of a variable of a run at joint A, with the dimensions in the order `dims`."""
     joint = run.variables["joint"].values.tolist().index(JOINT)
+    # run[name] would make a DataArray with its coordinates
     return np.asarray(run.variables[name].isel(joint=joint).transpose(*dims).values)
 
 
-def _part(part: float, whole: float) -> float:
-    """A ratio; 0/0 is 0."""
+def _ratio(part: float, whole: float) -> float:
+    """Return the ratio of a part to the whole; 0 if the whole is 0."""
     return float(part) / float(whole) if whole else 0.0
 
 
@@ -203,7 +203,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def _fraction(start: np.ndarray, stop: np.ndarray, since: float, end: float) -> float:
-    """Fraction of the time from `since` to `end` inside the intervals."""
+    """Return the fraction of the time from `since` to `end` that lies inside the intervals from `start` to `stop`."""
     return float(np.sum(np.clip(np.minimum(stop, end) - np.maximum(start, since), 0.0, None))) / (end - since)
 
 

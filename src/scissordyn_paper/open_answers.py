@@ -35,15 +35,15 @@ from scissordyn_paper.report import DOI, SOURCE
 
 TITLE = "Beyond the paper: do bars that bend and oil in the joint help?"
 
-Found = Mapping[OpenCase, xr.Dataset]
+Found = Mapping[OpenCase, xr.Dataset]  # Measures and orbit of each case
 
-CLEAR_SHARE_MIN = 0.95  # Share of the pairs from which on all count as lower
+CLEAR_SHARE_MIN = 0.95  # Smallest share of pairs with a lower measure for the answer "yes", or of the other pairs for "no"
 NOTICED_FRACTION = 0.01  # Relative difference below which a value does not count as lower
 
 
 @dataclass(frozen=True)
 class Change:
-    """Effect of one change of bars, joint or both on one measure."""
+    """Effect on one measure if bars are flexible, the joint has oil, or both."""
 
     manoeuvre: Manoeuvre
     what: str  # The change in words
@@ -78,10 +78,10 @@ class Change:
 
 @dataclass(frozen=True)
 class OpenAnswers:
-    """Result of the open question: changes, their runs, and the path of the report."""
+    """Answer to the open question of the paper."""
 
-    changes: tuple[Change, ...]
-    report: Path  # The page in HTML
+    changes: tuple[Change, ...]  # Effect of each change on each measure
+    report: Path  # Report in HTML
 
 
 def answer_open_question(folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> OpenAnswers:
@@ -122,7 +122,7 @@ def _pairs(cases: Sequence[OpenCase], found: Found) -> dict[str, list[tuple[Open
 
 
 def _spread(found: Found) -> tuple[float, float]:
-    """Return median and largest relative difference of the largest force between runs of the same case (`member`)."""
+    """Return the median and largest relative difference of the largest force between neighbours of the same case."""
     groups: dict[OpenCase, list[float]] = {}
     for case, run in found.items():
         groups.setdefault(replace(case, member=0), []).append(float(run["peak_force"]))
@@ -142,7 +142,7 @@ def _csv(found: Found) -> str:
 
 
 def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, Sequence[Path]]) -> str:
-    """Return the report as a page."""
+    """Return the report as a page in HTML."""
     middle, largest = _spread(found)
     parts = [
         cited(TITLE, f"The open question of: {SOURCE}", DOI),

@@ -43,19 +43,19 @@ BARS: Mapping[str, Mapping[str, str]] = {
     "steel tube": {"section": "tube 60x60x1.56 mm", "material": "steel"},
     "aluminium tube": {"section": "tube 60x60x4.76 mm", "material": "aluminium"},
 }
-"""Sections of the same mass as the paper's bars, 5.68 kg on 2 m."""
+"""Bars: section and material in the case file, by name. All have the mass of the paper's bars, 5.68 kg for 2 m."""
 
-TUBE = 42_743.0, 7.66e7  # EI [N m^2] and EA [N] of the steel tube
+TUBE = 42_743.0, 7.66e7  # Bending stiffness EI [N m^2] and axial stiffness EA [N] of the steel tube
 
 STIFFER = {f"{factor:g} times the tube": factor for factor in (10.0, 100.0, 1000.0)}
-"""Bars between the tube and rigid ones, and their stiffness over that of the tube."""
+"""Bars stiffer than the steel tube: ratio of their stiffness to that of the tube, by name."""
 
-OILS = (0.01, 0.1)  # Viscosities [Pa s]
+OILS = (0.01, 0.1)  # Viscosities of the oils [Pa s]
 
 NEIGHBOUR_RUNS = 2
-"""Neighbours of a run, whose clearances differ by 1e-12 of themselves: what they disagree on is not the mechanism's answer."""
+"""Number of runs of each case, whose clearances differ by a relative 1e-12; effects below their differences are not real."""
 
-RUN_SAMPLES = 2001
+RUN_SAMPLES = 2001  # Number of samples of a run
 
 MEASURES: Mapping[str, tuple[str, float]] = {
     "contacts": ("contacts", 1.0),
@@ -70,7 +70,7 @@ MEASURES: Mapping[str, tuple[str, float]] = {
     "utilisation": ("largest stress over yield strength", 1.0),
     "trusted_until": ("trusted until [ms]", 1e3),
 }
-"""Titles of the measures, and factors from SI."""
+"""Measures of a run: title in the table and factor from SI units, by name."""
 
 COMPARED: Mapping[str, str] = {
     "contacts": "contacts",
@@ -79,7 +79,7 @@ COMPARED: Mapping[str, str] = {
     "drive_work": "work of the drive",
     "drive_work_given": "energy that the drive gives",
 }
-"""Measures by which bars and joints are compared, and their titles."""
+"""Titles of the measures by which bars and joints are compared, by name."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class OpenCase:
     bars: str = "rigid"  # A key of `BARS` or `STIFFER`
     oil: float | None = None  # Viscosity [Pa s]; None for a dry joint
     clearance: float = SIZES[1]  # [m]
-    member: int = 0  # Member of an ensemble of neighbours
+    member: int = 0  # Number of the neighbour: its clearance is larger by this multiple of a relative 1e-12
     choice: Choice = DEFAULT  # Choice of the parameters that the paper leaves open
 
     @property
@@ -137,7 +137,7 @@ class OpenCase:
 
 
 def _written(tree: Mapping[str, Any]) -> str:
-    """Return parsed TOML as text."""
+    """Return tables as TOML text."""
     parts = []
     for section, tables in tree.items():
         heading = f"[[{section}]]" if isinstance(tables, list) else f"[{section}]"
@@ -161,7 +161,7 @@ reverse of the first two rising ones; the others would start at 90 deg or beyond
 
 
 def _every_case() -> tuple[OpenCase, ...]:
-    """Yield all cases: combinations of bars, joints and clearances, stiffer bars, and other lost parameters."""
+    """Return all cases: combinations of bars, joints and clearances, stiffer bars, and other values of lost parameters."""
     cases = [
         OpenCase(manoeuvre, bars, oil, size, member)
         for manoeuvre in MANOEUVRES
@@ -226,7 +226,7 @@ def _largest_at(run: xr.Dataset) -> float:
 
 
 def _measured(run: xr.Dataset, ideal: xr.Dataset, case: OpenCase) -> dict[str, float]:
-    """Return the measures of a run."""
+    """Return the measures of a run by name [SI]."""
     work = run["drive_work"].values
     work = work if work.ndim == 1 else work.sum(axis=-1)
     peaks, length = run["peak_force"].values, np.nan_to_num(run["contact_duration"].values, nan=0.0)

@@ -1,4 +1,4 @@
-"""Elements of the page: the template's macros as functions."""
+"""Elements of pages in HTML: the macros of the template as functions."""
 
 from __future__ import annotations
 
@@ -26,35 +26,35 @@ section, small, tally = _MACROS.section, _MACROS.small, _MACROS.tally
 
 
 class Cell(NamedTuple):
-    """A cell of a table."""
+    """Cell of a table in HTML."""
 
-    text: str  # Escaped, unless it is `Markup` of this page's elements
-    kind: str = ""  # Class: "", "number", "nowrap" or "tint"
-    tint: float | None = None  # Colour from 0 ("differs") to 1 ("agrees")
-    note: str = ""  # Shown on hover
+    text: str  # Plain text, which is escaped, or `Markup`
+    kind: str = ""  # CSS class: "", "number", "nowrap" or "tint"
+    tint: float | None = None  # Background colour from 0 ("differs") to 1 ("agrees")
+    note: str = ""  # Text that appears when the pointer is over the cell
 
     @property
     def colour(self) -> Markup:
-        """The background: full colour for 0 and 1, none at one half."""
+        """Background colour in CSS: full colour for a tint of 0 or 1, none for one half."""
         tint = 0.5 if self.tint is None else self.tint
         return Markup("rgb(var(--{}) / {:.2f})").format("yes" if tint >= 0.5 else "no", 1.1 * abs(tint - 0.5))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, tinted: bool = False) -> Markup:
-    """A table."""
+    """Return a table in HTML; a row that is a text becomes a heading between rows."""
     cells = (row if isinstance(row, str) else [one if isinstance(one, Cell) else Cell(one) for one in row] for row in rows)
     found: Markup = _MACROS.table(head, list(cells), tinted)
     return found
 
 
 def save_picture(drawn: Figure, folder: Path, name: str) -> list[Path]:
-    """Write a picture in all formats."""
+    """Write a picture in all formats; return the paths of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     return [write(drawn, folder / f"{name}.{form}") for form in FORMATS]
 
 
 def picture(files: Sequence[Path], title: str, caption: str) -> Markup:
-    """The vector file of a picture inside the page, with its caption."""
+    """Return HTML of the vector file of a picture with title and caption."""
     svg = next(path for path in files if path.suffix == ".svg").read_bytes()
     found: Markup = _MACROS.figure(base64.b64encode(svg).decode(), title, caption)
     return found

@@ -1,4 +1,4 @@
-"""Parameter sets: values of what the paper leaves open, drawn by the thousand and judged by the checks of its statements."""
+"""Draw thousands of parameter sets, which are values of what the paper leaves open, and judge each by the checks."""
 
 from __future__ import annotations
 
@@ -22,36 +22,37 @@ from scissordyn_paper.judge import findings
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding
 
-SAMPLING_SEED = 46
+SAMPLING_SEED = 46  # Seed of the random numbers that draw parameter sets
 
 ANGLES = {"rising": tuple(range(5, 80, 5)), "falling": tuple(range(60, 90, 5))}
-"""First angles [deg]: a rising stroke ends before the array folds over, a falling one lasts beyond 0.03 s at 250 rpm."""
+"""Angles at the start [deg]: a rising stroke ends before the array folds over, a falling one after 0.03 s at 250 rpm."""
 
 CONVERGED, PRESET, RESTING = 1e-6, 1e-3, 1e-4
-"""Tolerances: of an integrator whose errors change the answers less than neighbours do, of one at its preset, and for contacts
-that last from the start, whose motion is smooth."""
+"""Tolerances of integrators: errors change answers less than neighbours do; default of common programs; contact that lasts
+from the start, whose motion is smooth."""
 
 
-LOST = "in a lost table"
+LOST_TABLE = "in a lost table"  # Reason why a factor is open
 
 
 @dataclass(frozen=True)
 class Factor:
-    """Something that the paper leaves open."""
+    """Parameter or modelling decision that the paper leaves open, with the values that are tried."""
 
     name: str
-    # Levels in words with the fields of `Choice` that they set; some stand several times, for their weight
+    # Texts of the values with the fields of `Choice` that they set; values that occur twice are drawn twice as often
     levels: tuple[tuple[str, dict[str, Any]], ...] = ()
-    because: str = LOST  # Why it is open
-    within: tuple[str, float, float, bool] = ("", 0.0, 0.0, True)  # Or a field and its range, and whether it is logarithmic
-    unit: tuple[str, float] = ("", 1.0)  # Unit of the range in words, and its size in SI
+    because: str = LOST_TABLE  # Reason why the factor is open
+    # If there are no levels: field of `Choice`, lower and upper end of its range, and True for a logarithmic range
+    within: tuple[str, float, float, bool] = ("", 0.0, 0.0, True)
+    unit: tuple[str, float] = ("", 1.0)  # Unit of the range in texts, and the size of this unit in SI units
 
-    def set(self, u: float) -> dict[str, Any]:
-        """The fields of `Choice` at a number between 0 and 1."""
+    def fields_at(self, u: float) -> dict[str, Any]:
+        """Return the field values of `Choice` for a random number u between 0 and 1."""
         return self.levels[int(u * len(self.levels))][1] if self.levels else {self.within[0]: self._at(u)}
 
     def level(self, u: float) -> str:
-        """The level in words; of a range, the quarter."""
+        """Return the text of the level for a random number u between 0 and 1; for a range, of the quarter that contains it."""
         if self.levels:
             return self.levels[int(u * len(self.levels))][0]
         low, high = (self._at(0.25 * part) / self.unit[1] for part in (int(4.0 * u), int(4.0 * u) + 1))
@@ -132,10 +133,10 @@ FACTORS = (
 
 
 def choice_at(u: Sequence[float]) -> Choice:
-    """Return the choice of parameters at a point of the unit cube."""
+    """Return the choice of parameters for a point of the unit cube, with one coordinate per factor."""
     chosen: dict[str, Any] = {}
     for factor, number in zip(FACTORS, u, strict=True):
-        chosen |= factor.set(number)
+        chosen |= factor.fields_at(number)
     angles = ANGLES[chosen["travel"]]
     chosen["angle"] = degrees(angles[int(chosen["angle"] * len(angles))])
     if chosen.get("start") == "in-contact":  # the damping of a contact at rest is stiff
@@ -143,41 +144,41 @@ def choice_at(u: Sequence[float]) -> Choice:
     return Choice(**chosen)
 
 
-SETS_COUNT = 20_000
-BLOCK, QUASI, NEAR = 100, 12, 8
-"""Parameter sets of a block; blocks of a round that are quasi-random, and blocks near the best parameter sets so far."""
+SETS_COUNT = 20_000  # Default number of parameter sets
+BLOCK_SIZE, QUASI_BLOCKS, NEAR_BLOCKS = 100, 12, 8
+"""Number of parameter sets in a block, of quasi-random blocks in a round, and of blocks near the best sets in a round."""
 
 NEIGHBOUR_RUNS = 1
-"""Neighbours by which a drawn parameter set is judged; with more, shares over all sets are the same on average."""
+"""Number of neighbours by which a drawn parameter set is judged; more give the same average over all sets."""
 
-LEADING, NEIGHBOURS, LEADING_FROM = 60, 16, 9000
-"""Number of best parameter sets that are judged by many neighbours, number of neighbours, and number of their first block."""
+LEADING_SETS, NEIGHBOURS, LEADING_FROM = 60, 16, 9000
+"""Number of best parameter sets that are judged again, number of neighbours that judge each, number of their first block."""
 
-PARENTS, MUTATED = 40, 0.1
+PARENT_SETS, MUTATION_PROBABILITY = 40, 0.1
 """Number of best parameter sets near which others are drawn, and probability that a value is drawn again."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Some parameter sets."""
+    """Parameter sets that are judged by one job."""
 
     number: int
-    points: tuple[tuple[float, ...], ...] = field(repr=False)  # Points of the unit cube
-    members: int = NEIGHBOUR_RUNS
+    points: tuple[tuple[float, ...], ...] = field(repr=False)  # Points of the unit cube, one for each parameter set
+    members: int = NEIGHBOUR_RUNS  # Number of neighbours by which each set is judged
 
     @property
     def name(self) -> str:
-        """Name of the file."""
+        """Name of the file with the result."""
         return f"{self.number:04d}"
 
     @property
     def toml(self) -> str:
-        """All inputs."""
+        """Text of all inputs of the result, by which a changed block is recognised."""
         return f"members = {self.members}\nchecks = {[check.criterion for check in CHECKS]!r}\npoints = {self.points!r}\n"
 
 
 def judge(block: Block) -> xr.Dataset:
-    """Judge the parameter sets of a block."""
+    """Answer all checks for each parameter set of a block; return the answers with their numbers and computing times."""
     agreeing, seconds, causes = np.zeros((len(block.points), len(CHECKS))), [], []
     numbers: list[Mapping[str, float]] = []
     for at, u in enumerate(block.points):
@@ -210,7 +211,7 @@ def judge(block: Block) -> xr.Dataset:
 
 
 def _numbers(answer: Sequence[Finding]) -> dict[str, float]:
-    """Return the numbers of all findings, by check and name."""
+    """Return the numbers of all findings, by the key of the check and the name of the number."""
     return {
         f"{check.key} {name}": float(value)
         for check, finding in zip(CHECKS, answer, strict=True)
@@ -230,9 +231,9 @@ def fetch_parameter_sets(
     def add(points: np.ndarray) -> None:
         blocks = [
             Block(len(results) + k, tuple(map(tuple, part.tolist())))
-            for k, part in enumerate(np.array_split(points, max(1, len(points) // BLOCK)))
+            for k, part in enumerate(np.array_split(points, max(1, len(points) // BLOCK_SIZE)))
         ]
-        of = max(1, -(-number // BLOCK))
+        of = max(1, -(-number // BLOCK_SIZE))
 
         def show(what: str, done: int, _: int) -> None:
             if progress is not None:
@@ -241,66 +242,66 @@ def fetch_parameter_sets(
         results.extend(fetch(blocks, judge, folder, what="blocks of parameter sets", engine=engine, progress=show).values())
 
     quasi = 0
-    while (left := number - BLOCK * len(results)) > 0:
-        count = min(left, QUASI * BLOCK)
+    while (left := number - BLOCK_SIZE * len(results)) > 0:
+        count = min(left, QUASI_BLOCKS * BLOCK_SIZE)
         add(sobol_numbers(SAMPLING_SEED, len(FACTORS), np.arange(quasi, quasi + count)))
         quasi += count
-        if (left := number - BLOCK * len(results)) > 0:
-            add(_near(results, min(left, NEAR * BLOCK)))
+        if (left := number - BLOCK_SIZE * len(results)) > 0:
+            add(_near(results, min(left, NEAR_BLOCKS * BLOCK_SIZE)))
     return Judged.of(results)
 
 
 def fetch_leading(judged: Judged, folder: Path, *, engine: Engine = None, progress: Progress | None = None) -> Judged:
-    """Return the best parameter sets, judged by many neighbours; best first."""
-    order = np.argsort(-judged.met, kind="stable")[:LEADING]
+    """Judge the best parameter sets again by many neighbours; return them in the order of agreeing checks, best first."""
+    order = np.argsort(-judged.agreeing_count, kind="stable")[:LEADING_SETS]
     blocks = [
         Block(LEADING_FROM + k, tuple(map(tuple, judged.points[part].tolist())), NEIGHBOURS)
         for k, part in enumerate(np.array_split(order, max(1, len(order) // 10)))
     ]
     results = fetch(blocks, judge, folder, what="blocks of leading parameter sets", engine=engine, progress=progress)
     leading = Judged.of(list(results.values()))
-    best = np.argsort(-leading.met, kind="stable")
+    best = np.argsort(-leading.agreeing_count, kind="stable")
     return Judged(*(getattr(leading, name)[best] for name in leading.__dataclass_fields__))
 
 
 def _near(results: Sequence[xr.Dataset], count: int) -> np.ndarray:
-    """Return points near the best so far: values of two of them mixed, and some drawn again."""
+    """Return points near the best so far: each mixes coordinates of two of the best; some coordinates are drawn again."""
     points = np.concatenate([block["point"].values for block in results])
     met = np.concatenate([block["agreeing"].values.sum(axis=1) for block in results])
-    best = points[np.argsort(-met, kind="stable")[:PARENTS]]
+    best = points[np.argsort(-met, kind="stable")[:PARENT_SETS]]
     size = len(FACTORS)
     drawn = uniform_numbers(SAMPLING_SEED, 1, 2 + 3 * size, len(points) + np.arange(count))
     first, second = (best[(drawn[:, k] * len(best)).astype(int)] for k in (0, 1))
     mixed, anew, value = (drawn[:, 2 + k * size : 2 + (k + 1) * size] for k in range(3))
-    return np.where(anew < MUTATED, value, np.where(mixed < 0.5, first, second))
+    return np.where(anew < MUTATION_PROBABILITY, value, np.where(mixed < 0.5, first, second))
 
 
 @dataclass(frozen=True)
 class Judged:
-    """Judged parameter sets, in the order of their drawing."""
+    """Parameter sets with their answers, in the order in which they were drawn."""
 
-    points: np.ndarray  # (n, factors)
-    agreeing: np.ndarray  # (n, checks)
-    seconds: np.ndarray  # (n,)
-    causes: np.ndarray  # (n,)
-    quasi: np.ndarray  # (n,) Whether quasi-random
+    points: np.ndarray  # (n, factors) Points of the unit cube
+    agreeing: np.ndarray  # (n, checks) Fraction of neighbours for which each check holds
+    seconds: np.ndarray  # (n,) Computing time [s]
+    causes: np.ndarray  # (n,) Reasons why runs failed; "" if none failed
+    quasi: np.ndarray  # (n,) True for quasi-random parameter sets
 
     @staticmethod
     def of(blocks: Sequence[xr.Dataset]) -> Judged:
-        """Return the parameter sets of some blocks."""
+        """Join the results of blocks."""
         whole = xr.concat(blocks, "parameter_set", join="outer")
         at = np.concatenate([np.full(block.sizes["parameter_set"], k) for k, block in enumerate(blocks)])
         return Judged(
             *(whole["point"].values, whole["agreeing"].values, whole["seconds"].values),
             causes=whole["cause"].values.astype(str),
-            quasi=at % (QUASI + NEAR) < QUASI,
+            quasi=at % (QUASI_BLOCKS + NEAR_BLOCKS) < QUASI_BLOCKS,
         )
 
-    def part(self, count: int) -> Judged:
-        """The first of them."""
+    def first(self, count: int) -> Judged:
+        """Return the first `count` parameter sets."""
         return Judged(*(getattr(self, name)[:count] for name in self.__dataclass_fields__))
 
     @cached_property
-    def met(self) -> np.ndarray:
-        """Number of checks that agree for each parameter set."""
+    def agreeing_count(self) -> np.ndarray:
+        """Number of agreeing checks of each parameter set; a check counts by the fraction of agreeing neighbours."""
         return np.asarray(self.agreeing.sum(axis=1))

@@ -1,4 +1,4 @@
-"""Page of the parameter sets: how many checks agree for each of them, and which values the agreement suggests."""
+"""Page on parameter sets: how many checks agree for each set, and which parameter values the agreement suggests."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from scissordyn_paper.parameter_sets import (
 from scissordyn_paper.report import DOI, SOURCE
 from scissordyn_paper.statements import CHECKS
 
-TITLE = "The paper with other parameters"
+TITLE = "The paper with other parameters"  # Title of the page
 
 STATEMENT_ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
 
-SHOWN_SETS = 5
+SHOWN_SETS = 5  # Number of best parameter sets in the table
 
 
 @dataclass(frozen=True)
 class ParameterSetAnswers:
-    """The result."""
+    """Result of judging parameter sets."""
 
-    judged: Judged
-    leading: Judged  # The best of them by many neighbours, best first
-    report: Path  # The page in HTML
+    judged: Judged  # All parameter sets
+    leading: Judged  # Best parameter sets, judged by many neighbours, best first
+    report: Path  # Report in HTML
 
 
 def answer_parameter_sets(
@@ -56,7 +56,7 @@ def answer_parameter_sets(
     default = agreeing(DEFAULT, range(NEIGHBOURS))
     figures = (
         ("checks", _draw_checks(judged, default, leading.agreeing[0])),
-        ("parameters", _draw_parameters(judged, told(judged))),
+        ("parameters", _draw_parameters(judged, information_by_factor(judged))),
     )
     pictures = [save_picture(drawn, folder / "figures", f"parameter_sets-{name}") for name, drawn in figures]
     write_file(folder / "parameter_sets.csv", _csv(judged).encode(), sample="-o paper")
@@ -65,32 +65,32 @@ def answer_parameter_sets(
 
 
 def weights(judged: Judged) -> np.ndarray:
-    """Return the weights of the quasi-random parameter sets: `STATEMENT_ODDS` to the power of the agreeing checks; sum one."""
-    weight = STATEMENT_ODDS ** (judged.met[judged.quasi] - judged.met[judged.quasi].max())
+    """Return weights of the quasi-random sets with the sum 1, proportional to `STATEMENT_ODDS` ** number of agreeing checks."""
+    weight = STATEMENT_ODDS ** (judged.agreeing_count[judged.quasi] - judged.agreeing_count[judged.quasi].max())
     return np.asarray(weight / weight.sum())
 
 
-def levels(judged: Judged, factor: int) -> dict[str, tuple[float, float]]:
-    """Return the share of the quasi-random parameter sets with each level of a factor, and their share of the weight."""
+def level_shares(judged: Judged, factor: int) -> dict[str, tuple[float, float]]:
+    """Return for each level of a factor the share of quasi-random sets that have it, and their share of the weight."""
     names = np.array([FACTORS[factor].level(u) for u in judged.points[judged.quasi, factor]])
     weight = weights(judged)
     order = sorted(set(names.tolist()), key=lambda name: float(judged.points[judged.quasi, factor][names == name].min()))
     return {name: (float(np.mean(names == name)), float(weight[names == name].sum())) for name in order}
 
 
-def told(judged: Judged) -> dict[str, tuple[float, float]]:
-    """Return the information of the weights on each factor, and what as few parameter sets have by chance [bit]."""
+def information_by_factor(judged: Judged) -> dict[str, tuple[float, float]]:
+    """Return the information [bit] of the weights about each factor, and that which the same number of sets has by chance."""
     effective = 1.0 / float(np.sum(weights(judged) ** 2))
     information = {}
     for at, factor in enumerate(FACTORS):
-        pairs = [pair for pair in levels(judged, at).values() if pair[1] > 0.0]
+        pairs = [pair for pair in level_shares(judged, at).values() if pair[1] > 0.0]
         bits = sum(weight * np.log2(weight / share) for share, weight in pairs)
-        information[factor.name] = float(bits), (len(levels(judged, at)) - 1) / (2.0 * np.log(2.0) * effective)
+        information[factor.name] = float(bits), (len(level_shares(judged, at)) - 1) / (2.0 * np.log(2.0) * effective)
     return information
 
 
-def excluded(judged: Judged) -> dict[str, list[str]]:
-    """Return for each check those that never agree together with it, though five sets would if both were independent."""
+def never_together(judged: Judged) -> dict[str, list[str]]:
+    """Return for each check the checks that never agree together with it, although five sets would if they were independent."""
     met = judged.agreeing >= 0.5
     together, alone = met.T.astype(float) @ met, met.mean(axis=0)
     expected = met.shape[0] * np.outer(alone, alone)
@@ -117,7 +117,7 @@ def _draw_checks(judged: Judged, default: np.ndarray, best: np.ndarray) -> Figur
     )
     bins = [count - 0.5 for count in range(len(CHECKS) + 2)]
     for kind, colour, label in ((judged.quasi, BLUE, "quasi-random"), (~judged.quasi, VERMILION, "near the best so far")):
-        right.hist(judged.met[kind], bins, histtype="stepfilled", alpha=0.5, color=colour, label=label)
+        right.hist(judged.agreeing_count[kind], bins, histtype="stepfilled", alpha=0.5, color=colour, label=label)
     right.set(xlabel="checks that agree", ylabel="parameter sets", xlim=(-0.5, len(CHECKS) + 0.5))
     right.axvline(default.sum(), color=GREEN, lw=1.2, label="chosen before")
     return _titled(drawn, ("Each check", "All checks of a parameter set"))
@@ -130,10 +130,10 @@ def _draw_parameters(judged: Judged, information: Mapping[str, tuple[float, floa
     left.barh(names, [information[name][0] for name in names], color=BLUE, alpha=0.5, label="from the checks")
     left.plot([information[name][1] for name in names], names, "|", color="0.3", ms=9.0, label="by chance alone")
     left.set(xlabel="information [bit]", ylim=(len(names) - 0.4, -0.6))
-    count = 1 + np.arange(judged.met.size)
-    right.plot(count, np.maximum.accumulate(judged.met), color=VERMILION, label="all parameter sets")
+    count = 1 + np.arange(judged.agreeing_count.size)
+    right.plot(count, np.maximum.accumulate(judged.agreeing_count), color=VERMILION, label="all parameter sets")
     quasi = np.flatnonzero(judged.quasi)
-    right.plot(count[quasi], np.maximum.accumulate(judged.met[quasi]), color=BLUE, label="quasi-random ones")
+    right.plot(count[quasi], np.maximum.accumulate(judged.agreeing_count[quasi]), color=BLUE, label="quasi-random ones")
     right.set(xscale="log", xlabel="parameter sets", ylabel="largest number of agreeing checks")
     return _titled(drawn, ("Open parameters", "Largest number so far"))
 
@@ -148,12 +148,18 @@ def _titled(drawn: Sequence[Axes], titles: Sequence[str]) -> Figure:
 
 
 def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequence[Sequence[Path]]) -> str:
-    half = judged.part(judged.met.size // 2)
+    half = judged.first(judged.agreeing_count.size // 2)
     effective = 1.0 / float(np.sum(weights(judged) ** 2))
     counts = [
-        (f"{leading.met[0]:.3g} of {len(CHECKS)}", f"checks agree for the best parameter set, over {NEIGHBOURS} neighbours"),
+        (
+            f"{leading.agreeing_count[0]:.3g} of {len(CHECKS)}",
+            f"checks agree for the best parameter set, over {NEIGHBOURS} neighbours",
+        ),
         (f"{default.sum():.3g} of {len(CHECKS)}", "for the one chosen before any result"),
-        (f"{judged.met.size}", f"parameter sets, {judged.seconds.mean():.2g} s of one processor each, seed {SAMPLING_SEED}"),
+        (
+            f"{judged.agreeing_count.size}",
+            f"parameter sets, {judged.seconds.mean():.2g} s of one processor each, seed {SAMPLING_SEED}",
+        ),
     ]
     parts = [
         cited(TITLE, f"Of: {SOURCE}", DOI),
@@ -180,7 +186,7 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
 
 
 def _checks(judged: Judged, half: Judged, leading: Judged, default: np.ndarray) -> str:
-    others = excluded(judged)
+    others = never_together(judged)
     rows: list[Sequence[str | Cell]] = []
     for at, check in enumerate(CHECKS):
         shares = (sets.agreeing[sets.quasi, at].mean() for sets in (judged, half))
@@ -207,7 +213,7 @@ def _best(leading: Judged) -> str:
             choice_at(u).words,
             ", ".join(check.key for check, share in zip(CHECKS, shares, strict=True) if share < 0.5),
         )
-        for met, u, shares in list(zip(leading.met, leading.points, leading.agreeing, strict=True))[:SHOWN_SETS]
+        for met, u, shares in list(zip(leading.agreeing_count, leading.points, leading.agreeing, strict=True))[:SHOWN_SETS]
     ]
     return table(("checks that agree", "parameter set", "differs for most neighbours"), rows)
 
@@ -215,23 +221,30 @@ def _best(leading: Judged) -> str:
 def _parameters(judged: Judged, half: Judged) -> str:
     rows: list[Sequence[str | Cell] | str] = []
     for at, factor in enumerate(FACTORS):
-        bits, chance = told(judged)[factor.name]
+        bits, chance = information_by_factor(judged)[factor.name]
         rows.append(f"{factor.name}: {bits:.2f} bit, {chance:.2f} by chance; {factor.because}")
-        first = levels(half, at)
-        for name, (share, weight) in levels(judged, at).items():
+        first = level_shares(half, at)
+        for name, (share, weight) in level_shares(judged, at).items():
             numbers = share, weight, first.get(name, (0.0, 0.0))[1]
             rows.append((name, *(Cell(f"{100.0 * number:.0f}", "number") for number in numbers)))
     return table(("", "drawn [%]", "given the checks [%]", "by the first half [%]"), rows)
 
 
 def _csv(judged: Judged) -> str:
-    """Return a row for every parameter set."""
+    """Return a CSV table with a row for each parameter set."""
     rows: list[tuple[object, ...]] = [
         ("parameter_set", "quasi_random", "agreeing", "seconds", *(check.key for check in CHECKS), "words")
     ]
     for at, u in enumerate(judged.points):
         shares = [f"{share:g}" for share in judged.agreeing[at]]
         rows.append(
-            (at, int(judged.quasi[at]), f"{judged.met[at]:g}", f"{judged.seconds[at]:.3f}", *shares, choice_at(u).words)
+            (
+                at,
+                int(judged.quasi[at]),
+                f"{judged.agreeing_count[at]:g}",
+                f"{judged.seconds[at]:.3f}",
+                *shares,
+                choice_at(u).words,
+            )
         )
     return csv_text(rows)

@@ -1,4 +1,4 @@
-"""The table of parameters: those of the paper's text, and those of its lost tables in two sets."""
+"""Table of parameters: those that the paper's text states, and two sets of those in its lost tables."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DRIVEN, FRICTION, SPEEDS, Choice, PaperCase
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DRIVEN_BAR_TEXTS, FRICTION, SPEEDS, Choice, PaperCase
 from scissordyn_paper.page import Cell, table
 
-GIVEN = (
+STATED_PARAMETERS = (
     ("length of a bar", "m", "2"),
     ("mass of a bar", "kg", "5.68"),
     ("mass of the slider", "kg", "5"),
@@ -17,14 +17,14 @@ GIVEN = (
     ("radial clearance", "mm", ", ".join(f"{1e3 * size:g}" for size in sorted({*CLEARANCES, *CONTROLLED}))),
     ("kinetic friction coefficient", "1", ", ".join(f"{friction:g}" for friction in FRICTION)),
 )
-"""Name, unit and value of the parameters that the paper's text states."""
+"""Parameters that the paper's text states: name, unit and value."""
 
-STIFFNESS = {
+STIFFNESS_TEXTS = {
     "liu": "Liu's elastic foundation",
     "bai-zhao-as-printed": "Bai and Zhao, as printed",
     "hertz": "Hertz",
 }
-DAMPING = {
+DAMPING_TEXTS = {
     "flores": "Flores 2011",
     "lankarani-nikravesh": "Lankarani and Nikravesh 1990",
     "gonthier": "Gonthier 2004",
@@ -34,15 +34,15 @@ DAMPING = {
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter whose value the public text does not state."""
+    """Row of the table: a parameter whose value the paper's text does not state."""
 
     name: str
-    unit: str  # "" for a choice of words
-    value: Callable[[Choice], str]  # The value as text
+    unit: str  # "" if the value is not a number
+    value: Callable[[Choice], str]  # Function from a choice to the text of the value
 
 
 def _digits(value: float) -> str:
-    """Return a number with three digits."""
+    """Return a number as text with three digits."""
     return f"{value:.3g}"
 
 
@@ -56,7 +56,7 @@ def _integrator(choice: Choice) -> str:
 
 
 PARAMETERS = (
-    Parameter("driven bar", "", lambda choice: DRIVEN[choice.driven_bar].removesuffix(" driven")),
+    Parameter("driven bar", "", lambda choice: DRIVEN_BAR_TEXTS[choice.driven_bar].removesuffix(" driven")),
     Parameter("motion of the driven bar", "", lambda choice: f"its angle is {choice.travel}"),
     Parameter("angle at the start", "deg", lambda choice: _digits(math.degrees(choice.angle))),
     Parameter("gravity", "m/s²", lambda choice: _digits(choice.gravity)),
@@ -64,8 +64,8 @@ PARAMETERS = (
     Parameter("journal radius", "mm", lambda choice: _digits(1e3 * choice.journal_radius)),
     Parameter("bearing length", "mm", lambda choice: _digits(1e3 * choice.bearing_length)),
     Parameter("materials", "", _materials),
-    Parameter("contact stiffness", "", lambda choice: STIFFNESS[choice.stiffness]),
-    Parameter("contact damping", "", lambda choice: DAMPING.get(choice.damping, choice.damping)),
+    Parameter("contact stiffness", "", lambda choice: STIFFNESS_TEXTS[choice.stiffness]),
+    Parameter("contact damping", "", lambda choice: DAMPING_TEXTS.get(choice.damping, choice.damping)),
     Parameter("restitution coefficient", "1", lambda choice: _digits(choice.restitution)),
     Parameter("sliding speed taken at", "", lambda choice: choice.slip.replace("-", " ")),
     Parameter("static over kinetic friction", "1", lambda choice: _digits(choice.static)),
@@ -78,9 +78,9 @@ PARAMETERS = (
 
 
 def parameter_table(first: Choice, best: Choice) -> str:
-    """Return the table of all parameters with their units, in both sets."""
+    """Return the table of all parameters in HTML: name, unit, and values of two choices."""
     rows: list[Sequence[str | Cell] | str] = ["Stated in the paper's text"]
-    rows += [(name, unit, Cell(value, "nowrap"), "the same") for name, unit, value in GIVEN]
+    rows += [(name, unit, Cell(value, "nowrap"), "the same") for name, unit, value in STATED_PARAMETERS]
     rows.append("In the lost tables, or ambiguous in the text")
     for one in PARAMETERS:
         values = [one.value(choice) for choice in (first, best)]

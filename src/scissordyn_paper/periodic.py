@@ -33,23 +33,23 @@ PERIODIC = Choice(angle=degrees(45), travel="oscillating")  # The default choice
 
 BY_CLEARANCE = tuple(PaperCase(clearance, choice=PERIODIC) for clearance in CLEARANCES)
 BY_FRICTION = tuple(PaperCase(friction=friction, choice=PERIODIC) for friction in FRICTION)
-EVERY = tuple(dict.fromkeys((*BY_CLEARANCE, *BY_FRICTION)))
+ALL_CASES = tuple(dict.fromkeys((*BY_CLEARANCE, *BY_FRICTION)))
 LONGEST_FIRST = tuple(dict.fromkeys((*BY_FRICTION, *BY_CLEARANCE)))
-"""With friction, steps are shorter: those motions take five times as long as the others."""
+"""Cases in the order of computing time: with friction, a motion takes five times as long, because steps are shorter."""
 
 CYCLES, SKIP = 320, 80
-"""Periods of a run, and number of the first that are left out of its map: 240 remain, and 200 are needed for a verdict."""
+"""Number of periods of a run, and of periods at its start that the verdict leaves out: 240 remain, and it needs 200."""
 
-ENSEMBLE_MEMBERS = 4  # Number of starts that differ by round-off, where one trajectory is no evidence
-PAIR_MEMBERS = 2  # Number of starts where the samples repeat, for as many periods as are skipped
+ENSEMBLE_MEMBERS = 4  # Number of starts that differ by round-off, for motions that one trajectory cannot characterise
+PAIR_MEMBERS = 2  # Number of starts that differ by round-off, for motions whose samples repeat; simulated for `SKIP` periods
 
 GROWTH_CYCLES, GROWTH_SKIP = 120, 80
 CYCLE_INTERVALS = 4
-"""Periods in which the growth of a small difference is measured, number of the first left out, since some motions have long
-transients, and number of rescalings in each period."""
+"""For the Lyapunov exponent: number of periods, number of periods at the start that are left out, because some motions have
+long transients, and number of rescalings of the small difference in each period."""
 
 DIAGRAM_VALUES, DIAGRAM_CYCLES, DIAGRAM_KEPT = 60, 160, 100
-"""Number of clearances over the range of the paper, periods for each, and number of the last that are drawn."""
+"""For the bifurcation diagram: number of clearances, number of periods at each, and number of periods that are drawn."""
 
 
 @dataclass(frozen=True)
@@ -58,37 +58,36 @@ class Regularity:
 
     kind: str  # "continuous contact", "periodic", "quasi-periodic", "irregular" or "transient only", see `analysis.verdict`
     name: str  # The kind, with the period where there is one
-    members: int  # Number of evaluated trajectories, and number of those with this verdict
-    agreeing: int
+    members: int  # Number of evaluated trajectories
+    agreeing: int  # Number of trajectories with this verdict
     growth: float  # K of the 0-1 test; NaN where the samples repeat, as the test would evaluate round-off
-    exponent: float  # Largest Lyapunov exponent and its standard error [1/s]
-    exponent_error: float
+    exponent: float  # Largest Lyapunov exponent [1/s]
+    exponent_error: float  # Standard error of the exponent [1/s]
     contact_fraction: float  # Fraction of the counted periods in contact
-    impacts: float  # Contacts that start in a period, on the average
-    # Number of periods after which starts that differ by round-off diverge, and number of simulated periods
-    trusted_cycles: int
-    followed_cycles: int
-    evidence: tuple[str, ...]  # Sentences
+    impacts: float  # Mean number of contacts that start in a period
+    trusted_cycles: int  # Number of periods after which starts that differ by round-off diverge
+    followed_cycles: int  # Number of periods for which such starts were simulated
+    evidence: tuple[str, ...]  # Sentences that support the verdict
 
     @property
     def regular(self) -> bool | None:
-        """True if the motion is periodic or quasi-periodic; None if that is undecided."""
+        """True if the motion is periodic or quasi-periodic, False if it is irregular, None if undecided."""
         return None if self.kind == "transient only" else self.kind != "irregular"
 
     @property
     def words(self) -> str:
-        """Verdict and numbers in short."""
+        """Text of the verdict with K and the Lyapunov exponent."""
         growth = "" if math.isnan(self.growth) else f"K = {self.growth:.2f}, "
         return f"{self.name} ({growth}λ = {self.exponent:z.1f} ± {self.exponent_error:.1f} 1/s)"
 
 
 def examine(case: PaperCase) -> xr.Dataset:
-    """Simulate a motion over hundreds of periods and classify it.
+    """Simulate a case over hundreds of periods; return its run with the regularity of the motion as an attribute.
 
     Where the samples do not repeat, or starts that differ by round-off diverge, the verdict is that of most members of an
     ensemble.
     """
-    mechanism = case.described().mechanism
+    mechanism = case.build().mechanism
     run = cycle(mechanism, cycles=CYCLES)
     _check(run, case)
     together = followed = 0
@@ -139,14 +138,14 @@ def examine(case: PaperCase) -> xr.Dataset:
     return run.isel(cycle=slice(SKIP, None)).assign_attrs(regularity=json.dumps(vars(found)))
 
 
-def read(run: xr.Dataset) -> Regularity:
-    """The result of `examine`."""
+def regularity_of(run: xr.Dataset) -> Regularity:
+    """Return the regularity of the motion from the attributes of a run that `examine` returned."""
     kept = json.loads(run.attrs["regularity"])
     return Regularity(**{**kept, "evidence": tuple(kept["evidence"])})
 
 
 def fetch_diagram(path: Path, *, engine: Engine = None, progress: Progress | None = None) -> xr.Dataset:
-    """The asymptotic motion for clearances from 0.2 to 0.7 mm, from a file or computed."""
+    """Return the bifurcation diagram for clearances from 0.2 to 0.7 mm; compute missing parts of the file `path`."""
     values = np.linspace(CLEARANCES[-1], CLEARANCES[0], DIAGRAM_VALUES)
 
     def announce(done: int, of: int) -> None:
@@ -155,7 +154,7 @@ def fetch_diagram(path: Path, *, engine: Engine = None, progress: Progress | Non
 
     def made() -> xr.Dataset:
         return bifurcation(
-            PaperCase(choice=PERIODIC).described().mechanism,
+            PaperCase(choice=PERIODIC).build().mechanism,
             over=f"{JOINT}.clearance",
             values=values,
             cycles=DIAGRAM_CYCLES,

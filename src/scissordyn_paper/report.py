@@ -1,4 +1,4 @@
-"""The report of the paper's runs, as one page and as machine-readable tables."""
+"""Report of the reproduction of the paper: a page in HTML, and the verdicts in JSON and CSV."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from scissordyn.file.output_file import csv_text
-from scissordyn_paper.beyond import contacts, control, first_contacts, regularity
+from scissordyn_paper.beyond import contacts_section, control_section, first_contacts_section, regularity_section
 from scissordyn_paper.cache import provenance
 from scissordyn_paper.cases import DEFAULT, PaperCase
 from scissordyn_paper.explanation import STATEMENTS, explanation, summary
@@ -69,19 +69,19 @@ def page(
     pictures: Mapping[int | str, Sequence[Path]],
     best: Sequence[Finding],
 ) -> str:
-    """The whole report."""
+    """Return the report as a page in HTML; `best` are the findings of the best parameter set."""
 
     def further(name: str) -> str:
         return picture(pictures[name], FURTHER[name].title, FURTHER[name].caption)
 
     further_parts = {
-        "control": [*control(results), further("control-torque")],
+        "control": [*control_section(results), further("control-torque")],
         "regularity": [
-            *regularity(results.settled),
+            *regularity_section(results.settled),
             *(further(name) for name in ("maps-by-clearance", "maps-by-friction", "bifurcation")),
         ],
-        "statistics": [*contacts(results), further("contact-forces")],
-        "contacts": first_contacts(results.runs[PaperCase()]),
+        "statistics": [*contacts_section(results), further("contact-forces")],
+        "contacts": first_contacts_section(results.runs[PaperCase()]),
         "parameters": _parameters(),
         "cases": _case_files(results),
         "versions": _versions(results.runs),
@@ -101,7 +101,7 @@ def page(
 
 
 def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
-    """The counts, and a sentence on each statement."""
+    """Return the first section: numbers of agreeing checks, and a sentence on each statement."""
     agreeing = [verdict for verdict in verdicts if verdict.finding.holds]
     periodic = [verdict.periodic for verdict in verdicts if verdict.periodic is not None]
     counts = [(f"{len(agreeing)} of {len(verdicts)}", "checks agree on the paper's single stroke")]
@@ -131,7 +131,7 @@ def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
 def _statement(
     number: int, verdicts: Sequence[Verdict], best: Sequence[Finding], pictures: Mapping[int | str, Sequence[Path]]
 ) -> str:
-    """The checks of one statement, and the figures that they are about."""
+    """Return the section of a statement: a table of its checks, and its figures."""
     rows: list[Sequence[str | Cell] | str] = []
     doubtful = []
     for verdict, finding in zip(verdicts, best, strict=True):
@@ -171,7 +171,7 @@ def _check_row(verdict: Verdict, best: Finding) -> Sequence[str | Cell]:
 
 
 def _periodic_row(verdict: Verdict) -> list[Sequence[str | Cell]]:
-    """The same check under the periodic drive."""
+    """Return the row of a check under the periodic drive; none if the check is only for the stroke."""
     check, found = verdict.check.periodically, verdict.periodic
     if check is None or found is None:
         return []
@@ -218,7 +218,7 @@ def _versions(runs: Mapping[PaperCase, xr.Dataset]) -> list[str]:
 
 
 def as_json(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts with criteria and numbers."""
+    """Return the verdicts with criteria and numbers as JSON."""
     rows = [
         {
             "check": verdict.check.key,
@@ -241,7 +241,7 @@ def _answer(finding: Finding) -> dict[str, object]:
 
 
 def as_csv(verdicts: Sequence[Verdict]) -> str:
-    """The verdicts as a table: check, answer, statement, measured values, and the same for the periodic drive."""
+    """Return the verdicts as a CSV table: check, answer, statement, criterion and measured values."""
     rows: list[tuple[str, ...]] = [("check", "answer", "says", "criterion", "measured", "answer_periodic", "measured_periodic")]
     for verdict in verdicts:
         check, other = verdict.check, verdict.periodic

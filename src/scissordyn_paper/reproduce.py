@@ -1,4 +1,4 @@
-"""Reproduction of the paper: runs, figures, verdicts, other choices, report."""
+"""Reproduce the paper: compute its runs, answer the checks, draw its figures and write the report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from scissordyn_paper.runs import compute, fetch_runs
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Settled, Verdict, answer
 
-_FIGURE = "figure-{:02d}"  # Name of the files of a figure of the paper
+_FIGURE = "figure-{:02d}"  # Format of the file name of a figure of the paper; {} is the number of the figure
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def reproduce(folder: str | os.PathLike[str], *, engine: Engine = None, progress
     """Compute all runs, check the paper's statements, draw its figures, and write the report."""
     target = _made(folder)
     results = _results(target, engine, progress)
-    answers = verdicts(results.runs, {case: periodic.read(run) for case, run in results.settled.items()})
+    answers = verdicts(results.runs, {case: periodic.regularity_of(run) for case, run in results.settled.items()})
     for case in (*results.runs, *results.settled):
         _write(target / "cases" / f"{_file(case)}.toml", case.toml)
     pictures = _drawn(results, target / "figures", progress)
@@ -59,7 +59,7 @@ def draw_figure(
     engine: Engine = None,
     progress: Progress | None = None,
 ) -> list[Path]:
-    """Draw one figure of the paper; missing runs are computed."""
+    """Draw one figure of the paper from stored runs; compute missing runs first."""
     figure = figure_of(number)
     target = _made(folder)
     needed = [*figure.cases, *(case.ideal for case in figure.cases)]
@@ -74,7 +74,7 @@ def verdicts(runs: Mapping[PaperCase, xr.Dataset], settled: Settled | None = Non
 
 
 def _results(target: Path, engine: Engine, progress: Progress | None) -> Results:
-    """Return all runs; missing ones are computed."""
+    """Return the runs and the diagram of the report from the folder `target`; compute missing ones first."""
     runs, settled, controlled_runs = fetch_all(
         Jobs((*every_case(DEFAULT), *contact_starts(DEFAULT)), compute, target / "runs"),
         Jobs(periodic.LONGEST_FIRST, periodic.examine, target / "periodic", "motions under the periodic drive"),
@@ -84,7 +84,7 @@ def _results(target: Path, engine: Engine, progress: Progress | None) -> Results
     )
     return Results(
         runs=runs,
-        settled={case: settled[case] for case in periodic.EVERY},
+        settled={case: settled[case] for case in periodic.ALL_CASES},
         controlled={run: controlled_runs[run] for run in controlled.CONTROLLED_RUNS},
         diagram=periodic.fetch_diagram(target / "bifurcation.nc", engine=engine, progress=progress),
     )
@@ -105,7 +105,7 @@ def _drawn(results: Results, folder: Path, progress: Progress | None) -> dict[in
 
 
 def _file(case: PaperCase) -> str:
-    """Return the name of a case file, which contains the drive."""
+    """Return the file name of a case without ending, with "periodic" if it has the periodic drive."""
     return f"periodic_{case.name}" if case.choice == periodic.PERIODIC else case.name
 
 

@@ -1,4 +1,4 @@
-"""The data of the report."""
+"""Data from which the report is written."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scissordyn.units import degrees
 from scissordyn_paper.cases import Choice, PaperCase
 from scissordyn_paper.controlled import ControlledRun
 
-BEST_OF = 20_000
+BEST_OF = 20_000  # Number of parameter sets of which `BEST` has the most agreeing checks
 BEST = Choice(
     driven_bar="slider",
     angle=degrees(45),
@@ -30,14 +30,14 @@ BEST = Choice(
     method="dopri5",
     step=2e-5,
 )
-"""Parameter set with most agreeing checks, over neighbours, with all the digits on which its answers depend."""
+"""Parameter set with the most agreeing checks on average over neighbours; its answers depend on all digits."""
 
 
 @dataclass(frozen=True)
 class Results:
-    """All runs."""
+    """Runs and bifurcation diagram of the report."""
 
-    runs: Mapping[PaperCase, xr.Dataset]  # The paper's single strokes, and those that start in contact
-    settled: Mapping[PaperCase, xr.Dataset]  # Under the periodic drive, as of `periodic.examine`
-    controlled: Mapping[ControlledRun, xr.Dataset]
-    diagram: xr.Dataset  # Over the clearance, under the periodic drive
+    runs: Mapping[PaperCase, xr.Dataset]  # Single strokes of the paper, and strokes that start in contact
+    settled: Mapping[PaperCase, xr.Dataset]  # Motions under the periodic drive, from `periodic.examine`
+    controlled: Mapping[ControlledRun, xr.Dataset]  # Runs of the manoeuvres with and without control
+    diagram: xr.Dataset  # Bifurcation diagram over the clearance, under the periodic drive

@@ -1,4 +1,4 @@
-"""The paper's runs: one stroke each, computed beside each other and stored as files."""
+"""Compute the paper's runs, one stroke each, in parallel, and store them as files."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from scissordyn_paper.measures import JOINT
 
 
 def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
-    """Simulate a case and return its run."""
-    mechanism = described(case).mechanism
+    """Simulate a case and return its run; raise `ScissordynError` if the run fails."""
+    mechanism = build_cached(case).mechanism
     simulated = constrain_contact(mechanism) if case.constrained else mechanism
     run = raise_if_interrupted(simulate(simulated, **{**case.options.keywords, "trust": trust}))
     if run.attrs["status"] != "complete":
@@ -34,22 +34,22 @@ def compute(case: PaperCase, *, trust: bool = True) -> xr.Dataset:
 
 
 @lru_cache(1024)
-def described(case: PaperCase) -> Case:
-    """Return the described case; it shares parts with other cases on its drive."""
+def build_cached(case: PaperCase) -> Case:
+    """Return mechanism and options of a case, which shares objects with other cases of the same drive to save time."""
     if case.clearance is None:
-        return case.described() if case == case.without_contact_laws else described(case.without_contact_laws)
-    return case.described_on(described(case.ideal))
+        return case.build() if case == case.without_contact_laws else build_cached(case.without_contact_laws)
+    return case.build_from(build_cached(case.ideal))
 
 
 def fetch_runs(
     cases: Sequence[PaperCase], folder: Path, *, engine: Engine = None, progress: Progress | None = None
 ) -> dict[PaperCase, xr.Dataset]:
-    """Return runs stored in a folder; missing and outdated runs are computed first."""
+    """Return the runs of cases from the files in a folder; compute missing and outdated runs first."""
     return fetch(cases, compute, folder, engine=engine, progress=progress)
 
 
 def _with_contact(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
-    """Add eccentricity and normal force, so that a constrained contact can be evaluated and drawn like a clearance joint."""
+    """Add eccentricity and contact force of a constrained contact to its run, in the variables of a clearance joint."""
     joint = mechanism.joint(JOINT)
     assert joint.clearance is not None
     force = run["rod_force"].isel(rod=0).values

@@ -21,9 +21,9 @@ from scissordyn_paper.cases import ARRAY_CLEARANCE, CLEARANCES, FRICTION, SIZES
 from scissordyn_paper.criteria import (
     QUARTER_ARC_MAX,
     VISIBLE_FRACTION,
-    classified,
     clearances,
-    compared,
+    criterion_for_motions,
+    criterion_for_values,
     every,
     falls,
     frictions,
@@ -110,45 +110,45 @@ CHECKS = (
         "The force falls with the clearance (0.6, 0.4, 0.2 mm).",
         "largest contact force falls in that order",
         "the comparison is the paper's",
-        compared(_BY_SIZE, criteria.PEAK_FORCE, falls),
+        criterion_for_values(_BY_SIZE, criteria.PEAK_FORCE, falls),
     ),
     Check(
         "4b",
         "The driving torque falls with the clearance.",
         "largest torque falls in that order",
         "the comparison is the paper's",
-        compared(_BY_SIZE, criteria.PEAK_TORQUE, falls),
+        criterion_for_values(_BY_SIZE, criteria.PEAK_TORQUE, falls),
     ),
     Check(
         "4c",
         "Impacts become more frequent as the clearance falls, at first.",
         f"more contacts begin before {_LATE} at each smaller clearance",
         "the paper counts collisions, and names 0.03 s as the end of this order",
-        compared(_BY_SIZE, criteria.EARLY_IMPACTS, grows),
+        criterion_for_values(_BY_SIZE, criteria.EARLY_IMPACTS, grows),
     ),
     Check(
         "4d",
         "After 0.03 s the force is largest at 0.2 mm.",
         f"largest force after {_LATE} is that of 0.2 mm",
         "the comparison is the paper's",
-        compared(_BY_SIZE, criteria.LATE_FORCE, only(operator.gt, -1)),
+        criterion_for_values(_BY_SIZE, criteria.LATE_FORCE, only(operator.gt, -1)),
     ),
     Check(
         "4e",
         "After 0.03 s impacts are most frequent at 0.2 mm.",
         f"most contacts begin after {_LATE} at 0.2 mm",
         "the comparison is the paper's",
-        compared(_BY_SIZE, criteria.LATE_RATE, only(operator.gt, -1)),
+        criterion_for_values(_BY_SIZE, criteria.LATE_RATE, only(operator.gt, -1)),
     ),
     Check(
         "5a",
         "At 0.4 mm journal and bearing stay in contact, without free flight or impact.",
         f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time after {_SETTLED}",
         "the start is concentric, so the run starts in free flight; none may follow",
-        compared(clearances(0.4e-3), criteria.SETTLED_ALONE, _CONTINUOUS),
+        criterion_for_values(clearances(0.4e-3), criteria.SETTLED_ALONE, _CONTINUOUS),
         Periodically(
             f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time",
-            compared(clearances(0.4e-3), criteria.PERIODIC_FRACTION, _CONTINUOUS),
+            criterion_for_values(clearances(0.4e-3), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
     Check(
@@ -156,10 +156,10 @@ CHECKS = (
         "At 0.7, 0.6, 0.5 and 0.3 mm free flight is frequent.",
         f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time after {_SETTLED}, at each of them",
         "the opposite of continuous contact by the same threshold",
-        compared(_FLYING, criteria.SETTLED, _INTERRUPTED),
+        criterion_for_values(_FLYING, criteria.SETTLED, _INTERRUPTED),
         Periodically(
             f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time, at each of them",
-            compared(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
+            criterion_for_values(_FLYING, criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
     Check(
@@ -167,26 +167,30 @@ CHECKS = (
         "Collisions become more frequent as the clearance falls from 0.7 to 0.5 mm.",
         "more contacts at each smaller clearance",
         "the paper says it of all clearances and then excepts those from 0.4 mm on",
-        compared(_LARGE, criteria.IMPACTS, grows),
-        Periodically("more contacts per period at each smaller clearance", compared(_LARGE, criteria.PERIODIC_IMPACTS, grows)),
+        criterion_for_values(_LARGE, criteria.IMPACTS, grows),
+        Periodically(
+            "more contacts per period at each smaller clearance", criterion_for_values(_LARGE, criteria.PERIODIC_IMPACTS, grows)
+        ),
     ),
     Check(
         "5d",
         "Collisions are more frequent at 0.3 and 0.2 mm than at 0.4 mm.",
         "more contacts at both",
         "the comparison is the paper's",
-        compared(_SMALL, criteria.IMPACTS, only(operator.lt, 0)),
-        Periodically("more contacts per period at both", compared(_SMALL, criteria.PERIODIC_IMPACTS, only(operator.lt, 0))),
+        criterion_for_values(_SMALL, criteria.IMPACTS, only(operator.lt, 0)),
+        Periodically(
+            "more contacts per period at both", criterion_for_values(_SMALL, criteria.PERIODIC_IMPACTS, only(operator.lt, 0))
+        ),
     ),
     Check(
         "5e",
         "The motion is regular at 0.4 mm, irregular at 0.7, 0.6, 0.5 and 0.3 mm.",
         "scatter of the slider acceleration smallest at 0.4 mm",
         _SCATTER,
-        compared(_BUT_SMALLEST, criteria.SCATTER, only(operator.lt, 3)),
+        criterion_for_values(_BUT_SMALLEST, criteria.SCATTER, only(operator.lt, 3)),
         Periodically(
             "the samples repeat at 0.4 mm, or are quasi-periodic, and are irregular at the other four",
-            classified(_BUT_SMALLEST, criteria.regular_at_04),
+            criterion_for_motions(_BUT_SMALLEST, criteria.regular_at_04),
         ),
     ),
     Check(
@@ -194,17 +198,20 @@ CHECKS = (
         "At 0.2 mm the motion is quasi-periodic: between the regular one at 0.4 mm and the irregular one at 0.3 mm.",
         "scatter of the slider acceleration grows from 0.4 over 0.2 to 0.3 mm",
         _SCATTER,
-        compared(_SMALL, criteria.SCATTER, criteria.last_between),
-        Periodically("the samples at 0.2 mm are quasi-periodic", classified(clearances(0.2e-3), criteria.quasi_periodic)),
+        criterion_for_values(_SMALL, criteria.SCATTER, criteria.last_between),
+        Periodically(
+            "the samples at 0.2 mm are quasi-periodic", criterion_for_motions(clearances(0.2e-3), criteria.quasi_periodic)
+        ),
     ),
     Check(
         "6a",
         "Rebounds diminish as the friction coefficient grows (0.01, 0.03, 0.05, 0.1).",
         "fewer contacts at each larger coefficient",
         "a rebound ends a contact, and the next impact starts another",
-        compared(_BY_FRICTION, criteria.IMPACTS, falls),
+        criterion_for_values(_BY_FRICTION, criteria.IMPACTS, falls),
         Periodically(
-            "fewer contacts per period at each larger coefficient", compared(_BY_FRICTION, criteria.PERIODIC_IMPACTS, falls)
+            "fewer contacts per period at each larger coefficient",
+            criterion_for_values(_BY_FRICTION, criteria.PERIODIC_IMPACTS, falls),
         ),
     ),
     Check(
@@ -212,10 +219,10 @@ CHECKS = (
         "At 0.01 rebounds follow impacts, without continuous contact.",
         f"in contact less than {percent(CONTINUOUS_FRACTION)} of the last fifth of the run",
         "contact that never becomes continuous is not continuous at the end",
-        compared(frictions(*FRICTION[:1]), criteria.FINAL_ALONE, _INTERRUPTED),
+        criterion_for_values(frictions(*FRICTION[:1]), criteria.FINAL_ALONE, _INTERRUPTED),
         Periodically(
             f"in contact less than {percent(CONTINUOUS_FRACTION)} of the time",
-            compared(frictions(*FRICTION[:1]), criteria.PERIODIC_FRACTION, _INTERRUPTED),
+            criterion_for_values(frictions(*FRICTION[:1]), criteria.PERIODIC_FRACTION, _INTERRUPTED),
         ),
     ),
     Check(
@@ -223,10 +230,10 @@ CHECKS = (
         "From 0.03 on contact eventually becomes continuous.",
         f"in contact at least {percent(CONTINUOUS_FRACTION)} of the last fifth of the run, at 0.03, 0.05 and 0.1",
         '"eventually" is the end of the run',
-        compared(frictions(*FRICTION[1:]), criteria.FINAL, _CONTINUOUS),
+        criterion_for_values(frictions(*FRICTION[1:]), criteria.FINAL, _CONTINUOUS),
         Periodically(
             f"in contact at least {percent(CONTINUOUS_FRACTION)} of the time, at 0.03, 0.05 and 0.1",
-            compared(frictions(*FRICTION[1:]), criteria.PERIODIC_FRACTION, _CONTINUOUS),
+            criterion_for_values(frictions(*FRICTION[1:]), criteria.PERIODIC_FRACTION, _CONTINUOUS),
         ),
     ),
     Check(
@@ -234,17 +241,17 @@ CHECKS = (
         "Contact is concentrated in about a quarter of the bearing.",
         f"an arc of at most {QUARTER_ARC_MAX:g} deg has 95 % of the contact time, at each coefficient",
         '"about" is taken as a tenth, "mainly" as 95 %',
-        compared(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER_ARC_MAX)),
+        criterion_for_values(_BY_FRICTION, criteria.ARC, every(operator.le, QUARTER_ARC_MAX)),
     ),
     Check(
         "6e",
         "The motion becomes more regular as the friction coefficient grows.",
         "scatter of the slider acceleration falls at each larger coefficient",
         _SCATTER,
-        compared(_BY_FRICTION, criteria.SCATTER, falls),
+        criterion_for_values(_BY_FRICTION, criteria.SCATTER, falls),
         Periodically(
             "the largest Lyapunov exponent falls at each larger coefficient, by more than both standard errors",
-            classified(_BY_FRICTION, criteria.calmer),
+            criterion_for_motions(_BY_FRICTION, criteria.exponents_fall),
         ),
     ),
     Check(
@@ -252,14 +259,14 @@ CHECKS = (
         "With control journal and bearing stay in contact at 0.7, 0.5, 0.3 and 0.1 mm.",
         "the normal force is positive during the whole run, at each of them",
         "the control is a bilateral constraint, but a contact is unilateral",
-        compared(criteria.CONSTRAINED, criteria.SMALLEST_FORCE, every(operator.gt, 0.0)),
+        criterion_for_values(criteria.CONSTRAINED, criteria.SMALLEST_FORCE, every(operator.gt, 0.0)),
     ),
     Check(
         "7b",
         "Control needs a higher torque.",
         "largest torque with control above that without, at each clearance",
         "the paper compares with and without control; without it, the start is concentric as in its other figures",
-        criteria.dearer,
+        criteria.control_raises_torque,
     ),
 )
-"""In the order of the paper."""
+"""All checks, in the order of the paper's statements."""

@@ -11,41 +11,41 @@ from scissordyn_paper.periodic import PERIODIC, Regularity
 
 Measured = Mapping[PaperCase, Measures]
 
-Settled = Mapping[PaperCase, Regularity]  # The asymptotic motions under the periodic drive
+Settled = Mapping[PaperCase, Regularity]  # Regularity of the asymptotic motions under the periodic drive, by case
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Finding of one check: whether the statement holds, with its numbers."""
+    """Result of evaluating the criterion of a check."""
 
-    holds: bool  # True if the criterion is met
-    words: str  # The measured numbers in a sentence
-    numbers: dict[str, float]  # The numbers by name; the name ends in its unit
+    holds: bool  # True if the criterion is met, so that the statement of the paper agrees
+    words: str  # Text of the measured numbers
+    numbers: dict[str, float]  # Measured numbers by name; each name ends in its unit
 
     @property
     def answer(self) -> str:
-        """The finding as a word: "agrees" or "differs"."""
+        """Text "agrees" if the criterion is met, otherwise "differs"."""
         return "agrees" if self.holds else "differs"
 
 
 @dataclass(frozen=True)
 class Periodically:
-    """Evaluation of a check for the periodic drive, from the asymptotic motion."""
+    """Criterion of a check for the asymptotic motion under the periodic drive."""
 
-    criterion: str  # Criterion of the check
-    find: Callable[[Choice, Settled], Finding]  # (their choice, motions under the periodic drive) -> Finding
+    criterion: str  # Text of the criterion
+    find: Callable[[Choice, Settled], Finding]  # Function that evaluates the criterion on the motions of a choice
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of the paper's statements."""
+    """Part of a statement of the paper that is answered by yes or no."""
 
-    key: str  # Number of the statement and a letter, as "4c"
+    key: str  # Number of the statement and a letter, such as "4c"
     says: str  # The paper's statement, paraphrased
-    criterion: str  # Criterion of the check
-    because: str  # Derivation of the criterion from the paper's wording
-    find: Callable[[Choice, Measured], Finding]  # (choice, measured runs) -> Finding
-    periodically: Periodically | None = None  # The same check for the periodic drive
+    criterion: str  # Text of the criterion
+    because: str  # Reason why the criterion follows from the paper's wording
+    find: Callable[[Choice, Measured], Finding]  # Function that evaluates the criterion on the measured runs of a choice
+    periodically: Periodically | None = None  # Criterion for the periodic drive; None if the check is only for the stroke
 
     @property
     def statement(self) -> int:
@@ -55,23 +55,23 @@ class Check:
 
 @dataclass(frozen=True)
 class Verdict:
-    """An answered check."""
+    """Check with its answer."""
 
     check: Check
     finding: Finding
-    # True if all its runs end before their predictability horizon, so that the numbers are of one trajectory; otherwise they
-    # are one sample, and only the distribution over an ensemble is meaningful
+    # True if all runs of the check end before their predictability horizon; otherwise the numbers are one random sample, and
+    # only their distribution over an ensemble is meaningful
     trusted: bool
-    periodic: Finding | None = None  # The same check under the periodic drive
+    periodic: Finding | None = None  # Finding of the check under the periodic drive
 
     @property
     def answer(self) -> str:
-        """The answer as a word: "agrees" or "differs"."""
+        """Text "agrees" if the criterion is met, otherwise "differs"."""
         return self.finding.answer
 
 
 class _RecordedMeasures(dict[PaperCase, Measures]):
-    """Measures that record which runs were used."""
+    """Measures of runs by case, which record the cases that were looked up."""
 
     def __init__(self, measured: Measured) -> None:
         super().__init__(measured)
@@ -83,7 +83,7 @@ class _RecordedMeasures(dict[PaperCase, Measures]):
 
 
 def answer(check: Check, choice: Choice, measured: Measured, settled: Settled | None = None) -> Verdict:
-    """Evaluate a check of the paper's statements on the runs of a choice."""
+    """Evaluate a check on the measured runs of a choice, and on the motions under the periodic drive if they are given."""
     recorded = _RecordedMeasures(measured)
     finding = check.find(choice, recorded)
     trusted = all(measured[case].trusted_until >= measured[case].end for case in recorded.used)

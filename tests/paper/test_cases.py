@@ -39,7 +39,7 @@ def test_case_file_of_the_default_choice(tmp_path):
 def test_fields_of_a_choice_in_the_mechanism():
     """Contract: each field of a choice is in the mechanism."""
     choice = Choice("slider", degrees(60), "falling", 0.5, 30e-3, "bai-zhao-as-printed")
-    described = PaperCase(0.2e-3, rpm(100), choice=choice).described()
+    described = PaperCase(0.2e-3, rpm(100), choice=choice).build()
     joint = described.mechanism.joint("A").clearance
     laws = {"stiffness": BaiZhaoAsPrinted(), "damping": Flores(0.5), "reference": "onset"}
     assert joint == Clearance(0.2e-3, bearing_length=30e-3, **laws)
@@ -53,10 +53,10 @@ def test_fields_of_a_choice_in_the_mechanism():
 def test_cases_built_from_the_ideal_one(choice):
     """Contract: a case built on the ideal mechanism equals that of its file, for any contact law."""
     for case in (*every_case(choice), *contact_starts(choice)):
-        ideal = case.ideal.without_contact_laws.described()
-        assert ideal == case.ideal.described()
+        ideal = case.ideal.without_contact_laws.build()
+        assert ideal == case.ideal.build()
         if case.clearance is not None:
-            assert case.described_on(ideal) == case.described()
+            assert case.build_from(ideal) == case.build()
 
 
 def test_contact_laws_have_no_effect_on_a_constrained_contact():
@@ -71,7 +71,7 @@ def test_contact_laws_have_no_effect_on_a_constrained_contact():
 def test_speed_of_the_oscillation():
     """Closed form: amplitude times frequency is the speed of the stroke, and the run lasts two periods."""
     case = PaperCase(speed=rpm(250), choice=Choice(angle=degrees(45), travel="oscillating"))
-    motion = case.described().mechanism.drives[0].motion
+    motion = case.build().mechanism.drives[0].motion
     assert isinstance(motion, Harmonic)
     assert motion.amplitude * motion.angular_frequency == pytest.approx(rpm(250), rel=1e-11)
     assert motion.mean == pytest.approx(degrees(45), rel=1e-14)

@@ -15,7 +15,13 @@ from scissordyn_paper.cases import DEFAULT, PaperCase, every_case
 from scissordyn_paper.judge import findings
 from scissordyn_paper.measures import measure
 from scissordyn_paper.parameter_sets import ANGLES, FACTORS, Judged, choice_at, fetch_parameter_sets
-from scissordyn_paper.parameter_sets_page import answer_parameter_sets, excluded, levels, told, weights
+from scissordyn_paper.parameter_sets_page import (
+    answer_parameter_sets,
+    information_by_factor,
+    level_shares,
+    never_together,
+    weights,
+)
 from scissordyn_paper.reproduce import verdicts
 from scissordyn_paper.runs import compute
 from scissordyn_paper.statements import CHECKS
@@ -72,7 +78,7 @@ def test_every_parameter_set_is_a_case_file(seed, tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(case.toml)
     again = read_case(path)
-    assert again.mechanism == case.described().mechanism
+    assert again.mechanism == case.build().mechanism
     assert again.run.keywords == case.options.keywords
     assert round(np.degrees(choice.angle)) in ANGLES[choice.travel]
     if choice.start == "in-contact":
@@ -85,7 +91,7 @@ def test_levels_of_factors():
         at = np.linspace(0.0, 1.0, 81)[:-1] + 1e-3
         for u in at:
             assert factor.level(u)
-            assert factor.set(u) or factor.level(u) in ("steel", "concentric", "the motion itself")
+            assert factor.fields_at(u) or factor.level(u) in ("steel", "concentric", "the motion itself")
     radius = next(factor for factor in FACTORS if factor.name == "journal radius")
     assert radius.level(0.0) == "5 to 7.83 mm"
     assert radius.set(0.5)["journal_radius"] == pytest.approx((5e-3 * 30e-3) ** 0.5)
@@ -101,7 +107,14 @@ def small(monkeypatch):
         return tuple(finding(bool(number < 0.5), "", {"number": float(number)}) for number in numbers)
 
     monkeypatch.setattr(parameter_sets, "findings", judged)
-    for name, value in {"BLOCK": 2, "QUASI": 2, "NEAR": 1, "PARENTS": 2, "LEADING": 4, "NEIGHBOURS": 2}.items():
+    for name, value in {
+        "BLOCK_SIZE": 2,
+        "QUASI_BLOCKS": 2,
+        "NEAR_BLOCKS": 1,
+        "PARENT_SETS": 2,
+        "LEADING_SETS": 4,
+        "NEIGHBOURS": 2,
+    }.items():
         monkeypatch.setattr(parameter_sets, name, value)
 
 
@@ -129,7 +142,7 @@ def test_parameter_sets_continue_after_an_interruption(small, tmp_path, monkeypa
 def test_later_parameter_sets_lie_near_the_best(small, tmp_path):
     """Contract: each factor is inherited from a parent or drawn."""
     found = fetch_parameter_sets(tmp_path / "near", 6, engine=1)
-    best = found.points[np.argsort(-found.met[:4], kind="stable")[:2]]
+    best = found.points[np.argsort(-found.agreeing_count[:4], kind="stable")[:2]]
     inherited = np.isclose(found.points[4:, None, :], best[None]).any(axis=1)
     assert 0.6 < inherited.mean() < 1.0
 
@@ -148,20 +161,20 @@ def test_information_of_statements():
     """Closed form: two statements of one level weigh nine to one, 0.531 bits; two that cancel give no information."""
     judged = planted()
     assert weights(judged).sum() == pytest.approx(1.0)
-    gravity = [pair[1] for pair in levels(judged, 3).values()]
+    gravity = [pair[1] for pair in level_shares(judged, 3).values()]
     assert gravity == pytest.approx([0.9, 0.1], abs=0.02)
-    bits, chance = told(judged)["gravity"]
+    bits, chance = information_by_factor(judged)["gravity"]
     assert bits == pytest.approx(1.0 + 0.9 * np.log2(0.9) + 0.1 * np.log2(0.1), abs=0.06)
     assert chance < 0.03
-    assert told(judged)["driven bar"][0] < 0.03
-    assert excluded(judged)["1a"] == ["1b"]
-    assert not excluded(judged)["4a"]
+    assert information_by_factor(judged)["driven bar"][0] < 0.03
+    assert never_together(judged)["1a"] == ["1b"]
+    assert not never_together(judged)["4a"]
 
 
 def test_page_and_command(small, tmp_path, monkeypatch, capsys):
     """Contract: a row for each statement and level, pictures, a table of every parameter set, and a line on the terminal."""
     monkeypatch.setattr(parameter_sets_page, "agreeing", lambda choice, members: np.ones(len(CHECKS)))
-    monkeypatch.setattr("scissordyn_paper.parameter_sets.LEADING", 4)
+    monkeypatch.setattr("scissordyn_paper.parameter_sets.LEADING_SETS", 4)
     assert command.paper(tmp_path, parameter_sets=True, number=12, threads=1) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert re.search(r"12 parameter sets, \d+ s of one processor. For the best one \d+.\d\d of 26 checks agree", shown)
@@ -174,5 +187,5 @@ def test_page_and_command(small, tmp_path, monkeypatch, capsys):
     }
     with pytest.raises(InputError, match="--beyond with --parameter-sets"):
         command.paper(tmp_path, beyond=True, parameter_sets=True)
-    assert answer_parameter_sets(tmp_path, 12, engine=1).leading.met.size == 4
+    assert answer_parameter_sets(tmp_path, 12, engine=1).leading.agreeing_count.size == 4
     assert PaperCase(choice=DEFAULT).options.rtol == 1e-8

@@ -8,7 +8,7 @@ import pytest
 from scissordyn.errors import InputError
 from scissordyn_paper import periodic
 from scissordyn_paper.cases import PaperCase
-from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, read
+from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, regularity_of
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def sooner(monkeypatch):
 def test_small_clearance_is_regular():
     """Second formulation: the samples repeat, and the exponent of two trajectories is negative."""
     run = examine(PaperCase(0.2e-3, choice=PERIODIC))
-    found = read(run)
+    found = regularity_of(run)
     assert (found.kind, found.regular, found.members, found.trusted_cycles) == ("periodic", True, 1, SKIP)
     assert math.isnan(found.growth)
     assert found.exponent < -3.0 * found.exponent_error
@@ -33,7 +33,7 @@ def test_small_clearance_is_regular():
 @pytest.mark.usefixtures("sooner")
 def test_large_clearance_is_irregular():
     """Second formulation: the 0-1 test finds irregular motion, and the exponent of two trajectories is positive."""
-    found = read(examine(PaperCase(0.7e-3, choice=PERIODIC)))
+    found = regularity_of(examine(PaperCase(0.7e-3, choice=PERIODIC)))
     assert (found.kind, found.regular, found.members, found.agreeing) == ("irregular", False, 2, 2)
     assert found.growth > 0.8
     assert found.exponent > 3.0 * found.exponent_error
@@ -51,7 +51,7 @@ def test_verdicts_are_reproducible():
     """Contract: stored results depend on neither clock nor random numbers; too few samples are undecided."""
     one, two = (examine(PaperCase(choice=PERIODIC)) for _ in range(2))
     assert one.attrs["regularity"] == two.attrs["regularity"]
-    assert (read(one).kind, read(one).regular) == ("transient only", None)
+    assert (regularity_of(one).kind, regularity_of(one).regular) == ("transient only", None)
     np.testing.assert_array_equal(one["eccentricity"].values, two["eccentricity"].values)
 
 

@@ -19,7 +19,7 @@ from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
 from scissordyn_paper.explanation import EXPLANATIONS, STATEMENTS, explanation, summary
 from scissordyn_paper.figures import FIGURES, FURTHER
-from scissordyn_paper.parameters import GIVEN, PARAMETERS, parameter_table
+from scissordyn_paper.parameters import PARAMETERS, STATED_PARAMETERS, parameter_table
 from scissordyn_paper.report import _summary
 from scissordyn_paper.reproduce import draw_figure, reproduce
 from scissordyn_paper.results import BEST, BEST_OF
@@ -87,8 +87,8 @@ def test_tables_agree_with_the_page(report):
     for row in rows:
         assert row["measured"][1:] in text  # the page writes it as a sentence
     cases = sorted((folder / "cases").iterdir())
-    assert len(cases) == 24 + len(periodic.EVERY)
-    assert (len(list((folder / "runs").iterdir())), len(list((folder / "periodic").iterdir()))) == (24, len(periodic.EVERY))
+    assert len(cases) == 24 + len(periodic.ALL_CASES)
+    assert (len(list((folder / "runs").iterdir())), len(list((folder / "periodic").iterdir()))) == (24, len(periodic.ALL_CASES))
     for path in cases:
         read_case(path)
     both = [(row["periodic"] or {}).get("answer") for row in rows]
@@ -215,7 +215,7 @@ def test_summary_of_both_parameter_sets():
 def test_parameters_have_three_digits_and_units():
     """Contract: every parameter that the two sets differ in has a row, and no number has more than three digits."""
     text = parameter_table(DEFAULT, BEST)
-    assert len(re.findall(r"<tr><td", text)) == len(GIVEN) + len(PARAMETERS)
+    assert len(re.findall(r"<tr><td", text)) == len(STATED_PARAMETERS) + len(PARAMETERS)
     assert "0.773" in text
     assert "<td>5.1</td>" in text  # journal radius of the best set [mm]
     assert not re.search(r"\d\.\d{4,}", text)

@@ -11,7 +11,7 @@ from scissordyn.record.store import load, save
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn_paper import runs as module
 from scissordyn_paper.beyond import REFERENCE, event_table
-from scissordyn_paper.cache import Jobs, computed, fetch_all, provenance
+from scissordyn_paper.cache import Jobs, compute_tasks, fetch_all, provenance
 from scissordyn_paper.cases import Choice, PaperCase, every_case
 from scissordyn_paper.runs import compute, fetch_runs
 
@@ -141,7 +141,7 @@ def test_error_stops_running_tasks():
         raise ValueError("no picture")
 
     with pytest.raises(ValueError, match="no picture") as caught:
-        for _ in computed(work, [1, 2], what=str, engine=2, progress=fail):
+        for _ in compute_tasks(work, [1, 2], what=str, engine=2, progress=fail):
             pass
     assert stopped.wait(10.0)
     assert caught.traceback

@@ -123,7 +123,7 @@ def _show_parameter_sets(answers: ParameterSetAnswers) -> None:
 
     judged, leading = answers.judged, answers.leading
     say(
-        f"{judged.met.size} parameter sets, {judged.seconds.sum():.0f} s of one processor. For the best one "
-        f"{leading.met[0]:.2f} of {judged.agreeing.shape[1]} checks agree, averaged over {NEIGHBOURS} neighbours: "
+        f"{judged.agreeing_count.size} parameter sets, {judged.seconds.sum():.0f} s of one processor. For the best one "
+        f"{leading.agreeing_count[0]:.2f} of {judged.agreeing.shape[1]} checks agree, averaged over {NEIGHBOURS} neighbours: "
         f"{choice_at(leading.points[0]).words}."
     )

@@ -24,7 +24,7 @@ BLOCK = "scissordyn_assembly"  # Name of the block with the assembled mechanism
 APPLICATION = "SCISSORDYN"  # Application name of the extended data
 CHUNK_LENGTH = 240  # [characters] Length of the strings of extended data; DXF allows 255
 
-EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # What errors about damaged data expect
+EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # Expected value in errors about damaged data
 
 
 def assemble(mechanism: Mechanism) -> dict[str, Body] | None:

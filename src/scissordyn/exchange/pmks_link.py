@@ -25,9 +25,9 @@ from scissordyn.exchange.drawing import Load, plain_name
 
 BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a link
 EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
-EXPECTED_LINK = "a link from 'Share' in PMKS+"  # What errors about damaged links expect
+EXPECTED_LINK = "a link from 'Share' in PMKS+"  # Expected value in errors about damaged links
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
-"""What errors about links of the earlier format expect."""
+"""Expected value in errors about links of the earlier format."""
 
 
 PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint

@@ -162,7 +162,7 @@ class Figure(NamedTuple):
 
     unit: str  # SI unit
     title: str
-    lines: Mapping[str, tuple[str, str]]  # By name of the curve: label of the line, and column name in a CSV file
+    lines: Mapping[str, tuple[str, str]]  # Label of each curve and its column name in a CSV file, by name of the curve
 
 
 class DrawnCurves:

@@ -48,7 +48,7 @@ class Citation:
 class Citations:
     """Publications on the mechanism, laws, components and methods of a run."""
 
-    entries: tuple[Citation, ...]  # In the order: package, mechanism, laws and controllers, components, methods
+    entries: tuple[Citation, ...]  # Publications of the package, mechanism, laws and controllers, components, and methods
     without: tuple[str, ...] = ()  # Parts without a publication as source, such as user-defined functions
 
     def __iter__(self) -> Iterator[Citation]:

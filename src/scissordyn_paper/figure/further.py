@@ -30,7 +30,7 @@ from scissordyn.plot.style import (
 from scissordyn_paper.cases import ARRAY_CLEARANCE, CLEARANCES, CONTROLLED, FRICTION, PaperCase
 from scissordyn_paper.controlled import MANOEUVRES, ControlledRun
 from scissordyn_paper.measures import JOINT
-from scissordyn_paper.periodic import read
+from scissordyn_paper.periodic import regularity_of
 
 COLOURS = (VERMILION, BLUE, GREEN, ORANGE)
 
@@ -52,7 +52,7 @@ def draw_maps(
         above.set_title(f"{case.words}: stroke", loc="left", fontsize=normal())
         stroboscopic_map(settled[case], x="slider_velocity", y="slider_acceleration", axes=below)
         below.set(xlabel="velocity [m/s]", ylabel="acceleration [m/s²]")
-        below.set_title(_sentence(read(settled[case]).name), loc="left", fontsize=normal())
+        below.set_title(_sentence(regularity_of(settled[case]).name), loc="left", fontsize=normal())
         for axes in (above, below):
             if k:
                 axes.set_ylabel("")
@@ -68,7 +68,7 @@ def draw_maps(
 
 
 def draw_bifurcation(diagram: xr.Dataset) -> Figure:
-    """Speed of the slider and position of the journal once a period, over the clearance."""
+    """Draw the speed of the slider and the position of the journal once a period, over the clearance."""
     drawn = panels(None, 2, size=(9.0, 6.4))
     # in clearances, which removes the proportionality to the clearance
     relative = diagram["eccentricity"] / diagram["value"]
@@ -87,7 +87,7 @@ def draw_bifurcation(diagram: xr.Dataset) -> Figure:
 
 
 def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[ControlledRun, xr.Dataset]) -> Figure:
-    """Torques of the paper's control and of others, beside those without control and of the ideal mechanism."""
+    """Draw torques with the paper's control and other control schemes, without control, and of the ideal mechanism."""
     drawn = panels(None, 4, size=(9.0, 10.0), share=False)
     ideal = runs[PaperCase(None)]
     stroke, difference, deployment, delayed = drawn
@@ -135,7 +135,7 @@ def draw_torques(runs: Mapping[PaperCase, xr.Dataset], controlled: Mapping[Contr
 
 
 def draw_contacts(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
-    """Peak force and impulse of every contact, by clearance and by friction."""
+    """Draw the peak force and the impulse of every contact, by clearance and by friction coefficient."""
     drawn = panels(None, 2, 2, size=(9.0, 6.0), share=False)
     groups = (
         ("clearance [mm]", [(f"{1e3 * size:g}", PaperCase(size)) for size in CLEARANCES]),

@@ -1,4 +1,4 @@
-"""Figures beyond the paper: what bars that bend and oil change, and the orbits of the journal."""
+"""Figures on the open question: effects of flexible bars and of oil in the joint, and orbits of the journal."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
 if TYPE_CHECKING:
     from scissordyn_paper.open_answers import Change
 
-COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}
+COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}  # Colour of each manoeuvre
 
-DRAWN_RATIO_MIN = 1e-3  # Smaller and negative values are drawn here
+DRAWN_RATIO_MIN = 1e-3  # Smallest ratio on the axis; smaller and negative ratios are drawn there, with another marker
 
 
 def draw_ratios(answers: Sequence[Change]) -> Figure:

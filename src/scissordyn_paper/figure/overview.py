@@ -1,4 +1,4 @@
-"""The figure of the report's first screen: the array, the orbit of the journal, and the force beside the ideal one."""
+"""First figure of the report: the array, the orbit of the journal, and the force in the joint."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def draw_overview(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
 
 
 def _names(scene: Scene) -> list[Label]:
-    """Return the names of the joint with clearance, the driven bar and the slider."""
+    """Return labels with the names of the joint with clearance, the driven bar and the slider."""
     bar = next(shape.points[0] for shape in scene.shapes if shape.name == "unit 1/bar 1")
     slider = next(shape.points[0].mean(axis=0) for shape in scene.shapes if shape.kind == "block")
     joint = next(place for name, place in scene.rings if name == JOINT)[0]

@@ -25,17 +25,17 @@ Runs = Mapping[PaperCase, xr.Dataset]
 COLOURS = (BLUE, VERMILION, GREEN)
 
 KILO = {"N": "kN", "N m": "kN·m"}
-"""The forces of these runs are tens of kilonewtons; their largest values would give an inconvenient scale."""
+"""Units in figures by SI unit, because forces are tens of kilonewtons; a scale from the largest value is less readable."""
 
 
 def draw_response(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
-    """Figure 6: slider at the left, bar 2 at the right; position, speed and acceleration from top to bottom."""
+    """Draw figure 6: position, speed and acceleration of the slider at the left and of bar 2 at the right."""
     (case,) = cases
     return figure_of(response(runs[case], runs[case.ideal]))
 
 
 def draw_loads(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
-    """Figures 7 and 8: (a) contact force, (b) driving torque, for several speeds or clearances."""
+    """Draw figures 7 and 8: (a) contact force, (b) driving torque, for several speeds or clearances."""
     drawn = panels(None, 2, size=(9.0, 5.6))
     curves = (
         ("contact force", [force_curve(runs[case], JOINT, normal=True) for case in cases]),
@@ -57,7 +57,7 @@ def draw_loads(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
 
 
 def draw_orbits(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
-    """Figures 9, 11 and 13: the journal's orbit in the bearing."""
+    """Draw figures 9, 11 and 13: the orbit of the journal in the bearing."""
 
     def paint(axes: Axes, case: PaperCase) -> str:
         # a constrained contact has no indentation but round-off, which must not be magnified
@@ -71,7 +71,7 @@ def draw_orbits(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
 
 
 def draw_scatter(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
-    """Figures 10 and 12: slider velocity against slider acceleration, with the line of the ideal mechanism.
+    """Draw figures 10 and 12: slider acceleration over slider velocity, with the line of the ideal mechanism.
 
     The paper calls them Poincaré maps. Over one stroke at constant speed they are scatter plots of samples: there is no period
     for a map. All have the same axes.
@@ -105,7 +105,7 @@ def draw_scatter(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
 
 
 def _panel_by_case(cases: Sequence[PaperCase], paint: Callable[[Axes, PaperCase], str]) -> Figure:
-    """A panel for each case, lettered as in the paper, under one legend."""
+    """Draw a panel for each case with the function `paint`, lettered as in the paper, under one legend."""
     columns = 3 if len(cases) > 4 else 4
     rows = -(-len(cases) // columns)
     drawn = panels(None, rows, columns, size=(9.0, 0.5 + (9.0 / columns + 0.3) * rows), share=False)

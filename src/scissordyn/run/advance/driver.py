@@ -215,12 +215,12 @@ class Driver:
 
     @property
     def peak(self) -> np.ndarray:
-        """Largest values so far, with the columns of `system.PEAK`; a view."""
+        """Largest values so far, with the columns of `PEAK`; a view."""
         return by_name(self.state.peak, PEAK)
 
     @property
     def band(self) -> np.ndarray:
-        """Values near their limits so far, with the columns of `system.BAND`; a view."""
+        """Values near their limits so far, with the columns of `BAND`; a view."""
         return by_name(self.state.band, BAND)
 
     @property

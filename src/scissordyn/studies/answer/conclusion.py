@@ -47,7 +47,7 @@ class Need:
 class Conclusion:
     """Answers of a study."""
 
-    sentences: tuple[RunWarning, ...]  # On the requirements, the recommended point, and members
+    sentences: tuple[RunWarning, ...]  # Sentences about the requirements, the recommended point, and members
     requirements: Section  # Margins at the recommended point, fractions of the range with intervals, needed values
     point: Section  # Numbers of the recommended point
     trends: Section

@@ -16,10 +16,11 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.model.options import Options
+from scissordyn.run.response import Response
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Interval, Levels
-from scissordyn.studies.ask.requirement import Requirement, Response, response_values
+from scissordyn.studies.ask.requirement import Requirement, response_values
 from scissordyn.studies.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.studies.compute.store import COMPLETE, FAILED, Store, StoreError
 

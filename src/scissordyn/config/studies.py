@@ -20,10 +20,11 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.run.engine import Engine
+from scissordyn.run.response import read_response
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import POINTS_MIN, SAMPLED, Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
-from scissordyn.studies.ask.requirement import Requirement, read_response
+from scissordyn.studies.ask.requirement import Requirement
 from scissordyn.studies.compute.execute import How, Progress
 from scissordyn.studies.compute.store import Store
 from scissordyn.studies.result import StudyResult, computed, searching

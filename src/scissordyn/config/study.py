@@ -48,20 +48,11 @@ from scissordyn.errors import InputError, command
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import EACH_EXAMPLE, number, single
+from scissordyn.run.response import LOAD_KINDS, Response, check_part, read_response
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Names, Variation
-from scissordyn.studies.ask.requirement import (
-    LOAD_KINDS,
-    LOAD_MEASURES,
-    SHORTFALL,
-    Optimisation,
-    Requirement,
-    Response,
-    check_part,
-    read_goal,
-    read_response,
-)
+from scissordyn.studies.ask.requirement import LOAD_MEASURES, SHORTFALL, Optimisation, Requirement, read_goal
 from scissordyn.units import Quantity
 
 OWN_MEASURE = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")

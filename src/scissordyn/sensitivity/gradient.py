@@ -22,11 +22,11 @@ from scissordyn.model.parameter_path import changed, every_number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended
+from scissordyn.run.response import Response, check_part, read_response
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
-from scissordyn.studies.ask.requirement import Response, check_part, read_response
 from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import Meaning, checked
 

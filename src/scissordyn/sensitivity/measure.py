@@ -14,8 +14,8 @@ from scissordyn.mechanics.monitored import POWERS
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.run.measure import MEASURES, Ended, parts_of
+from scissordyn.run.response import Response
 from scissordyn.sensitivity.forward import Forward
-from scissordyn.studies.ask.requirement import Response
 from scissordyn.tolerance import DATA_TOL
 
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)

@@ -19,6 +19,7 @@ import xarray as xr
 from scissordyn.errors import InputError
 from scissordyn.plot.scale import scale_of
 from scissordyn.run.engine import workers_of
+from scissordyn.run.response import Response
 from scissordyn.studies.answer.estimate import (
     Estimate,
     correlation,
@@ -31,7 +32,7 @@ from scissordyn.studies.answer.section import Section
 from scissordyn.studies.answer.verdict import study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN, Design
-from scissordyn.studies.ask.requirement import Requirement, Response, response_unit, response_values
+from scissordyn.studies.ask.requirement import Requirement, response_unit, response_values
 from scissordyn.studies.compute.execute import How, execute, extend, simulated
 from scissordyn.studies.compute.optimise import candidates, optimise, risks_and_violations
 from scissordyn.studies.compute.store import COMPLETE, Store

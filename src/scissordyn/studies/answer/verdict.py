@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scissordyn.run.response import Response
 from scissordyn.studies.answer.estimate import fraction_interval
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import INDEPENDENT
 from scissordyn.studies.ask.requirement import (
     Requirement,
-    Response,
     response_label,
     response_unit,
     response_values,

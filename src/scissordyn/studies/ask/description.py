@@ -23,10 +23,11 @@ from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.measure import MEASURES, parts_of
+from scissordyn.run.response import Response, check_part
 from scissordyn.studies.ask.design import POINTS_MIN, Design, Factor, Sampling, design_size, design_values
 from scissordyn.studies.ask.distribution import Variation
 from scissordyn.studies.ask.distribution import from_plain as read_variation
-from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, Response, check_part, check_unit
+from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, check_unit
 
 # Rooms of the package that no measure of a case depends on; the fingerprint of a study leaves them out
 ROOMS_WITHOUT_NUMBERS = ("cli", "plot", "config", "study", "periodic", "analysis")

@@ -8,7 +8,6 @@ import operator
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -16,7 +15,8 @@ import xarray as xr
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.scale import engineering, scale_of
-from scissordyn.run.measure import LOAD_UNIT, MEASURES, load_units, parts_of
+from scissordyn.run.measure import LOAD_UNIT, MEASURES, load_units
+from scissordyn.run.response import LOAD_KINDS, Response, read_response
 from scissordyn.studies.ask.design import Design
 from scissordyn.studies.ask.distribution import Levels, Names, Variation
 
@@ -25,30 +25,8 @@ SIGNS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.g
 LOAD_MEASURES = frozenset(name for name, measure in MEASURES.items() if measure.units == LOAD_UNIT)
 """Measures of forces and torques, whose unit is that of the component, coupling or drive of a coordinate."""
 
-LOAD_KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by its unit
-
-ALIASES = {"error": "peak_track_deviation", "end_error": "end_track_deviation"}
-"""Measures by their short names, which follow the name of a tracked point: ``tip.error``."""
-
 SHORTFALL = {"settling_time": ("end_track_deviation", "not settled: off by {} at the end")}
 """Measures of events that may not happen, each with the measure that is printed instead and its text."""
-
-
-@dataclass(frozen=True)
-class Response:
-    """One number of each case: a measure of the whole mechanism, or of one joint, drive or component."""
-
-    measure: str
-    part: str = ""  # Name of the joint, drive or component; empty for the largest of all
-    smallest: bool = False  # True if the smallest value of all parts counts instead of the largest
-    unit: str = ""  # Unit of component loads that count, "N" or "N m"; empty for all
-
-    @property
-    def name(self) -> str:
-        """Name of the response in a study file, with the selected components if not all count."""
-        if self.part:
-            return f"{self.part}.{self.measure}"
-        return f"{self.measure} ({LOAD_KINDS[self.unit]})" if self.unit else self.measure
 
 
 @dataclass(frozen=True)
@@ -96,19 +74,6 @@ class Requirement:
 
     def met_in(self, results: xr.Dataset) -> np.ndarray:
         return self.met(response_values(results, self.response))
-
-
-def read_response(text: str, own_units: Mapping[str, str] | None = None) -> tuple[str, str, str]:
-    """Read part, measure and unit of the response of a requirement or goal."""
-    units = {name: measure.units for name, measure in MEASURES.items()} | dict(own_units or {})
-    if text in units:
-        return "", text, units[text]
-    part, dot, measure = text.rpartition(".")
-    measure = ALIASES.get(measure, measure) if dot and measure not in units else measure
-    if measure not in units:
-        names = [*units, *ALIASES] if dot else [*units]
-        raise InputError(f"unknown measure '{measure}'{did_you_mean(measure, names)}", ", ".join(names))
-    return part, measure, units[measure]
 
 
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
@@ -183,25 +148,6 @@ def response_label(results: xr.Dataset, response: Response) -> str:
     text = MEASURES[measure].long_name if measure in MEASURES else str(results[measure].attrs.get("long_name") or measure)
     words = re.split("[:;,]", text)[0].replace("force [N] or torque [N m]", kind).replace("force or torque", kind)
     return f"{response.part}: {words}" if response.part else words
-
-
-def check_part(mechanism: Mechanism, response: Response) -> None:
-    """Raise `InputError` if a response is about a joint, drive, component or tracked point that its measure does not have."""
-    for joint in mechanism.contacts if response.measure == "peak_force" else ():
-        if joint.clearance is not None and joint.clearance.contact == "hard" and response.part in ("", joint.name):
-            raise InputError(
-                f"'{response.name}' of joint '{joint.name}', whose contact is hard: its impacts have no largest force",
-                "peak_force_estimate, or compliant contact",
-                'contact = "compliant"',
-            )
-    dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
-    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
-    if response.part and response.part not in parts:
-        raise InputError(
-            f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
-            f"{did_you_mean(response.part, parts)}",
-            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
-        )
 
 
 def check_unit(mechanism: Mechanism, response: Response) -> None:

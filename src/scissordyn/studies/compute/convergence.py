@@ -18,8 +18,9 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.batch import Perturbed, simulate_cases
 from scissordyn.run.measure import MEASURES
+from scissordyn.run.response import Response, check_part, read_response
 from scissordyn.run.trajectory import make_driver
-from scissordyn.studies.ask.requirement import Response, check_part, read_response, response_values
+from scissordyn.studies.ask.requirement import response_values
 from scissordyn.tolerance import CONVERGENCE_TOL, STANDARD_ERRORS_MAX
 from scissordyn.units import checked
 

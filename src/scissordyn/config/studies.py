@@ -59,6 +59,7 @@ def study(
     risk: str = "mean",
     population: int = 0,
     generations: int = 20,
+    search: str = "evolution",
     screen: Mapping[str, Any] | Case | None = None,
     verify: int = Accurate.points,
     budget: float | None = None,
@@ -100,6 +101,8 @@ def study(
         Goals of a search, for example ``"minimise peak_force"``.
     risk, population, generations
         Statistic of a goal over samples and members, candidates per generation, and number of generations.
+    search : str
+        "evolution", or "gradient": along exact derivatives to the next optimum, for one goal; a generation is then one point.
     screen : mapping of options or Case, optional
         Options of cheap runs; some of them are verified by runs of the case.
     verify : int
@@ -140,7 +143,7 @@ def study(
     else:
         kept = _measures(measures)
         units = {measure.name: measure.units for measure in kept if isinstance(measure, OwnMeasure)}
-        search = {"risk": risk, "population": population, "generations": generations, "seed": seed}
+        how = {"risk": risk, "population": population, "generations": generations, "seed": seed, "method": search}
         text = StudyText(
             case="case",
             vary=_read_factors(factors or {}),
@@ -150,7 +153,7 @@ def study(
             design=Design(design or ("sobol" if points else "grid"), points, seed),
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
-            optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **search},
+            optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **how},
         )
         every = (pair for varied in (factors, uncertain) for pair in (varied or {}).items())
         values = {parameter: values for parameter, values in every if isinstance(values, Mapping)}

@@ -52,6 +52,22 @@ class _Limit(NamedTuple):
 _Row = tuple[tuple[float, ...], tuple[bool, ...], _Limit]  # derivatives, whether they are smooth, and their limit
 
 
+class _Derived(NamedTuple):
+    """Values of responses, and their derivatives by each parameter / scale."""
+
+    parameters: list[Parameter]
+    values: np.ndarray
+    rows: list[_Row]
+    misfit: float
+    runs: int
+    left_out: dict[str, str]
+
+    @property
+    def slopes(self) -> np.ndarray:
+        """Derivatives, shape (responses, parameters)."""
+        return np.array([row[0] for row in self.rows]).T
+
+
 @checked
 def gradient(
     mechanism: Annotated[Mechanism, Meaning("a mechanism", "read_case('case.toml').mechanism")],
@@ -127,6 +143,46 @@ def gradient(
     responses = [_response(mechanism, text) for text in of]
     if not responses:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
+    derived = _derive(made, options, responses, by, change, progress)
+    _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
+    found = _dataset(responses, derived)
+    seconds = clocks.perf_counter() - began
+    found.attrs = {
+        "title": TITLE,
+        "configuration": write_configuration(mechanism, options),
+        "left_out": json.dumps(derived.left_out),
+        "warnings": json.dumps(_warnings(found, change)),
+        "statistics": json.dumps({"runs": derived.runs, "seconds": seconds, "misfit": derived.misfit}),
+    }
+    return found
+
+
+def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Response], by: Sequence[str]) -> np.ndarray:
+    """Return the derivatives of responses by parameters, shape (responses, parameters).
+
+    Raise `ScissordynError` if one of them does not exist.
+    """
+    made = plan(mechanism)
+    check_derivable(made, options)
+    for response in responses:
+        check_measure(response)
+    derived = _derive(made, options, responses, by, 0.5, None)
+    slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
+    for response, row in zip(responses, slopes, strict=True):
+        if not np.isfinite(row).all():
+            raise ScissordynError(f"'{response.name}' has its largest value at a kink")
+    return np.asarray(slopes)
+
+
+def _derive(
+    made: Plan,
+    options: Options,
+    responses: Sequence[Response],
+    by: Sequence[str] | None,
+    change: float,
+    progress: Callable[[float], None] | None,
+) -> _Derived:
+    """Simulate with derivatives of responses by parameters, eight in each run."""
     compared = any(MEASURES[response.measure].compares for response in responses)
     ideal = ideal_path(made, options) if compared else None
     parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
@@ -137,22 +193,11 @@ def gradient(
         run = derive(seeds[first : first + DERIVATIVES])
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
-        rows += _rows(run, mechanism, parameters[first : first + DERIVATIVES], responses, change)
+        rows += _rows(run, made.mechanism, parameters[first : first + DERIVATIVES], responses, change)
     _check_known(responses, values)
-    _check_contacts(parameters, [row[2].change for row in rows], change)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
-    slopes, smooth = (np.array([row[k] for row in rows]).T for k in range(2))
-    found = _dataset(responses, parameters, values, slopes, smooth, [row[2] for row in rows])
-    seconds = clocks.perf_counter() - began
-    found.attrs = {
-        "title": TITLE,
-        "configuration": write_configuration(mechanism, options),
-        "left_out": json.dumps(left_out),
-        "warnings": json.dumps(_warnings(found, change)),
-        "statistics": json.dumps({"runs": runs, "seconds": seconds, "misfit": misfit}),
-    }
-    return found
+    return _Derived(parameters, values, rows, misfit, runs, left_out)
 
 
 def _rows(
@@ -265,18 +310,13 @@ def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Li
     return _Limit(run.driver.time, "", largest)
 
 
-def _dataset(
-    responses: Sequence[Response],
-    parameters: Sequence[Parameter],
-    values: np.ndarray,
-    slopes: np.ndarray,
-    smooth: np.ndarray,
-    limits: Sequence[_Limit],
-) -> xr.Dataset:
+def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
     import xarray as xr
 
+    parameters, values, limits = derived.parameters, derived.values, [row[2] for row in derived.rows]
+    smooth = np.array([row[1] for row in derived.rows]).T
     numbers = np.array([parameter.value for parameter in parameters])
-    derivative = slopes / np.array([parameter.scale for parameter in parameters])
+    derivative = derived.slopes / np.array([parameter.scale for parameter in parameters])
     with np.errstate(divide="ignore", invalid="ignore"):
         elasticity = derivative * numbers / values[:, None]
     both = ("measure", "parameter")

@@ -357,6 +357,7 @@ class StudyResult:
         population: int = 0,
         generations: int = 20,
         seed: int = 0,
+        method: str = "evolution",
         engine: Engine = None,
         progress: ShowProgress = None,
     ) -> StudyResult:
@@ -373,6 +374,8 @@ class StudyResult:
             Statistic of a goal over uncertain numbers and members: "mean", "worst", "quantile 95 %", "cvar 95 %".
         population, generations, seed : int
             Candidates of a generation (0 for the method's own choice), number of generations, seed of the method.
+        method : str
+            "evolution", or "gradient": SLSQP along exact derivatives to the next optimum, for one goal, one point a generation.
         engine, progress
             As for `resume`.
 
@@ -382,7 +385,7 @@ class StudyResult:
             Result of the search.
         """
         study = self.built()
-        options = {"risk": risk, "population": population, "generations": generations, "seed": seed}
+        options = {"risk": risk, "population": population, "generations": generations, "seed": seed, "method": method}
         study = replace(study, **searching(study, study.factors, goals, **options))
         return computed(study, store, engine=engine, progress=progress)
 

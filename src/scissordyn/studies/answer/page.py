@@ -165,12 +165,23 @@ def best_points(result: StudyResult, most: int) -> Section:
     columns = [scales[name].cells(*(sign * tried[name].values[rows[:most]]), digits=4) for name, sign in signs.items()]
     shown = [(str(row), *cells) for row, *cells in zip(rows[:most], *columns, strict=True)]
     notes = [f"{counted(tried.sizes['point'], 'point')} tried; measure of risk: {search.risk}."]
+    notes += _about_search(result.store.search()) if search.method == "gradient" else []
     if len(rows) > most:
         notes.append(f"{counted(len(rows) - most, 'more point')} of the front in the store.")
     if best >= 0 and float(tried["violation"][best]) > 0.0:
         notes.append("No point meets all requirements; this is the one that violates them least.")
     head = ("point", *(scale.label(name) for name, scale in scales.items()))
     return Section(head, shown, "Pareto front" if best < 0 else "Best point", tuple(notes))
+
+
+def _about_search(ended: Mapping[str, Any]) -> list[str]:
+    """Return lines on a search along derivatives."""
+    if not ended:
+        return ["The search along derivatives has not ended."]
+    lines = [f"Search along derivatives: {counted(ended['gradients'], 'further run')} with exact derivatives."]
+    if ended["differences"]:
+        lines.append(f"{counted(ended['differences'], 'gradient')} by differences of points: {'; '.join(ended['reasons'])}.")
+    return lines if ended["converged"] else [*lines, "The search has not converged: more generations continue it."]
 
 
 def _percent(fraction: float) -> str:

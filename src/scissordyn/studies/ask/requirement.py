@@ -200,6 +200,9 @@ class Goal:
         return f"{'maximise' if self.maximise else 'minimise'} {self.response.name}"
 
 
+SEARCHES = ("evolution", "gradient")  # Methods of a search
+
+
 @dataclass(frozen=True)
 class Optimisation:
     """Search for the best point: CMA-ES for one goal, NSGA-II for several, all combinations if names are chosen."""
@@ -212,10 +215,17 @@ class Optimisation:
     generations: int = 20
     seed: int = 0
     every: bool = False  # True if all combinations of the listed values are tried, as one generation
+    method: str = "evolution"  # "evolution", or "gradient": SLSQP for one goal, each generation of which is one point
 
     def __post_init__(self) -> None:
         if not self.goals:
             raise InputError("an optimisation without a goal", "at least one", "'minimise peak_force'")
+        if self.method not in SEARCHES:
+            near = did_you_mean(self.method, SEARCHES)
+            raise InputError(f"method '{self.method}' of an optimisation{near}", " or ".join(SEARCHES), 'method = "gradient"')
+        if self.method == "gradient" and (len(self.goals) > 1 or self.population or self.every):
+            what = "names" if self.every else "a population" if self.population else f"{len(self.goals)} goals"
+            raise InputError(f"an optimisation with {what} by gradients", "one goal and numbers", 'method = "evolution"')
         risk_value(np.zeros((1, 1)), self.risk)
         for name, least in (("population", 0), ("generations", 1), ("seed", 0)):
             whole_number(name, getattr(self, name), least)
@@ -239,6 +249,8 @@ class Optimisation:
         """Return the number of candidates of a generation: by default 4 + 3 ln n (Hansen 2016), or 40 with several goals."""
         if self.every:
             return self.population
+        if self.method == "gradient":
+            return 1
         if self.population:
             return max(self.population, 4)
         return 4 + int(3 * np.log(max(factors, 2))) if len(self.goals) == 1 else 40

@@ -13,6 +13,7 @@ from scissordyn.errors import InputError
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, design_values, quantiles
 from scissordyn.studies.ask.requirement import Optimisation, response_label, response_unit, response_values, risk_value
+from scissordyn.studies.compute.descent import Descent
 from scissordyn.studies.compute.execute import How, execute
 from scissordyn.studies.compute.store import COMPLETE, PENDING, Store
 from scissordyn.studies.compute.table import about_number, chosen_numbers, column
@@ -108,14 +109,20 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
     if plan is None or not count:
         raise InputError("a study without a goal or without a factor", "goals, and numbers to choose", "'minimise peak_force'")
     how["retry"] = False
-    method, width = None if plan.every else proposer(plan, count), plan.size(count)
+    descent = Descent(study) if plan.method == "gradient" else None
+    method, width = None if plan.every or descent else proposer(plan, count), plan.size(count)
     variations = [factor.variation for factor in study.factors]
     points = np.empty((0, count))
     for generation in range(plan.generations):
-        if method is None:
-            new = design_values(Design("grid"), variations, study.base(), np.arange(width))
-        else:
+        if descent is not None:
+            proposed = descent.ask()
+            if not proposed.size:
+                break
+            new = quantiles(variations, proposed)
+        elif method is not None:
             new = quantiles(variations, method.ask())
+        else:
+            new = design_values(Design("grid"), variations, study.base(), np.arange(width))
         points = np.concatenate([points, new])
         here = replace(study, design=plan.design(generation + 1, count))
         there = store.cases // study.per_point if store.exists() else 0
@@ -130,8 +137,13 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         _check_points(results, study, points, store)
         tried = candidates(here, results).points.isel(point=slice(-width, None))
         goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
-        if method is not None:
+        if descent is not None:
+            descent.tell(proposed[0], float(goals[0, 0]), margins(here, results)[-1])
+        elif method is not None:
             method.tell(*_finite(goals, tried["violation"].values))
+    if descent is not None:
+        descent.ask()  # whether the last point ends the search
+        store.describe_search(descent.summary())
     return store
 
 
@@ -196,12 +208,21 @@ def risks_and_violations(study: Study, results: xr.Dataset) -> tuple[np.ndarray,
         chosen = goal.measure in study.factor_names
         values = results[column(goal.measure)].values if chosen else response_values(results, goal.response)
         goals.append(risk(goal.sign * values))
-    violation = np.zeros(results.sizes["case"] // study.per_point)
-    for requirement in study.requirements:
-        beyond = risk(-requirement.margin_in(results))
-        violation += np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+    beyond = np.maximum(-margins(study, results), 0.0)
+    violation = np.sum(np.where(np.isnan(beyond), np.inf, beyond), axis=1)
     violation[~np.all(np.isfinite(goals), axis=0)] = np.inf
     return np.stack(goals, axis=1), violation
+
+
+def margins(study: Study, results: xr.Dataset) -> np.ndarray:
+    """Return the margin of each point to each requirement by the risk of the search, shape (points, requirements)."""
+    plan = study.optimisation
+    assert plan is not None
+    columns = [
+        -risk_value(study.cells(-requirement.margin_in(results)).reshape(-1, study.per_point), plan.risk)
+        for requirement in study.requirements
+    ]
+    return np.array(columns).T.reshape(results.sizes["case"] // study.per_point, len(columns))
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:

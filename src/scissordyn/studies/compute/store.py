@@ -292,6 +292,17 @@ class Store:
         with self.alone(), self._transaction() as connection:
             _note(connection, "conclusions", facts)
 
+    def describe_search(self, summary: Mapping[str, Any]) -> None:
+        """Write how a search along derivatives has ended."""
+        with self.alone(), self._transaction() as connection:
+            _note(connection, "search", summary)
+
+    def search(self) -> dict[str, Any]:
+        """Return how a search along derivatives has ended; empty before its end."""
+        with self._reading() as connection:
+            known = connection.execute("SELECT 1 FROM notes WHERE name = 'search'").fetchone()
+        return dict(self._value("search")) if known else {}
+
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:
         """Commit the changes of the block, or undo them after an error."""

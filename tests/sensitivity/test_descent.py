@@ -1,0 +1,77 @@
+"""Searches along derivatives: an optimum that is known, fewer runs than with differences, and when they are used."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+import scissordyn as sd
+from scissordyn.laws.damping.none import NoDamping
+from scissordyn.laws.elastic.linear import Linear
+from scissordyn.studies.ask.requirement import Goal, Optimisation
+from scissordyn.studies.result import StudyResult
+
+STIFFNESS, SPEED, IMPULSE = 1e7, 0.5, 0.6
+
+OPTIONS = sd.Options(0.0035, "as-placed", 2, 1e-9, 1e-9, "dop853")
+
+
+def searched(store: Path, options: sd.Options = OPTIONS, generations: int = 40) -> StudyResult:
+    """Search for the smallest force with which an elastic impact turns a ball back that has a given momentum."""
+    ball = sd.Body("ball", 1.0, 1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(SPEED, 0.1))
+    gap = sd.Clearance(1e-3, journal_radius=0.01, stiffness=Linear(STIFFNESS), damping=NoDamping(), friction=sd.NoFriction())
+    hole = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=gap)
+    mechanism = sd.Mechanism(bodies=(ball,), joints=(hole,), ground=(("middle", (0.0, 0.0)),), gravity=0.0)
+    return sd.study(
+        mechanism,
+        {"body.ball.velocity.y": (-0.3, 0.5), "body.ball.mass": (0.2, 2.0)},
+        options=options,
+        requirements=[f"impulse > {IMPULSE} N s"],
+        goals="minimise peak_force",
+        search="gradient",
+        generations=generations,
+        store=store,
+    )
+
+
+def test_the_known_optimum(tmp_path: Path) -> None:
+    """Closed form: force v sqrt(k m), impulse 2 m v; the ball flies straight on, and has just the mass that is needed."""
+    found = searched(tmp_path / "exact.db")
+    best = found.optimum.points.isel(point=found.optimum.best)
+    assert best["minimise peak_force"].item() == pytest.approx(math.sqrt(STIFFNESS * IMPULSE * SPEED / 2.0), rel=1e-7)
+    assert best["body.ball.mass"].item() == pytest.approx(IMPULSE / (2.0 * SPEED), rel=1e-6)
+    assert best["body.ball.velocity.y"].item() == pytest.approx(0.0, abs=1e-3 * SPEED)
+    ended = found.store.search()
+    assert ended == {"converged": True, "gradients": found.study.points, "differences": 0, "reasons": []}
+    assert found.study.points <= 10
+
+
+def test_differences_are_used_with_a_reason(tmp_path: Path) -> None:
+    """Contract: the same search where runs have no derivatives, with a reason; it can be interrupted and continued."""
+    options = dataclasses.replace(OPTIONS, method="rodas5p")
+    begun = searched(tmp_path / "search.db", options, generations=5)
+    assert not begun.store.search()["converged"]
+    found = searched(tmp_path / "search.db", options)
+    best = found.optimum.points.isel(point=found.optimum.best)
+    assert best["minimise peak_force"].item() == pytest.approx(math.sqrt(STIFFNESS * IMPULSE * SPEED / 2.0), rel=1e-5)
+    ended = found.store.search()
+    assert (ended["converged"], ended["gradients"]) == (True, 0)
+    assert ended["reasons"] == ["method 'rodas5p' has no derivatives yet"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"method": "gradients"}, r"method 'gradients' of an optimisation \(did you mean 'gradient'\?\)"),
+        ({"method": "gradient", "population": 8}, "an optimisation with a population by gradients"),
+        ({"method": "gradient", "goals": (Goal("peak_force"), Goal("mass"))}, "an optimisation with 2 goals by gradients"),
+    ],
+)
+def test_errors(options: dict[str, object], message: str) -> None:
+    """Contract: a search that is not one along derivatives is refused in one line."""
+    with pytest.raises(sd.InputError, match=message) as refused:
+        Optimisation(**{"goals": (Goal("peak_force"),), **options})  # type: ignore[arg-type]
+    assert "\n" not in str(refused.value)

@@ -335,6 +335,10 @@ def _deployment(figure: Any, grid: Any, run: Any, mechanism: Any) -> None:
                 artist.remove()
         axes.set_title(f"{float(scene.time[row]):.2g} s", fontsize=9, loc="left")
         axes.set_anchor("W")
+        if row == 0:  # names of the joints would cover each other
+            for text, kind, places in scene.names:
+                if kind == "payload":
+                    axes.annotate(text, places[0].tolist(), (16, 0), textcoords="offset points", fontsize=8, va="center")
     figure.draw_without_rendering()
     for drawing in drawings:
         drawing.fit_sizes()

@@ -1,4 +1,4 @@
-"""Pictures and films of the site, drawn when it is built: drawings, pages' own pictures, gallery, examples, zoo.
+"""Pictures, films and reports of the site, made when it is built: drawings, pictures of pages, gallery, examples, zoo, a study.
 
 ``python docs/_pictures.py`` draws what is missing or out of date, ``python docs/_pictures.py result`` draws one anew. The
 picture of the README (``result``) and the screenshot of the explorer are in the repository: they are shown without a build.
@@ -28,6 +28,7 @@ import _drawings  # noqa: E402
 import scissordyn as sd  # noqa: E402
 from scissordyn.casefile.case import CaseTable  # noqa: E402
 from scissordyn.casefile.table import instance  # noqa: E402
+from scissordyn.cli.main import status_of  # noqa: E402
 from scissordyn.config.file import read_case  # noqa: E402
 from scissordyn.file.provenance import provenance  # noqa: E402
 from scissordyn.plot.animation import animate  # noqa: E402
@@ -68,6 +69,19 @@ def zoo(name: str) -> None:
     films = HERE / "_static" / "zoo"
     films.mkdir(parents=True, exist_ok=True)
     animate(run, entry.mechanism, films / f"{name}.html", seconds=FILM, rate=FILM_RATE)
+
+
+def study_report(name: str) -> None:
+    """Compute a study of the examples, and write its report as a page."""
+    store = STAMP.parent / "studies" / f"{name}.db"
+    store.parent.mkdir(parents=True, exist_ok=True)
+    for part in store.parent.glob(f"{name}.db*"):
+        part.unlink()
+    for words in (
+        ["study", str(ROOT / "examples" / "studies" / f"{name}.toml"), "-o", str(store)],
+        ["study", "report", str(store), "-o", str(HERE / "_static" / "studies" / f"{name}.html")],
+    ):
+        assert status_of(words) == 0, words
 
 
 def components() -> None:
@@ -167,6 +181,9 @@ def explorer() -> None:
     Image.open(io.BytesIO(seen)).convert("RGB").quantize(COLOURS).save(HERE / "explorer.png", optimize=True)
 
 
+STUDIES = ("lift_table",)
+"""Studies whose reports are on the site; the others take more than 10 minutes of processor time."""
+
 EXAMPLES = tuple(path.stem for path in sorted((ROOT / "examples").glob("*.toml")))
 
 GALLERY = "response", "force", "torque", "orbit", "energy", "structure", "comparison"
@@ -192,6 +209,9 @@ def drawn() -> dict[str, tuple[Callable[[], None], tuple[Path, ...], Path | None
             (HERE / "examples" / f"{name}.png",),
             ROOT / "examples" / f"{name}.toml",
         )
+    for name in STUDIES:
+        report = HERE / "_static" / "studies" / f"{name}.html"
+        found[f"studies/{name}"] = (partial(study_report, name), (report,), ROOT / "examples" / "studies" / f"{name}.toml")
     for name in sd.zoo:
         files = (HERE / "zoo" / f"{name}.png", HERE / "_static" / "zoo" / f"{name}.html")
         found[f"zoo/{name}"] = (partial(zoo, name), files, sd.zoo[name].case_file)

@@ -61,8 +61,13 @@ def zoo_pages(docs: Path) -> dict[Path, str]:
 def zoo_table() -> list[str]:
     """A row for each mechanism."""
     ours = (entry for entry in sd.zoo.values() if entry.package == "scissordyn")
-    rows = (f"| [{entry.name}](zoo/{entry.name}.md) | {entry.title} | {entry.kind} |" for entry in ours)
-    return ["| name | what it is | kind |", "| --- | --- | --- |", *rows]
+    rows = []
+    for entry in ours:
+        first = next(iter(entry.numbers))
+        value, unit = first.value.split(" ", 1)
+        number = f"{_cell(first.what)}: {float(value):.4g} {_cell(unit)}"
+        rows.append(f"| [{entry.name}](zoo/{entry.name}.md) | {entry.title} | {entry.kind} | {number} |")
+    return ["| name | what it is | kind | a number that it must give |", "| --- | --- | --- | --- |", *rows]
 
 
 def _citing_pages(docs: Path) -> dict[str, list[str]]:
@@ -70,7 +75,7 @@ def _citing_pages(docs: Path) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for page in sorted(docs.rglob("*.md")):
         name = page.relative_to(docs).as_posix()
-        if name == "references.md" or name.startswith(("zoo/", "theory/catalogue", "decisions/")):
+        if name == "references.md" or name.startswith(("zoo/", "components/", "validation/", "theory/catalogue", "decisions/")):
             continue  # made from the same declarations, or no part of the site
         for doi in dois(page.read_text(encoding="utf-8")):
             found.setdefault(doi.lower(), []).append(f"[{name.removesuffix('.md')}]({name})")

@@ -17,6 +17,7 @@ sys.path.insert(0, str(HERE))
 import _generate  # noqa: E402
 import _notebooks  # noqa: E402
 import _pictures  # noqa: E402
+import _split  # noqa: E402
 import _tables  # noqa: E402
 from docutils import nodes  # noqa: E402
 
@@ -38,6 +39,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_search_scorer = "_scorer.js"
 suppress_warnings = ["config.cache"]
 
 NOTEBOOKS = "_static/notebooks"
@@ -72,9 +74,10 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
     folder = (HERE / docname).parent
 
     def plain(match: re.Match[str]) -> str:
-        label, target = match[1], match[2].split("#")[0]
+        moved = _split.moved_target(docname, match[2])
+        label, target = match[1], moved.split("#")[0]
         if not target or "://" in target or target.startswith(("mailto:", "doi:")):
-            return match[0]
+            return f"[{label}]({moved})"
         path = (folder / target).resolve()
         inside = path.is_relative_to(HERE) and path.relative_to(HERE).parts[0] not in INTERNAL
         if path.is_dir() or not inside:
@@ -82,9 +85,17 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
                 raise FileNotFoundError(f"{docname}: {match[2]}")
             shown = path.relative_to(HERE.parent)
             return f"{label} (`{shown}`)" if label != str(shown) else f"`{shown}`"
-        return match[0]
+        return f"[{label}]({moved})"
 
+    source[0] = _split.shortened(docname, source[0])
     source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
+
+
+def _show_thumbnails(_app: Any, docname: str, source: list[str]) -> None:
+    """Show the picture of each mechanism of the zoo in its row of the gallery."""
+    if docname == "gallery":
+        row = r"^\| (\[[^\]]+\]\(zoo/([\w-]+)\.md\)) "
+        source[0] = re.sub(row, r"| ![\2](zoo/\2.png){width=180px} \1 ", source[0], flags=re.MULTILINE)
 
 
 def _offer_notebook(_app: Any, docname: str, source: list[str]) -> None:
@@ -137,12 +148,14 @@ def _keep_tags(_app: Any, doctree: Any) -> None:
 def setup(app: Any) -> None:
     """Generate what is made from declarations, and connect."""
     _generate.write(HERE)
+    _split.write()
     _tables.refresh(HERE)
     _pictures.draw_pictures()
     app.connect("doctree-read", _keep_tags)
     app.connect("build-finished", _copy_mathjax)
     app.connect("build-finished", _write_notebooks)
     app.connect("source-read", _rewrite_links)
+    app.connect("source-read", _show_thumbnails)
     app.connect("source-read", _offer_notebook)
     app.connect("autodoc-process-docstring", _literal_formulas, priority=400)  # before numpydoc
     app.connect("autodoc-process-docstring", _plain_docstring)

@@ -39,7 +39,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False
-html_search_scorer = "_scorer.js"
+html_search_scorer = str(HERE / "_scorer.js")
 suppress_warnings = ["config.cache"]
 
 NOTEBOOKS = "_static/notebooks"

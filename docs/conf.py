@@ -88,7 +88,7 @@ def _rewrite_links(_app: Any, docname: str, source: list[str]) -> None:
         return f"[{label}]({moved})"
 
     source[0] = _split.shortened(docname, source[0])
-    source[0] = re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", plain, source[0])
+    source[0] = re.sub(r"(?<!!)\[(`[^`]+`|[^\]]+)\]\(([^)\s]+)\)", plain, source[0])
 
 
 def _show_thumbnails(_app: Any, docname: str, source: list[str]) -> None:

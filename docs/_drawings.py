@@ -174,7 +174,7 @@ def _parts(axes: Axes) -> None:
     axes.text(0.07, -0.5, "$R_J$", color=BLUE, fontsize=10)
     _arrow(axes, (-JOURNAL, 0), (-BEARING, 0), VERMILION, both=True)
     axes.text(-0.88, 0.1, "$c$", color=VERMILION, fontsize=11)
-    axes.text(-1.95, -0.6, "bar with\nthe bearing", fontsize=8, va="top")
+    axes.text(-1.98, -1.02, "bar with\nthe bearing", fontsize=8, va="top")
     axes.text(0.0, -1.85, "journal: the pin of the other bar", color=BLUE, fontsize=8, ha="center")
 
 
@@ -219,8 +219,8 @@ def _orbit(axes: Axes) -> None:
     write_time_bar([axes], run)
     contacts = [run["contact_start"].values, (run["contact_start"] + run["contact_duration"]).values]
     first = path.points[np.searchsorted(run["time"].values, contacts[0][0])]
-    after = int(np.searchsorted(run["time"].values, contacts[1][1]))
-    deepest = path.points[after - 12]
+    during = slice(*np.searchsorted(run["time"].values, [contacts[0][1], contacts[1][1]]))
+    deepest = path.points[during][np.argmax(np.hypot(*path.points[during].T))]
     reach = axes.get_xlim()[1]
     notes: tuple[tuple[Any, tuple[float, float], str], ...] = (
         (path.points[0], (0.1, 0.55), "start"),

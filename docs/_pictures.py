@@ -49,7 +49,7 @@ FILM, FILM_RATE = 4.0, 15  # Length of a film of the zoo [s], and its frames per
 STILLS = 0.0, 0.4, 0.8
 """Instants of the stills of the zoo, as fractions of the run; a crank is not at the same place at two of them."""
 
-ACROSS, TILE_DOTS = 4, 110  # Components in a row of their picture, and dots of each per inch
+ACROSS, TILE_DOTS = 3, 110  # Components in a row of their picture, and dots of each per inch
 COLOURS = 128  # Of a screenshot: drawings need no more, and files are a quarter as large
 
 

@@ -38,6 +38,7 @@ from scissordyn_paper.verdict import Check, Periodically
 _SETTLED, _LATE = f"{1e3 * SETTLING_TIME:g} ms", f"{1e3 * LATE_TIME:g} ms"
 _CONTINUOUS, _INTERRUPTED = every(operator.ge, CONTINUOUS_FRACTION), every(operator.lt, CONTINUOUS_FRACTION)
 _BY_SIZE, _BY_FRICTION = clearances(*SIZES), frictions(*FRICTION)
+# Strokes with the three largest of six clearances, with the three smallest, and with all but the smallest
 _LARGE, _SMALL, _BUT_SMALLEST = (clearances(*sizes) for sizes in (CLEARANCES[:3], CLEARANCES[3:], CLEARANCES[:5]))
 _FLYING = clearances(0.7e-3, 0.6e-3, 0.5e-3, 0.3e-3)
 _SCATTER = (

@@ -223,7 +223,10 @@ def _classify_aperiodic(
 
 
 def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
-    """Add the predictability horizon [s], and the fraction of the motion before it, to the evidence and the numbers."""
+    """Add the fraction `trusted` of the motion before the predictability horizon [s] to the numbers.
+
+    If it is below 1, a sentence that begins with `beyond` and names the horizon is added to the evidence.
+    """
     if math.isnan(horizon):
         evidence.append("The reproducible part of the trajectory has not been determined: repeat the run with trust=True.")
         return

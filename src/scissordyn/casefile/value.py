@@ -122,7 +122,7 @@ def _body_point(given: Any, context: Context) -> BodyPoint:
         raise InputError("not a point of a body", 'text "BODY.POINT", where the body may be ground', '"crank.end"') from None
 
 
-BODY_POINT = _body_point
+BODY_POINT = _body_point  # Reader of a point of a body in a case file, such as "crank.end"
 
 
 @reader(lambda: {"type": "string"})

@@ -73,7 +73,7 @@ def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
 
 
 _SCALARS = (str, int, float, bool, type(None))  # Types of values that plain data contain unchanged
-_SCALAR_TYPES = frozenset(_SCALARS)
+_SCALAR_TYPES = frozenset(_SCALARS)  # The same as a set, to test whether all entries of a list are plain
 
 
 @cache

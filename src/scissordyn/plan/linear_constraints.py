@@ -137,7 +137,7 @@ def origins(natural: Natural) -> np.ndarray:
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:
-    """Return the error for a mass matrix that is not positive definite in floating point."""
+    """Return the error for a singular mass matrix; it names the body whose inertia is lost in rounding beside its mass."""
 
     def fraction(body: Body) -> float:
         x, y = body.centre

@@ -50,10 +50,11 @@ def recoil_warnings(
 
 
 def recoil_speed(plan: Plan, system: Handle, time: float, y: np.ndarray, part: PinLuGre | GuideLuGre, entry: int) -> float:
-    """Return the recoil speed of a joint's bristles [m/s], or 0 if the joint slips faster than its Stribeck speed.
+    """Return the speed [m/s] at which bent bristles throw back the mass that they hold; 0 above the Stribeck speed.
 
-    The function bends the bristles a little to both sides. The change of the slip acceleration over that of the friction
-    coefficient is N/m, with the mass m that moves. `entry` is the index of the bristle state in `y`.
+    It is mu_s sqrt(N / (sigma_0 m)). The function bends the bristles a little to both sides: the quotient of the changes of
+    slip acceleration and friction coefficient is the normal force N divided by the moving mass m. `entry` is the index of the
+    bristle state in `y`.
     """
     coefficients = part.parameters(())[:7]
     n, moved, bend = plan.coordinates.free, y.copy(), 1e-3 * part.static

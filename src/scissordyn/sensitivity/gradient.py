@@ -347,6 +347,7 @@ LIMIT_REASONS = {
     "far": "moves a journal by more than a tenth of its clearance",
     "grazing": "may remove a contact",
 }
+"""Reasons why a gradient is valid only until an instant, as the end of the sentence "a change of 1 % ..."."""
 
 
 def _warnings(found: xr.Dataset, change: float) -> list[str]:

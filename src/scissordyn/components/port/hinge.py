@@ -115,7 +115,7 @@ def gradients(maps, G, R):
 
 @kernel
 def curvature(q, out, G, K):
-    """Add the change of the maps' forces by the rotation of the gradients, at constant torque."""
+    """Add to K how the forces on the direction vectors of both bodies change as these turn, at constant torque `out[0]`."""
     torque = out[0]
     K[2, 3] -= torque
     K[3, 2] += torque

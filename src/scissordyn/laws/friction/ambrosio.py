@@ -13,7 +13,7 @@ from scissordyn.units import Quantity, check_quantities
 
 
 def force(slip_speed, normal_force, kinetic, dead_speed, full_speed):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     ramp = min(1.0, max(0.0, (abs(slip_speed) - dead_speed) / (full_speed - dead_speed)))
     return math.copysign(kinetic * ramp * normal_force, slip_speed)
 

@@ -11,7 +11,7 @@ from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, kinetic, static, peak_speed, decay):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     speed = abs(slip_speed)
     if speed < peak_speed:
         short = speed / peak_speed - 1.0

@@ -11,7 +11,7 @@ from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, kinetic, static, transition_speed):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     s = slip_speed / transition_speed
     rest = 0.25 * s * s + 0.75
     return normal_force * (kinetic * math.tanh(4.0 * s) + (static - kinetic) * s / (rest * rest))

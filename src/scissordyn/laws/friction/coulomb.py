@@ -19,7 +19,7 @@ def direction(v, ramp_speed):
 
 
 def force(slip_speed, normal_force, kinetic, ramp_speed):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     return kinetic * normal_force * direction(slip_speed, ramp_speed)
 
 

@@ -21,12 +21,12 @@ def force(slip_speed, normal_force, bristle_deflection, kinetic, bristle_stiffne
 
 
 def steady(slip_speed, kinetic, bristle_stiffness):
-    """Return the deflection of steady sliding at slip speed v [m/s], zero at rest."""
+    """Return the deflection of steady sliding at a slip speed [m/s], zero at rest."""
     return math.copysign(kinetic, slip_speed) / bristle_stiffness if slip_speed != 0.0 else 0.0
 
 
 def start(slip_speed, kinetic, bristle_stiffness):
-    """Return the deflection at a contact's start at slip speed v [m/s]."""
+    """Return the deflection at a contact's start at a slip speed [m/s]."""
     return onset(slip_speed, PRESLIDING_SPEED) * kinetic / bristle_stiffness
 
 

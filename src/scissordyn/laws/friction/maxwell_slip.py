@@ -19,13 +19,13 @@ def force(slip_speed, normal_force, first_deflection, second_deflection, kinetic
 
 
 def steady(slip_speed, kinetic, share, first_stiffness, second_stiffness):
-    """Return the deflections of steady sliding at slip speed v [m/s], zero at rest."""
+    """Return the deflections of steady sliding at a slip speed [m/s], zero at rest."""
     sense = 1.0 if slip_speed > 0.0 else -1.0 if slip_speed < 0.0 else 0.0
     return sense * share * kinetic / first_stiffness, sense * (1.0 - share) * kinetic / second_stiffness
 
 
 def start(slip_speed, kinetic, share, first_stiffness, second_stiffness):
-    """Return the deflections at a contact's start at slip speed v [m/s]."""
+    """Return the deflections at a contact's start at a slip speed [m/s]."""
     part = onset(slip_speed, PRESLIDING_SPEED)
     return part * share * kinetic / first_stiffness, part * (1.0 - share) * kinetic / second_stiffness
 

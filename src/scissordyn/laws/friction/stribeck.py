@@ -29,7 +29,7 @@ def sliding_coefficient(v, kinetic, static, stribeck_speed, stribeck_exponent):
 
 
 def force(slip_speed, normal_force, kinetic, static, stribeck_speed, stribeck_exponent, viscous, ramp_speed):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     return normal_force * (
         sliding_coefficient(slip_speed, kinetic, static, stribeck_speed, stribeck_exponent) * direction(slip_speed, ramp_speed)
         + viscous * slip_speed

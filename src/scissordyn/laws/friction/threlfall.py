@@ -12,7 +12,7 @@ from scissordyn.units import Quantity
 
 
 def force(slip_speed, normal_force, kinetic, ramp_speed):
-    """Return the tangential force [N] at slip speed v [m/s]."""
+    """Return the tangential force [N] at a slip speed [m/s]."""
     return math.copysign(kinetic * normal_force * -math.expm1(-3.0 * abs(slip_speed) / ramp_speed), slip_speed)
 
 

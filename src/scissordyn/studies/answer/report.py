@@ -50,7 +50,7 @@ class Layout(NamedTuple):
     scale: float = 0.5  # [-] smallest legible scale of a picture; narrower pages scroll it
 
 
-LAYOUT = Layout()
+LAYOUT = Layout()  # Sizes of pictures and tables in the report of every study
 
 
 class StudyPictures:

@@ -241,3 +241,16 @@ def test_hard_contact_is_refused() -> None:
     ]
     with pytest.raises(sd.InputError, match="hard contact has no derivatives yet"):
         gradient(dataclasses.replace(mechanism, joints=tuple(hard)), of=["peak_indentation"], by=["gravity"], until=1e-3)
+
+
+def test_derivatives_of_the_start_by_a_small_offset() -> None:
+    """Cross-check: a length of zero, whose effect bends over much less than the mechanism's size, by other differences."""
+    arm, path, step = sd.scissor(units=4).driven(speed=1.0), "body.unit 1/bar 1.points.start.x", 1e-5
+    begin = Start(arm, "as-placed")
+    slopes = derivatives(begin, parameter_of(arm, path, 8.0))
+    ends = [begin.arrays_of(changed(arm, path, sign * step)) for sign in (1.0, -1.0)]
+    for name in ("y", "parameters.linear", "work.value"):
+        if name in slopes:
+            expected = 8.0 * (ends[0][name] - ends[1][name]) / (2.0 * step)
+            assert slopes[name] == pytest.approx(expected, abs=1e-8 * np.max(np.abs(expected)))
+    assert "y" in slopes

@@ -234,3 +234,23 @@ def test_a_round_contour_is_a_round_bearing():
     assert runs[0].sizes["contact"] >= 2
     for name in ("contact_start", "peak_force", "approach_speed"):
         np.testing.assert_allclose(runs[1][name].values[:2], runs[0][name].values[:2], rtol=1e-4)
+
+
+def test_an_angle_that_turns_under_a_resting_journal():
+    """Closed form: a contact begins at e cos(phi) = c and e w sin(phi), though the journal itself moves away from the surface.
+
+    The bearing turns, and the journal rests between two of its angles by less than a cell's sagitta.
+    """
+    gap, turning, away = 1e-4, 10.0, 1e-6
+    e = 1.0003 * gap
+    journal = Body("journal", 1.0, 1e-3, {"pin": (0.0, 0.0)}, position=(e, 0.0), velocity=(-away, 0.0))
+    ring = Body("ring", 1.0, 1e-3, {"hole": (0.0, 0.0)}, angle=math.pi / 90, angular_velocity=turning)
+    joints = (Revolute("joint", ("journal", "pin"), ("ring", "hole")),)
+    mechanism = Mechanism((journal, ring), joints=joints, gravity=0.0)
+    run = simulate(mechanism.with_clearance("joint", Clearance(gap, contour=(0.0,) * 90)), until=0.02, start="as-placed")
+    assert run.attrs["status"] == "complete"
+    start = float(run["contact_start"][0])
+    e -= away * start
+    phi = math.acos(gap / e)
+    assert start == pytest.approx((math.pi / 90 - phi) / turning, rel=1e-6)
+    assert float(run["approach_speed"][0]) == pytest.approx(e * turning * math.sin(phi) - away * math.cos(phi), rel=1e-6)

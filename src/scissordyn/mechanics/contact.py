@@ -174,18 +174,19 @@ def begin_contact(y, j, S, data, resting):
     M, C = S.model, S.state
     no_forces(j, S)
     kinematics(j, S)
-    contact = S.work.contact[j]
-    if not (contact.rate > 0.0 or resting):
+    contact, P, approach = S.work.contact[j], S.parameters, S.work.contact[j].rate
+    if P.contact[j].cells > 0 and not approach > 0.0:  # the guard's rate, at the angle that touches, may have the other sign
+        _, approach = gap(j, S)
+    if not (approach > 0.0 or resting):
         return False
     C.mode[j] = 1
-    P = S.parameters
     law, start, stop = P.law[j], 2 * M.n + M.state_start[j], 2 * M.n + M.state_start[j + 1]
-    data[0] = 0.0 if resting and contact.rate <= APPROACH_FLOOR else contact.rate
+    data[0] = 0.0 if resting and approach <= APPROACH_FLOOR else approach
     data[1], data[2] = math.atan2(contact.ny, contact.nx), contact_mass(j, S)
     if law.loaded == 1:
         C.memory[j], C.mass[j] = data[0], data[2]
     else:
-        C.memory[j], C.mass[j] = max(contact.rate, APPROACH_FLOOR), 0.0
+        C.memory[j], C.mass[j] = max(approach, APPROACH_FLOOR), 0.0
     middle = start + law.bristles
     friction_states(law.start, contact.slip, y[start:middle], P.friction[j])
     y[middle:stop] = 0.0

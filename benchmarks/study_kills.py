@@ -122,7 +122,7 @@ def _let_work(coordinator: subprocess.Popen[str], store: Path, moments: random.R
 
 def _finished(store: Path) -> dict[int, float]:
     """Return how often each complete block was written."""
-    if not Store(store).begun():
+    if not Store(store).has_content():
         return {}
     attempts = Store(store).times()["attempts"]
     return {int(block): float(attempts[block]) for block in np.flatnonzero(attempts)}

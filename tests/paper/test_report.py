@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 import pytest
 
 from scissordyn.cli import paper as command
-from scissordyn.cli.option import Where
+from scissordyn.cli.option import EngineOptions
 from scissordyn.config.file import read_case
 from scissordyn.errors import InputError
 from scissordyn.run import engine
@@ -146,18 +146,18 @@ def test_figure_without_results_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("processors", "options", "expected"),
     [
-        (4, (None, None, None), Where(workers=4)),
-        (200, (None, None, None), Where(workers=command.WORKERS_MAX)),
-        (1, (None, None, None), Where()),
-        (4, (3, None, None), Where(threads=3)),
-        (4, (None, 3, None), Where(workers=3)),
-        (4, (None, None, 9), Where()),
+        (4, (None, None, None), EngineOptions(workers=4)),
+        (200, (None, None, None), EngineOptions(workers=command.WORKERS_MAX)),
+        (1, (None, None, None), EngineOptions()),
+        (4, (3, None, None), EngineOptions(threads=3)),
+        (4, (None, 3, None), EngineOptions(workers=3)),
+        (4, (None, None, 9), EngineOptions()),
     ],
 )
 def test_processes_are_the_default(monkeypatch, processors, options, expected):
     """Contract: one process per processor by default; threads on request, for one figure, or on one processor."""
     monkeypatch.setattr(engine, "processors", lambda: processors)
-    assert command._where(*options) == expected
+    assert command._engine_options(*options) == expected
 
 
 def test_command_shows_the_answers(report, capsys, monkeypatch):

@@ -130,7 +130,7 @@ PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
         "simulate",
         lambda _: controlled.compute(controlled.CONTROLLED_RUNS[0]),
     ),
-    "a periodic motion": ("scissordyn_paper.periodic", "cycle", lambda _: periodic.examine(periodic.EVERY[0])),
+    "a periodic motion": ("scissordyn_paper.periodic", "cycle", lambda _: periodic.examine(periodic.ALL_CASES[0])),
     "a diagram": ("scissordyn_paper.periodic", "bifurcation", lambda folder: periodic.fetch_diagram(folder / "diagram.nc")),
 }
 

@@ -17,7 +17,7 @@ import scissordyn
 import scissordyn as sd
 from scissordyn.file.provenance import DISPLAY_ROOMS, provenance
 from scissordyn.periodic import bifurcation as bifurcation_module
-from scissordyn_paper.cache import SHOWN
+from scissordyn_paper.cache import PRESENTATION_SOURCES
 
 PACKAGE = Path(scissordyn.__file__).parent
 ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
@@ -36,7 +36,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
     """Contract: an edit of any module that can affect results changes the digest; one of a display module does not."""
     copy = tmp_path / PACKAGE.name
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    before = asked(tmp_path, SHOWN)
+    before = asked(tmp_path, PRESENTATION_SOURCES)
     rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
     assert {"model", "run", "studies", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(rooms)
     for room in [*rooms, "new_room"]:
@@ -45,11 +45,11 @@ def test_every_source_counts(tmp_path: Path) -> None:
         file.parent.mkdir(exist_ok=True)
         text = file.read_text() if file.exists() else None
         file.write_text((text or "") + "\n# edited\n")
-        after = asked(tmp_path, SHOWN)
+        after = asked(tmp_path, PRESENTATION_SOURCES)
         assert (after[0] != before[0]) == (room not in DISPLAY_ROOMS), room
         assert (after[1] != before[1]) == (room not in DISPLAY_ROOMS), room
         file.unlink() if text is None else file.write_text(text)
-    assert asked(tmp_path, SHOWN) == before
+    assert asked(tmp_path, PRESENTATION_SOURCES) == before
 
 
 def test_excluded_sources_are_not_imported() -> None:
@@ -57,10 +57,10 @@ def test_excluded_sources_are_not_imported() -> None:
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
         ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_ROOMS,
-        ("runs", "periodic", "controlled", "parameter_sets", "cache"): SHOWN,
+        ("runs", "periodic", "controlled", "parameter_sets", "cache"): PRESENTATION_SOURCES,
     }
     for modules, skipped in entries.items():
-        package = "scissordyn_paper" if skipped is SHOWN else "scissordyn"
+        package = "scissordyn_paper" if skipped is PRESENTATION_SOURCES else "scissordyn"
         left_out = [
             f"{owner}.{name.removesuffix('.py').replace('/', '.')}" for owner in {package, "scissordyn"} for name in skipped
         ]

@@ -14,7 +14,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.analysis.agreement import Measured
 from scissordyn.identification.problem import Problem
-from scissordyn.identification.start import prepared
+from scissordyn.identification.start import prepare_segments
 from scissordyn.model.mechanism import Mechanism
 from validation.measured.pendulum import Numbers, numbers, pendulum
 from validation.measured.read import estimated, free_decay, records
@@ -38,7 +38,7 @@ OPTIONS = sd.Options(1.0, "as-placed")
 DEVIATIONS = {"angle of arm 1": 5e-3, "angular_velocity of arm 1": 5e-2}
 """Weights of both columns [rad], [rad/s], the same for all laws."""
 
-FOLDS = 3
+FOLDS = 3  # Number of folds of the cross-validation
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def cross_validated(copy: Path, every: int = 50) -> list[Verdict]:
             kept = [piece for k, piece in enumerate(pieces) if k % FOLDS != fold]
             left = [piece for k, piece in enumerate(pieces) if k % FOLDS == fold]
             known = _with_values(made, _fitted(made, law, kept))
-            segments, columns, options = prepared(known, OPTIONS, left, segment=math.inf)
+            segments, columns, options = prepare_segments(known, OPTIONS, left, segment=math.inf)
             problem = Problem(known, options, (), segments, columns, np.ones(len(columns)))
             curves = [run.curves for run in problem.run_segments(problem.start())]
             errors_of[0].extend(curve[:, 0] - piece.values[:, 0] for curve, piece in zip(curves, left, strict=True))

@@ -20,7 +20,7 @@ AROUND, ALONG = 200, 20
 
 THICK = 0.01  # Least thickness in the check; the force of a thinner film that separates is too small for the table
 
-FILE = Path(__file__).parents[1] / "src" / "scissordyn" / "component" / "film" / "finite.npz"
+FILE = Path(__file__).parents[1] / "src" / "scissordyn" / "components" / "film" / "finite.npz"
 
 
 def table() -> np.ndarray:

@@ -107,7 +107,7 @@ def draw() -> None:
 
 
 def measure(quick: bool) -> str:
-    """Times of runs, of runs with eight derivatives, and of the derivatives of the start."""
+    """Return the times of runs, of runs with eight derivatives, and of the derivatives of the start."""
     chosen = dict(list(CASES.items())[:1]) if quick else CASES
     rows = [timed(name, *numbers) for name, numbers in chosen.items()]
     if not quick:

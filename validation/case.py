@@ -34,12 +34,12 @@ __all__ = [
 HERE = Path(__file__).parent
 
 Measured = tuple[float, float]
-"""Error and seconds."""
+"""Error of a run and its time [s]."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """Quantity and its reference.
+    """Computed quantity that is compared with a reference value.
 
     Parameters
     ----------

@@ -9,8 +9,8 @@ from validation.case import Case, Check, mechanism, run
 __all__ = ["CASE"]
 
 NAME = "array"
-L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81
-SPEED, START, UNTIL = 5.0 * math.pi, math.pi / 6.0, 0.02
+L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81  # Length [m] and mass [kg] of a bar, mass of the slider [kg], gravity [m/s^2]
+SPEED, START, UNTIL = 5.0 * math.pi, math.pi / 6.0, 0.02  # Speed [rad/s] and start angle [rad] of the bars, end of the run [s]
 
 
 def checks() -> list[Check]:

@@ -20,17 +20,17 @@ from validation.case import Case, Check, Code, Measured, Model, mechanism, run, 
 __all__ = ["CASE"]
 
 NAME = "bearing"
-UNTIL, SPEED = 0.2, 20.0 * math.pi
-MASS, VISCOSITY, CLEARANCE, RADIUS, LENGTH = 457.11, 0.05, 4e-5, 0.02, 0.04
+UNTIL, SPEED = 0.2, 20.0 * math.pi  # End of the run [s], angular velocity of the shaft [rad/s]
+MASS, VISCOSITY, CLEARANCE, RADIUS, LENGTH = 457.11, 0.05, 4e-5, 0.02, 0.04  # [kg], [Pa s], [m], [m], [m]
 TIMES = np.linspace(0.0, UNTIL, 401)
-POINTS, WEIGHTS = np.polynomial.legendre.leggauss(64)
-SOMMERFELD = ((0.2, 0.631), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188))
-ROUGH = 1e-7 / CLEARANCE
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(64)  # Gauss points and weights on the interval from -1 to 1
+SOMMERFELD = ((0.2, 0.631), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188))  # Eccentricity ratios, published Sommerfeld numbers
+ROUGH = 1e-7 / CLEARANCE  # Roughness divided by the clearance
 
 
 @njit
 def falling(t, y):
-    """Return the rates of position and speed of the shaft.
+    """Return the time derivative of the state of the shaft: x, y and their rates.
 
     Ocvirk's pressure over the half where the film is squeezed is integrated by Gauss' rule.
     """
@@ -60,7 +60,7 @@ def falling(t, y):
 
 
 def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
-    """Return positions at the times, and seconds, by scipy."""
+    """Integrate `falling` by scipy; return the positions at `TIMES` [m] and the computing time [s]."""
     began = time.perf_counter()
     scale = tolerance * np.array([1e-4, 1e-4, 1e-1, 1e-1])
     found = solve_ivp(falling, (0.0, UNTIL), np.zeros(4), method, t_eval=TIMES, rtol=tolerance, atol=scale)
@@ -69,12 +69,12 @@ def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
 
 @functools.cache
 def exact() -> np.ndarray:
-    """Return the reference."""
+    """Return the reference: positions of the shaft at `TIMES` [m]."""
     return second(1e-11)[0]
 
 
 def error(found: xr.Dataset) -> float:
-    """Return the largest error of the position [m]."""
+    """Return the largest error of the position of the shaft in a run [m]."""
     return float(np.max(np.abs(found["film_displacement"].values[:, 0] - exact())))
 
 
@@ -85,7 +85,7 @@ def film(model: str, **given: object) -> Film:
 
 
 def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, float]:
-    """Return the forces along and across the eccentricity."""
+    """Return the forces of a film along and across the eccentricity [N], for the eccentricity `place` [m] and its `rate`."""
     numbers = one.parameters((0.0, 0.0, 0.0))
     found = getattr(force, "py_func", force)(
         place, 0.0, 0.0, rate, 0.0, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers)
@@ -94,7 +94,7 @@ def acting(one: Film, place: float, rate: float, speed: float) -> tuple[float, f
 
 
 def squeeze(model: str, last: float, load: float = 1000.0) -> tuple[float, float]:
-    """Return the time from the centre under a constant load with a full film, by the force and by the closed form [s]."""
+    """Return the squeeze time from the centre to the eccentricity ratio `last`, by closed form and by the film force [s]."""
     one = film(model, full=True)
     found = quad(lambda e: -acting(one, e * CLEARANCE, CLEARANCE, 0.0)[0] / load, 0.0, last, epsrel=1e-12, limit=200)[0]
     short = model == "short"

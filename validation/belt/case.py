@@ -16,13 +16,13 @@ from validation.case import Case, Check, Code, Measured, Model, run, timed
 __all__ = ["CASE"]
 
 NAME = "belt"
-UNTIL, SPEED = 25.0, 0.1
+UNTIL, SPEED = 25.0, 0.1  # End of the run [s], speed of the belt [m/s]
 TIMES = np.linspace(0.0, UNTIL, 2501)
 
 
 @njit
 def pulled(t, y):
-    """Return the rates of position, speed and bristle deflection of the block on the belt."""
+    """Return the time derivative of the state of the block: position and speed on the belt, and bristle deflection."""
     x, v, z = y
     g = 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))
     bristle = v - 1e5 * abs(v) * z / g
@@ -31,7 +31,7 @@ def pulled(t, y):
 
 
 def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
-    """Return positions on the belt at the times, and seconds, by scipy."""
+    """Integrate `pulled` by scipy; return positions on the belt at `TIMES` [m] and the computing time [s]."""
     began = time.perf_counter()
     scale = tolerance * np.array([1.0, 1.0, 1e-5])
     found = solve_ivp(pulled, (0.0, UNTIL), np.zeros(3), method, t_eval=TIMES, rtol=tolerance, atol=scale)
@@ -40,7 +40,7 @@ def second(tolerance: float, method: str = "Radau") -> tuple[np.ndarray, float]:
 
 @functools.cache
 def exact() -> np.ndarray:
-    """Return the reference."""
+    """Return the reference: positions of the block on the belt at `TIMES` [m]."""
     return second(1e-11)[0]
 
 
@@ -57,7 +57,7 @@ def slips(place: np.ndarray) -> np.ndarray:
 
 
 def error(found: xr.Dataset) -> float:
-    """Return the largest error of the position [m]."""
+    """Return the largest error of the position of the block in a run [m]."""
     return float(np.max(np.abs(on_belt(found) - exact())))
 
 
@@ -87,7 +87,7 @@ def scipys(method: str, tolerance: float) -> Measured:
 
 
 def models() -> list[Model]:
-    """Scipy against the published place."""
+    """Return the check of scipy against the published position."""
 
     def off(method: str) -> float:
         return abs(float(second(1e-10, method)[0][-1]) - 1.908839199)
@@ -97,7 +97,7 @@ def models() -> list[Model]:
 
 
 def codes() -> list[Code]:
-    """The codes at a range of settings."""
+    """Return the codes at a range of settings."""
     tolerances = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
     return [
         Code("scissordyn, simulate()", timed(NAME, error, samples=TIMES.size), tolerances),

@@ -20,7 +20,7 @@ from validation.case import Case, Check
 __all__ = ["CASE"]
 
 NAME = "bending"
-RIGIDITY = 100.0
+RIGIDITY = 100.0  # Bending stiffness of the bar [N m^2]
 ELASTICA = {
     1.0: (0.46135194971188, 0.056433236283377, 0.30172077379981),
     10.0: (1.4302855388039, 0.55499559775375, 0.8106090248803),
@@ -29,14 +29,14 @@ ELASTICA = {
 
 MODES = 24  # Modes of a bar as one part against a wall
 
-BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
+BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761  # Eigenvalues beta L of the first modes of a cantilever
 FLAPPING = {1.0: (3.681647, 22.181011, 61.841763), 2.0: (4.137320, 22.614922, 62.273184)}
 """Flapping frequencies of a rotating cantilever by rotation speed, both times sqrt(mu L^4/EI)."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Kind:
-    """Description of bending.
+    """Way in which a bar is made flexible: by beam elements or by modes.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def bar(*, length: float = 1.0, mass: float = 1.0) -> sd.Mechanism:
 
 
 def still(mechanism: sd.Mechanism) -> xr.Dataset:
-    """Return the run at rest in equilibrium."""
+    """Return a run of a mechanism at rest in static equilibrium."""
     return sd.simulate(mechanism, until=1e-5, samples=2, start="static")
 
 
@@ -77,7 +77,7 @@ def tip(found: xr.Dataset) -> tuple[float, float, float]:
 
 
 def welded(count: int, *, middle: bool = True) -> sd.Mechanism:
-    """Return the same bar of 1 m in several parts, each with a cross-section in its middle or without."""
+    """Return a bar of 1 m that consists of `count` welded bars, with a cross-section in the middle of each if `middle`."""
     parts = [sd.bar(f"bar {k}", length=1.0 / count, mass=1.0 / count, position=(k / count, 0.0)) for k in range(1, count)]
     bars = (sd.bar("bar", length=1.0 / count, mass=1.0 / count), *parts)
     if not middle:
@@ -91,7 +91,7 @@ def welded(count: int, *, middle: bool = True) -> sd.Mechanism:
 
 
 def checks() -> list[Check]:
-    """Check all subjects by elements, then by modes."""
+    """Check bending, vibration, rotation, a wall and heat, for bars of elements and for bars of modes."""
     chains = [*_elastica(), *_circle(), *_vibration(), *_rotating(CHAIN, 5e-6), *_spun_up(CHAIN, 2e-4), *_wall(), *_heated()]
     wholes = [*_elastica_by_modes(), *_circle_by_modes(), *_vibration_by_modes(), *_rotating(WHOLE, 5e-6)]
     wholes += [*_spun_up(WHOLE, 2e-3), *_wall(modes=MODES), *_heated_by_modes()]

@@ -13,7 +13,7 @@ from validation.case import Case, Check, mechanism
 __all__ = ["CASE"]
 
 NAME = "bouncing"
-NOMINAL, SPEED, GAP = 0.5, 0.5, 1e-3
+NOMINAL, SPEED, GAP = 0.5, 0.5, 1e-3  # Nominal restitution coefficient, first approach speed [m/s], radial clearance [m]
 FACTORS = {
     "carvalho-martins": lambda e: 1.5 * (1 - e) * (11 - e) / (1 + 9 * e),
     "flores": lambda e: 8 * (1 - e) / (5 * e),
@@ -29,7 +29,7 @@ FACTORS = {
 
 
 def returned(xi: float) -> float:
-    """Return the restitution that results from a damping factor."""
+    """Return the restitution coefficient of an impact with the damping factor `xi`."""
     return brentq(lambda e: math.log((1 + xi) / (1 - xi * e)) - xi * (1 + e), 1e-6, min(1.0, (1 - 1e-12) / xi), xtol=1e-15)
 
 

@@ -17,7 +17,7 @@ AMPLITUDE, FREQUENCY = 6.0, 0.75 * math.pi  # Reference motion of the crank [rad
 
 JOINTS = ("crank pin", "rocker pin", "rocker bearing")
 
-LATE = 2  # First instant at which the journals of all joints have settled in contact
+LATE = 2  # Index of the first instant at which the journals of all joints have settled in contact
 
 
 def _torque(time: float, angle: float, speed: float) -> float:

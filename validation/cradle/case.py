@@ -8,7 +8,7 @@ from validation.case import Case, Check, mechanism
 __all__ = ["CASE", "cradle"]
 
 NAME = "cradle"
-COUNT, GAP, SPEED = 5, 1e-3, 1.0
+COUNT, GAP, SPEED = 5, 1e-3, 1.0  # Number of masses, radial clearance [m], speed of the first mass [m/s]
 
 
 def cradle(restitution: float) -> sd.Mechanism:

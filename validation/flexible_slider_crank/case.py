@@ -18,8 +18,8 @@ from validation.flexible_slider_crank.cable import CLEARANCE, TIMES, UNTIL, Sett
 __all__ = ["CASE", "GOAL", "error"]
 
 NAME = "flexible_slider_crank"
-GOAL = 1e-3
-FINE = 32  # Elements of the reference, and of Exudyn's model in its own check
+GOAL = 1e-3  # Largest distance from the reference that codes have to reach [clearances]
+FINE = 32  # Number of elements of the reference, and of Exudyn's model when it is checked alone
 
 PIN = "slider pin"
 

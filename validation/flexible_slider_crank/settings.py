@@ -10,7 +10,7 @@ from benchmarks.measure import table
 from validation.flexible_slider_crank.cable import Settings, orbit
 from validation.flexible_slider_crank.case import GOAL, error
 
-STEPS = (4e-6, 3e-6, 2e-6)
+STEPS = (4e-6, 3e-6, 2e-6)  # Step sizes [s]
 
 
 def measured(step: float, settings: Settings) -> tuple[float, float]:

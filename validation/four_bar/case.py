@@ -9,7 +9,7 @@ from validation.case import Case, Check, mechanism, run
 __all__ = ["CASE"]
 
 NAME = "four_bar"
-UNTIL, CONTACTS = 0.012, 6
+UNTIL, CONTACTS = 0.012, 6  # End of the run [s], number of contacts that are compared
 
 
 def checks() -> list[Check]:

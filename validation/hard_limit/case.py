@@ -18,15 +18,15 @@ __all__ = ["CASE"]
 NAME = "hard_limit"
 FACTORS = (1, 10, 100)  # Factors of the stiffness
 
-TOLERANCE, STEP = 1e-6, 1e-4
+TOLERANCE, STEP = 1e-6, 1e-4  # Tolerance of compliant runs, step size of hard runs [s]
 NEIGHBOURS = np.array([0.0, 1e-9, -1e-9, 2e-9, -2e-9])
 """Relative changes of the clearances of the compliant runs: chaos makes single runs differ, but hardly their means."""
 
-OF_ALL = 0.01  # Allowed difference of the losses of a joint, or of restitution, as a fraction of all losses
+OF_ALL = 0.01  # Allowed difference of the friction losses of a joint, or of the impact losses, as a fraction of all losses
 
 
 def stiffer(joint: Clearance, factor: float, other: float) -> Clearance:
-    """Return a joint with all its stiffnesses multiplied and its clearance changed."""
+    """Return a joint with its stiffnesses multiplied by `factor` and its clearance changed by the fraction `other`."""
     assert joint.material is not None
     assert joint.bearing_material is not None
     pair = [replace(each, youngs_modulus=factor * each.youngs_modulus) for each in (joint.material, joint.bearing_material)]
@@ -43,7 +43,7 @@ def stiffer(joint: Clearance, factor: float, other: float) -> Clearance:
 
 
 def deployed(contact: str, factor: float, other: float = 0.0) -> xr.Dataset:
-    """Return a run of the array with one kind of contact."""
+    """Return a run of the array with hard or compliant contact at all clearance joints."""
     made = mechanism(NAME, f"clearance.all.contact={contact}")
     joints = tuple(
         joint if joint.clearance is None else replace(joint, clearance=stiffer(joint.clearance, factor, other))
@@ -58,7 +58,7 @@ def deployed(contact: str, factor: float, other: float = 0.0) -> xr.Dataset:
 
 
 def sum_by_joint(run: xr.Dataset, name: str) -> dict[str, float]:
-    """Return sums of a variable of contacts by joint."""
+    """Return the sum of a variable over the contacts of each joint."""
     which, values = run["contact_joint"].values, run[name].values
     return {str(joint): float(np.nansum(values[which == joint])) for joint in np.unique(which)}
 
@@ -72,7 +72,7 @@ def checks() -> list[Check]:
 
 
 def mean_sum_by_joint(runs: list[xr.Dataset], name: str) -> dict[str, float]:
-    """Return means over the runs of the sums of a variable of contacts, by joint."""
+    """Return the sum of a variable over the contacts of each joint, averaged over runs."""
     each = [sum_by_joint(run, name) for run in runs]
     return {joint: float(np.mean([one[joint] for one in each])) for joint in each[0]}
 

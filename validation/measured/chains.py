@@ -32,7 +32,7 @@ FREE = {
 }
 """Parameters that are fitted; masses and the last mass centre keep the authors' values, as a free oscillation allows."""
 
-LEAST = 1e-5  # Smallest damping at the start of the search [N m s/rad]
+LEAST = 1e-5  # Smallest initial value of a damping coefficient in the search [N m s/rad]
 
 
 @dataclass(frozen=True)

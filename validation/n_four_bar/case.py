@@ -24,12 +24,12 @@ LOOPS = (2, 40)
 
 
 def exact(units: int) -> np.ndarray:
-    """Return positions of B0 at the times."""
+    """Return the exact positions of the pin B0 at `TIMES` [m]."""
     return np.array([place(units, t) for t in TIMES])
 
 
 def pins(found: xr.Dataset) -> np.ndarray:
-    """Return positions of B0 of a run."""
+    """Return the positions of the pin B0 in a run [m]."""
     angle = found["angle"].sel(body="crank 0").values
     return np.column_stack([np.cos(angle), np.sin(angle)])
 

@@ -23,7 +23,7 @@ TIMES = np.linspace(0.0, UNTIL, 101)
 
 
 def exact() -> np.ndarray:
-    """Return positions at the times."""
+    """Return the exact positions of the mass at `TIMES` [m]."""
     return np.array([place(t) for t in TIMES])
 
 
@@ -42,7 +42,7 @@ def checks() -> list[Check]:
 
 
 def error(found: xr.Dataset) -> float:
-    """Return the largest error of the position [m]."""
+    """Return the largest error of the position of the mass in a run [m]."""
     return float(np.max(np.abs(found["position"].sel(body="mass").values - exact())))
 
 

@@ -22,15 +22,15 @@ from validation.records.systems import FourBar, SliderCrank, Woodpecker
 __all__ = ["CASE", "STEPS", "by_its_scheme"]
 
 STEPS = {"slider-crank": (1e-4, 2000), "woodpecker": (2e-5, 14_999), "four-bar": (1e-4, 10_000)}
-"""Step [s] of each record, and number of steps."""
+"""Step size [s] and number of steps of each record."""
 
 JOINTS = ["crank pin", "rocker pin", "rocker bearing"]
 
-SETTLED = 2  # First of the 21 instants at which all journals have settled in contact
+SETTLED = 2  # Index of the first of the 21 instants at which all journals have settled in contact
 
 
 def by_its_scheme(name: str, count: int | None = None) -> np.ndarray:
-    """Return coordinates and velocities at every step of a record, by its scheme."""
+    """Compute the motion of a record again by its scheme; return coordinates and velocities at every step."""
     step, most = STEPS[name]
     steps = most if count is None else count
     if name == "slider-crank":

@@ -25,7 +25,7 @@ from validation.slider_crank.models import models
 __all__ = ["CASE"]
 
 NAME = "slider_crank"
-CONTACTS = 6
+CONTACTS = 6  # Number of contacts that are compared
 
 
 def checks() -> list[Check]:

@@ -11,8 +11,8 @@ from validation.slider_crank.case import error
 from validation.slider_crank.equations import CLEARANCE
 from validation.slider_crank.exudyn_pin import Settings, exudyns
 
-GOAL = 1e-3
-TOLERANCES = (1e-8, 5e-9, 2e-9, 1e-9, 1e-10)
+GOAL = 1e-3  # Error of the orbit that has to be reached [clearances]
+TOLERANCES = (1e-8, 5e-9, 2e-9, 1e-9, 1e-10)  # Relative tolerances of the scan
 
 
 def measured(tolerance: float, settings: Settings) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from validation.case import Case, Check, run
 __all__ = ["CASE"]
 
 NAME = "sliding"
-FRICTION, G, SPEED = 0.2, 9.81, 1.0
+FRICTION, G, SPEED = 0.2, 9.81, 1.0  # Friction coefficient, gravity [m/s^2], speed at the start [m/s]
 
 
 def checks() -> list[Check]:

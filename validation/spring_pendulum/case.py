@@ -17,7 +17,7 @@ __all__ = ["CASE"]
 NAME = "spring_pendulum"
 UNTIL = 10.0
 TIMES = np.linspace(0.0, UNTIL, 201)
-K, FREE, G = 100.0, 1.0, 9.81
+K, FREE, G = 100.0, 1.0, 9.81  # Stiffness [N/m] and free length [m] of the spring, gravity [m/s^2]
 
 
 @njit
@@ -35,7 +35,7 @@ def polar(t, y):
 
 
 def second(tolerance: float, method: str = "DOP853") -> tuple[np.ndarray, float]:
-    """Return positions and seconds by scipy."""
+    """Integrate `polar` by scipy; return the positions at `TIMES` [m] and the computing time [s]."""
     began = time.perf_counter()
     start = (1.2, 0.5 * math.pi, 0.0, 0.0)
     found = solve_ivp(polar, (0.0, UNTIL), start, method, t_eval=TIMES, rtol=tolerance, atol=tolerance)
@@ -47,7 +47,7 @@ EXACT = second(1e-13)[0]
 
 
 def error(found: xr.Dataset) -> float:
-    """Return the largest error of the position [m]."""
+    """Return the largest error of the position of the mass in a run [m]."""
     return float(np.max(np.abs(found["position"].sel(body="mass").values - EXACT)))
 
 

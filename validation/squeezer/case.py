@@ -18,8 +18,8 @@ __all__ = ["CASE"]
 
 NAME = "squeezer"
 UNTIL = 0.05
-SAMPLES = 101
-NAMES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
+SAMPLES = 101  # Number of instants at which angles are compared
+NAMES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")  # Angles of the second formulation
 
 
 compiled = njit(rate)  # Right-hand side of the second formulation for scipy, compiled at the first call
@@ -32,7 +32,7 @@ def exact() -> np.ndarray:
 
 
 def relative(found: xr.Dataset) -> np.ndarray:
-    """Return the seven angles of the second formulation from the directions of the bodies."""
+    """Return the angles `NAMES` in a run, computed from the directions of the bodies [rad]."""
     k = {f"K{one}": found["angle"].sel(body=f"K{one}").values for one in range(1, 8)}
     return np.column_stack([k["K1"], k["K2"] - k["K1"], k["K3"], k["K4"] - k["K5"], k["K5"], k["K6"] - k["K7"], k["K7"]])
 

@@ -30,11 +30,11 @@ NUMBERS = {
 }
 """Columns of a study's table with their factors."""
 
-CONTACTS = "contacts of the joint with the most"
+CONTACTS = "contacts of the joint with the most"  # Name of a compared value: number of contacts of the joint with most contacts
 
 
 def values_of(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the compared values of each case; NaN where it failed."""
+    """Return the compared values of each case; NaN for cases that failed."""
     found = {name: factor * runs[column] for name, (column, factor) in NUMBERS.items()}
     counts = [name for name in runs.columns if name.partition(" [")[0].endswith("contact_count")]
     found[CONTACTS] = runs[counts].max(axis=1)
@@ -76,7 +76,7 @@ def compared(compliant: pd.DataFrame, hard: pd.DataFrame) -> tuple[list[tuple[st
 
 
 def page(result: StudyResult) -> str:
-    """Return the page."""
+    """Return the text of the page with the results."""
     assert result.verified is not None
     compliant, hard = (values_of(each.table) for each in (result.verified, result))
     rows, (distance, p), sizes = compared(compliant, hard)

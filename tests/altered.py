@@ -1,4 +1,4 @@
-"""One file of the package read from elsewhere, for `mutate`: the rest, and all kernels that are kept, stay as they are.
+"""Replace one file of the package by another file, for `mutate`; all other files and stored kernels are unchanged.
 
 ``pytest -p tests.altered`` takes the file `ALTERED` of the environment from `ALTERED_FROM`.
 """
@@ -15,7 +15,7 @@ _as_it_is = SourceFileLoader.get_code
 
 
 def get_code(loader: Any, name: str) -> CodeType | None:
-    """The code of a module, without compiled files for the one that is altered."""
+    """Return the code of a module; compile the replaced module from its other file, and not from a stored compiled file."""
     if loader.path != FILE:
         return _as_it_is(loader, name)
     return compile(Path(SOURCE).read_bytes(), FILE, "exec", dont_inherit=True)

@@ -120,12 +120,12 @@ def warnings_of(run: xr.Dataset) -> list[str]:
 
 
 def counts_of(run: xr.Dataset) -> dict[str, Any]:
-    """Return what the integrator counted."""
+    """Return the statistics of a run, such as the number of steps, by name."""
     return json.loads(run.attrs["statistics"])
 
 
 def balanced(run: xr.Dataset, bound: float = 1e-9, *, terms: tuple[str, ...] = ("load_work",)) -> bool:
-    """Return whether the energy balance closes relative to the energy that is converted, in motion or in some terms."""
+    """Return True if the energy error is below `bound` times the converted energy, which is kinetic or in `terms`."""
     turnover = max(float(run["kinetic_energy"].max()), *(float(np.ptp(run[name].values)) for name in terms))
     return float(np.max(np.abs(run["energy_residual"]))) < bound * turnover
 
@@ -139,7 +139,7 @@ def assert_balance(run: xr.Dataset, bound: float = 1e-8, terms: Iterable[str] = 
 
 @contextmanager
 def one_line_error(*texts: str) -> Iterator[None]:
-    """Expect an InputError of one line that contains some texts."""
+    """Check that the block raises an `InputError` whose message is one line and contains all texts."""
     with pytest.raises(sd.InputError) as caught:
         yield
     assert [text for text in texts if text not in str(caught.value)] == []

@@ -25,37 +25,37 @@ collect_ignore = (
 
 @pytest.fixture(scope="session")
 def array():
-    """The paper's array with ideal joints, driven at 150 rpm."""
+    """Return the paper's array with ideal joints, driven at 150 rpm."""
     return build.array()
 
 
 @pytest.fixture(scope="session")
 def clearance_array():
-    """The array with the paper's clearance at joint A, without friction."""
+    """Return the array with the paper's clearance at joint A, without friction."""
     return build.array(sd.Clearance(0.5e-3))
 
 
 @pytest.fixture(scope="session")
 def hertz_array():
-    """The array with the laws that the clearance-joint literature compares with."""
+    """Return the array with the contact laws with which the literature on clearance joints compares others."""
     return build.array(sd.Clearance(0.5e-3, stiffness=sd.Hertz(), damping=sd.LankaraniNikravesh()))
 
 
 @pytest.fixture(scope="session")
 def frictional_array():
-    """The array with LuGre friction at joint A."""
+    """Return the array with LuGre friction at joint A."""
     return build.array(sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
 
 
 @pytest.fixture(scope="session")
 def clearance_run(clearance_array):
-    """50 ms of the array without friction at the default tolerance."""
+    """Return a run of 50 ms of the array without friction, at the default tolerance."""
     return sd.simulate(clearance_array, until=0.05)
 
 
 @pytest.fixture(scope="session")
 def frictional_run(frictional_array):
-    """50 ms of the array with friction at the default tolerance."""
+    """Return a run of 50 ms of the array with friction, at the default tolerance."""
     return sd.simulate(frictional_array, until=0.05)
 
 

@@ -148,7 +148,7 @@ def mutated(mutation: Mutation | Change) -> str:
 
 
 def law_names() -> tuple[dict[str, dict[str, str]], dict[str, set[str]]]:
-    """Names of the laws by file and class, and which files of the room import a file, transitively."""
+    """Return the names of laws by file and class, and the files of the room that import a file directly or indirectly."""
     names: dict[str, dict[str, str]] = {}
     imports: dict[str, set[str]] = {}
     for path in sorted((PACKAGE / "laws").rglob("*.py")):
@@ -182,7 +182,7 @@ def law_names() -> tuple[dict[str, dict[str, str]], dict[str, set[str]]]:
 
 
 def selection(mutation: Mutation, names, importers) -> str:
-    """The tests that name the law in which a number stands, or any law that it may reach."""
+    """Return pytest's option that selects tests of the law with the number, or of laws that use this law."""
     own = names[mutation.file].get(mutation.owner)
     found = {own} if own else {name for file in importers[mutation.file] for name in names[file].values()}
     words = sorted({word for name in found - {"none"} for word in (name, name.replace("-", "_"))})
@@ -265,7 +265,7 @@ def judge(jobs: list[Job], workers: int, done: dict[str, bool], keep: Callable[[
 
 
 def jobs_of(targets: tuple[Target, ...]) -> list[Job]:
-    """Every mutation with its tests, and before them the same tests on the package as it is."""
+    """Return jobs for all mutations with their tests, after jobs with the same tests on the unchanged package."""
     names, importers = law_names()
     tried = []
     for target in targets:
@@ -289,7 +289,7 @@ def code_of(file: Path) -> str:
 
 @cache
 def sources(tests: tuple[str, ...]) -> str:
-    """A digest of the package, of some test files and of what all tests share: what is kept of a run holds for them only."""
+    """Return a digest of the package, of some test files and of shared test code; stored results are valid for this digest."""
     files = [*PACKAGE.rglob("*.py"), *(HERE / test for test in tests), HERE / "conftest.py", *(HERE / "reference").glob("*.py")]
     files += [helper for test in tests for helper in (HERE / test).parent.glob("[!t]*.py")]
     text = "".join(f"{file.relative_to(HERE.parent)}\n{code_of(file)}" for file in sorted(files))
@@ -297,12 +297,12 @@ def sources(tests: tuple[str, ...]) -> str:
 
 
 def verdict(mutation: Mutation, failing: bool) -> str:
-    """One word for the table."""
+    """Return one word for the table: the result of a mutation."""
     return "noticed" if failing else "equivalent" if mutation.reason else "not noticed"
 
 
 def page(found: list[tuple[Mutation, str]]) -> str:
-    """The table, the equivalents and what was not noticed."""
+    """Return the text of the page: table, equivalent mutations, and mutations that no test noticed."""
     lines = ["| file | numbers | noticed | equivalent | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
     for file in dict.fromkeys(mutation.file for mutation, _ in found):
         verdicts = [verdict for mutation, verdict in found if mutation.file == file]
@@ -329,7 +329,7 @@ def kept(file: Path) -> dict[str, bool]:
 def try_drawn(
     files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]
 ) -> list[tuple[Change, str]]:
-    """Each change drawn or named, and the test file that notices it, empty where none does; one file after another is asked."""
+    """Return each drawn or named change with the first test file that notices it, or "" if none does."""
     everything = [*drawn(PACKAGE, ROOMS, SEED), *named()]
     changes = [each for each in everything if not files or each.file.startswith(tuple(files))]
     tests = {change: tests_of(change.file) for change in changes}

@@ -168,5 +168,5 @@ def of_runs(test: str) -> bool:
 
 
 def tests_of(file: str) -> tuple[str, ...]:
-    """The test files that have to notice a change of a file."""
+    """Return the test files that have to notice a change of a file."""
     return next(tests for pattern, tests in NOTICING.items() if fnmatch(file, pattern))

@@ -19,7 +19,7 @@ Attach = Callable[[sd.Mechanism], sd.Mechanism]
 
 
 def bars() -> sd.Mechanism:
-    """A bar that falls about a pin, with a point at 0.3 m, and one that hangs on its end; the first bends."""
+    """Return a bar that falls about a pin, with a point at 0.3 m, and one that hangs on its end; the first bends."""
     arm = sd.bar("arm", length=LENGTH, mass=MASS, angle=0.4)
     arm = replace(arm, points={**arm.points, "third": (0.3, 0.0)}, angular_velocity=1.0)
     fore = sd.bar("fore", length=0.8, mass=1.0, angle=-1.2)
@@ -123,7 +123,7 @@ def with_tubes(rigid: sd.Mechanism, stiffness: float = 1.0, **how: int) -> sd.Me
 
 
 def oiled(viscosity: float = 0.1) -> sd.Clearance:
-    """A clearance of 0.4 mm with oil in it."""
+    """Return a clearance of 0.4 mm with oil in it."""
     return sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=viscosity))
 
 

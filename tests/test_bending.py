@@ -29,12 +29,12 @@ TUBE: dict[str, Any] = {"bending_stiffness": 42743.0, "axial_stiffness": AXIAL}
 
 
 def cantilever(*, rigidity: float = RIGIDITY, gravity: float = 0.0, **how: int) -> sd.Mechanism:
-    """A bar clamped by its drive."""
+    """Return a bar clamped by its drive."""
     return sd.with_bending(on_pin(BAR, gravity=gravity), **{**BENT, "bending_stiffness": rigidity}, **how).driven(speed=0.0)
 
 
 def array(*, contact: Literal["compliant", "hard"] = "compliant", **options: Any) -> sd.Mechanism:
-    """The array of the paper with a frictionless clearance at A, its bars tubes."""
+    """Return the array of the paper with a frictionless clearance at A, its bars tubes."""
     return sd.with_bending(build.array(sd.Clearance(0.5e-3, contact=contact)), **{**TUBE, **options})
 
 
@@ -81,7 +81,7 @@ def test_elements_give_the_elastica() -> None:
 
 
 def _tip(elements: int, load: float) -> tuple[float, float, float]:
-    """Shortening, deflection and angle at the tip: forces of the elements in balance, by Newton's method."""
+    """Return shortening, deflection and angle at the tip by Newton's method on the balance of the elements' forces."""
     length, q = 1.0 / elements, np.zeros(3 * elements)
     q[0::3] = np.arange(1, elements + 1) * length
 
@@ -391,7 +391,7 @@ def test_an_aligned_guide_clamps_a_bar() -> None:
 
 
 def _struck(modes: int | Literal["auto"]) -> sd.Mechanism:
-    """One unit of tubes whose driven end joint is loose."""
+    """Return one unit of tubes whose driven end joint has clearance."""
     return sd.with_bending(build.array(sd.Clearance(5e-4), units=1), **TUBE, modes=modes)
 
 

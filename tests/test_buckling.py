@@ -17,13 +17,13 @@ BAR, END = sd.bar("bar", length=LENGTH, mass=MASS), sd.Guide("end", ("bar", "end
 
 
 def column(angle: float, *parts: Any, gravity: float = 0.0, rigidity: float = RIGIDITY, **kind: Any) -> sd.Mechanism:
-    """A bar clamped at its start, at an angle."""
+    """Return a bar clamped at its start, at an angle."""
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), *parts, gravity=gravity)
     return sd.with_bending(bar, **{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
 
 
 def portal(load: float, **kind: Any) -> sd.Mechanism:
-    """Two clamped columns of 2 m and a beam of 2 m welded to both, a force down on each corner."""
+    """Return two clamped columns of 2 m and a beam of 2 m welded to both, with a force down on each corner."""
     left = sd.bar("left", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
     right = sd.bar("right", length=LENGTH, mass=MASS, angle=0.5 * math.pi, position=(LENGTH, 0.0))
     beam = sd.bar("beam", length=LENGTH, mass=MASS, position=(0.0, LENGTH))

@@ -35,7 +35,7 @@ MASS = 2.0
 
 
 def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), components=(), gravity=0.0, **laws):
-    """A block alone in a channel along x."""
+    """Return a block alone in a channel along x."""
     points = {"middle": (0.0, 0.0), "front": (0.02, 0.0), "centre": centre}
     body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
     guide = Guide("channel", ("block", "middle"))

@@ -27,12 +27,12 @@ GROUND = (*ORIGIN, ("P", (0.5, 0.0)))
 
 
 def gear_pair(ratio: float = -1.7) -> sd.Mechanism:
-    """Two wheels on the ground, a torque on the pinion."""
+    """Return two coupled wheels on the ground, with a torque on the pinion."""
     return gears(ratio, sd.Torque("load", "pinion", torque=0.7), inertia=(0.02, 0.05), apart=0.5)
 
 
 def coupled_arms(ratio: float = -0.6) -> sd.Mechanism:
-    """A double pendulum whose second arm turns against the first in a ratio to the angle of the first."""
+    """Return a double pendulum whose second arm turns against the first in a ratio to the angle of the first."""
     upper, lower = sd.bar("upper", length=0.3, mass=1.0, angle=0.4), sd.bar("lower", length=0.2, mass=0.7, angle=0.4)
     belt = sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), ratio, offset=-0.4 * ratio)
     return chain(upper, lower, ground={"P": (0.5, 0.0)}, couplings=(belt,))
@@ -163,7 +163,7 @@ def test_vibration_and_rest() -> None:
 
 
 def lifted(coupling: bool) -> sd.Mechanism:
-    """An arm raised by a screw or cylinder from the ground to its end: by a motor's angle, or by the distance itself."""
+    """Return an arm raised by a screw or cylinder from the ground to its end: by a motor's angle, or by the distance itself."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
     distance, length = sd.Distance(("ground", "P"), ("arm", "end")), math.dist((0.5, 0.0), arm.place("end"))
@@ -373,7 +373,7 @@ ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.
 
 
 def arms_with(**parts: object) -> Callable[[], object]:
-    """A run of the arms with other parts."""
+    """Return a run of the arms with other parts."""
     return lambda: sd.simulate(dataclasses.replace(coupled_arms(), **parts), until=0.1)  # type: ignore[arg-type]
 
 

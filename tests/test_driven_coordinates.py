@@ -148,7 +148,7 @@ def test_a_slide_that_reverses_at_two_limits(tmp_path: Path, answer: Callable[..
 
 
 def two_links() -> sd.Mechanism:
-    """Two links whose tip is led along a circle."""
+    """Return two links whose tip is driven along a circle."""
     tip, turn = ("lower", "end"), 0.5 * math.pi
     arms = dataclasses.replace(coupled_arms(), couplings=())
     placed = (dataclasses.replace(arms.bodies[0], angle=1.2), dataclasses.replace(arms.bodies[1], position=None, angle=-0.3))

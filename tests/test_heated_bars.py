@@ -19,14 +19,14 @@ LONG = sd.bar("bar", length=2.0, mass=5.68)
 
 
 def cantilever(*, elements: int = 4, gravity: float = 0.0, guided: bool = False, **more: object) -> sd.Mechanism:
-    """A steel bar clamped by its drive; guided, its other end slides along x."""
+    """Return a steel bar clamped by its drive; guided, its other end slides along x."""
     guides = (sd.Guide("end", ("bar", "end"), (LENGTH, 0.0), math.pi / 2.0),) if guided else ()
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS), gravity=gravity, guides=guides)
     return sd.with_bending(bar, section="solid 20x20 mm", material="steel", elements=elements, **more).driven(speed=0.0)
 
 
 def damped() -> sd.Mechanism:
-    """A free unit with everything that the kernel of modes has: damping, and heat over time."""
+    """Return a free unit with everything that the kernel of modes has: damping, and heat over time."""
     made = sd.scissor(units=1, angle=0.6)
     heat = {"temperature_rise": 80.0, "temperature_difference": 30.0, "time_function": WARMING}
     return sd.with_bending(made, section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)

@@ -16,7 +16,7 @@ FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 
 
 def frame(*, load: tuple[float, float] | None = None, **how: Any) -> sd.Mechanism:
-    """An L: a leg along x that is clamped by its drive, and a leg along y."""
+    """Return an L: a leg along x that is clamped by its drive, and a leg along y."""
     body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
     forces = () if load is None else (sd.Force("load", ("frame", "end"), load),)
     return sd.with_bending(on_pin(body, *forces), bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, **how).driven(speed=0.0)

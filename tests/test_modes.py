@@ -14,7 +14,7 @@ from scissordyn.laws.elastic.linear import Linear
 
 
 def array(angle: float) -> sd.Mechanism:
-    """Two units of bars that bend, driven at 1 rad/s."""
+    """Return two units of bars that bend, driven at 1 rad/s."""
     rigid = sd.scissor(units=2, angle=angle)
     return sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
@@ -69,7 +69,7 @@ def test_a_rod_that_is_driven_has_its_length_in_metres() -> None:
 
 
 def journal(clearance: float, stiffness: object, mass: float = 2.0) -> sd.Mechanism:
-    """A body that hangs in a clearance joint by its mass centre."""
+    """Return a body that hangs in a clearance joint by its mass centre."""
     body = sd.Body("body", mass, 0.1, {"centre": (0.0, 0.0)})
     gap = sd.Clearance(clearance, stiffness=stiffness)
     joint = sd.Revolute("J", ("body", "centre"), ("ground", "O"), clearance=gap)

@@ -32,7 +32,7 @@ CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: its round-off of 1e-12 sh
 
 
 def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> sd.Clearance:
-    """A clearance joint with one of the law pairs, with or without friction."""
+    """Return a clearance joint with one of the law pairs, with or without friction."""
     stiffness, damping = PAIRS[pair]
     friction = sd.NoFriction() if kinetic is None else sd.LuGre(kinetic=kinetic)
     # the reference has damping by the approach speed alone
@@ -40,7 +40,7 @@ def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> sd.Clearan
 
 
 def assert_agree(mechanism: sd.Mechanism, model: Model, joints: Sequence[str], *, contacts: int, tolerance: float) -> None:
-    """The package's run and a reference model's have the same contacts, eccentricities, torque and energies."""
+    """Check that a run and a reference model have equal contacts, eccentricities, torques and energies."""
     reference = March(model, rtol=tolerance, atol=tolerance).run(0.03, most_contacts=contacts)
     end = reference.pieces[-1].end
     # a microsecond more, so that the last contact has ended in this formulation too
@@ -170,7 +170,7 @@ class FreeMass:
         return np.zeros(1), np.array([self.speed])
 
     def relative(self, t, q, v):
-        """The surface does not move."""
+        """Return the surface does not move."""
         return [Relative(q[0], 0.0, v[0], 0.0, 0.0, 0.0)]
 
     def accelerate(self, t, q, v, loads):

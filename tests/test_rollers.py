@@ -16,7 +16,7 @@ LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
 
 
 def beam(car: sd.Body, *, gravity: float = 9.81, modes: int = 8, parts: Any = None, **roller: Any) -> sd.Mechanism:
-    """A bar on two supports, and a car on it."""
+    """Return a bar on two supports, and a car on it."""
     made = sd.Mechanism(
         (sd.bar("beam", length=LENGTH, mass=MASS), car),
         (sd.Revolute("O", ("beam", "start"), ("ground", "O")),),
@@ -73,7 +73,7 @@ def test_a_load_that_moves_along_a_bar() -> None:
 
 
 def block(**roller: Any) -> sd.Mechanism:
-    """A block on two wheels that slides along a bar that turns and bends, damped and heavy."""
+    """Return a block on two wheels that slides along a bar that turns and bends, damped and heavy."""
     car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(6.0, 0.0))
     made = sd.Mechanism(
         (sd.bar("arm", length=LENGTH, mass=MASS), car),

@@ -22,7 +22,7 @@ ELASTIC = sd.Clearance(1e-4, damping=sd.Flores(1.0), friction=FREE)
 
 
 def pair(ratio: float, transmission: Any, *parts: Any, load: float = LOAD) -> sd.Mechanism:
-    """Two wheels on the ground, the pinion driven at a constant speed, a load on the other."""
+    """Return two wheels on the ground: a pinion driven at constant speed, and a loaded wheel."""
     loaded = gears(ratio, sd.Torque("load", "wheel", torque=load), *parts, apart=APART, transmission=transmission)
     return loaded.driven(speed=5.0, body="pinion")
 
@@ -35,7 +35,7 @@ def relation(mechanism: sd.Mechanism) -> sd.Mechanism:
 
 
 def last(run: Any, variable: str, **where: str) -> np.ndarray:
-    """A vector at the last sample."""
+    """Return a vector at the last sample."""
     return np.asarray(run[variable].sel(where).values[-1])
 
 
@@ -111,7 +111,7 @@ def test_belts() -> None:
 
 
 def rack(transmission: Any, ratio: float = 0.05) -> sd.Mechanism:
-    """A driven pinion above or below a horizontal rack that pulls 40 N."""
+    """Return a driven pinion above or below a horizontal rack that pulls 40 N."""
     bar = wheel("rack", 0.02, (0.1, -ratio), mass=2.0)
     return sd.Mechanism(
         bodies=(wheel("pinion", 0.001), bar),
@@ -139,7 +139,7 @@ def test_rack(ratio: float) -> None:
 
 
 def nut(transmission: Any) -> sd.Mechanism:
-    """A nut in a guide, pushed back by 100 N, on the screw of a motor."""
+    """Return a nut in a guide, pushed back by 100 N, on the screw of a motor."""
     block = wheel("nut", 0.01, (0.2, 0.0), mass=2.0)
     return sd.Mechanism(
         bodies=(block, wheel("motor", 1e-4)),
@@ -162,7 +162,7 @@ def test_screw() -> None:
 
 
 def loaded_planetary(transmission: Any) -> sd.Mechanism:
-    """A planetary gear whose sun is driven, with a load on its arm."""
+    """Return a planetary gear whose sun is driven, with a load on its arm."""
     return planetary(sd.Torque("load", "arm", torque=-1.0), transmission=transmission).driven(speed=1.0, body="sun")
 
 
@@ -186,7 +186,7 @@ def test_planetary_gear() -> None:
 
 
 def train(seed: int, *, gravity: float = 9.81) -> sd.Mechanism:
-    """A carriage in an aligned guide with two coupled wheels or a rack, a welded crank, a loose pendulum, springs, friction."""
+    """Return a carriage in an aligned guide with coupled wheels or a rack, a welded crank, a loose pendulum and springs."""
     random = np.random.default_rng(seed)
     turn, size, kind = float(random.uniform(-3.0, 3.0)), float(random.uniform(0.05, 0.5)), seed % 6
     x, y = (random.uniform(0.4, 1.0, 2) * size).tolist()

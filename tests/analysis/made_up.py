@@ -10,7 +10,7 @@ BODIES = ["unit 1/bar 1", "unit 1/bar 2", "unit 2/bar 1", "unit 2/bar 2", "slide
 
 
 def named(dims: tuple[str, ...], values: object, units: str) -> tuple[tuple[str, ...], object, dict[str, str]]:
-    """Name a variable as runs do."""
+    """Return a variable of a run: dimensions, values and attributes with the unit."""
     return dims, values, {"units": units, "long_name": "made up"}
 
 
@@ -22,7 +22,7 @@ def made_up_run(
     orbit: np.ndarray | None = None,
     **attributes: float,
 ) -> xr.Dataset:
-    """Make up a run with joint A in contact during these spans; a span without end has NaN there."""
+    """Make up a run with joint A in contact during `spans` [s]; the end of a span that lasts to the end of the run is NaN."""
     time = np.linspace(0.0, end, instants)
     start = np.array([span[0] for span in spans], float)
     duration = np.array([span[1] - span[0] for span in spans], float)
@@ -62,7 +62,7 @@ def made_up_run(
 
 
 def logistic(r: float, count: int, *, start: float = 0.3, skip: int = 500) -> np.ndarray:
-    """Iterate x -> r x (1 - x)."""
+    """Return the iterates of the logistic map x -> r x (1 - x), without the first `skip`."""
     values, x = np.empty(count), start
     for k in range(skip + count):
         x = r * x * (1.0 - x)
@@ -72,7 +72,7 @@ def logistic(r: float, count: int, *, start: float = 0.3, skip: int = 500) -> np
 
 
 def henon(count: int) -> np.ndarray:
-    """Iterate the Henon map (1.4, 0.3), shape (count, 2)."""
+    """Return the iterates of the Henon map with a = 1.4 and b = 0.3, shape (count, 2)."""
     values, x, y = np.empty((count, 2)), 0.1, 0.1
     for k in range(100 + count):
         x, y = 1.0 - 1.4 * x * x + y, 0.3 * x
@@ -85,6 +85,6 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 def rotation(count: int, number: float = GOLDEN) -> np.ndarray:
-    """Rotate the circle by a fraction of a revolution, shape (count, 2)."""
+    """Return points that rotate on the unit circle by the fraction `number` of a revolution each, shape (count, 2)."""
     turned = 2.0 * np.pi * number * np.arange(count)
     return np.stack([np.cos(turned), np.sin(turned)], axis=1)

@@ -18,7 +18,7 @@ from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 
 
 def settling(values: np.ndarray) -> np.ndarray:
-    """Put a transient in front that has died out before the middle."""
+    """Return the values with a transient added that decays before the middle."""
     return values + np.exp(-0.5 * np.arange(len(values)))
 
 
@@ -111,7 +111,7 @@ def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: st
 
 
 def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
-    """A run of one flash every ten samples, at which the journal is where the map says [clearances]."""
+    """Return a run with one flash per ten samples, at which the journal is at the next point of `map_` [clearances]."""
     instants = 10 * (len(map_) - 1) + 1
     orbit = np.zeros((instants, 2))
     orbit[::10] = CLEARANCE * map_

@@ -12,14 +12,14 @@ from scissordyn.cli.main import status_of
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty folder to work in."""
+    """Return an empty folder, which is the current folder of the test."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
 def said(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
-    """Types a command: its status and stderr, which is one line if it fails, and nothing otherwise."""
+    """Return a function that runs a command and returns status and stderr, which is one line if it fails and else empty."""
 
     def typed(*arguments: str) -> tuple[int, str]:
         status = status_of(arguments)
@@ -35,7 +35,7 @@ def said(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
 
 @pytest.fixture
 def refused(capfd: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Types a command that is refused: the one line on stderr; the status is 2, and nothing else is printed."""
+    """Return a function that runs a command with bad input, checks that its status is 2, and returns its line on stderr."""
 
     def typed(*arguments: str) -> str:
         capfd.readouterr()

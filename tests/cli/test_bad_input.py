@@ -53,7 +53,7 @@ LINES = (
 
 ENTRY = re.compile(r"^(\s*[\w.-]+\s*=\s*)([^\n#]*)", re.MULTILINE)
 UNITS_KEY = re.compile(r"\bunits = (\d[\d_]*)")
-MOST_UNITS = 40  # A larger array that can be computed takes its time and shows nothing new
+MOST_UNITS = 40  # Largest number of units in a case; larger arrays take long and test nothing else
 
 INNER = re.compile(r'([\w-]+ = )("[^"\n]*"|[-\w.]+)')
 
@@ -68,7 +68,7 @@ def _value(chance: random.Random) -> str:
 
 
 def _scaled(number: str, chance: random.Random) -> str:
-    """Another number of any size, zero or of the other sign now and then; a whole one stays whole."""
+    """Return another number of random size, sometimes zero or with the opposite sign; an integer is replaced by an integer."""
     factor = chance.choice((-1.0, 0.0, 0.5, 2.0, 10.0 ** chance.randint(-14, 14), 10.0 ** chance.uniform(-3.0, 3.0)))
     scaled = float(number) * factor
     broken = "." in number or chance.random() < 0.5 or not math.isfinite(scaled)
@@ -76,7 +76,7 @@ def _scaled(number: str, chance: random.Random) -> str:
 
 
 def _number(found: str, chance: random.Random) -> str:
-    """The value with another number and its own unit."""
+    """Return a value with its number replaced and its unit unchanged."""
     numbers = list(re.finditer(r"[-+]?\d+\.?\d*", found))
     if not numbers:
         return _value(chance)
@@ -87,7 +87,7 @@ def _number(found: str, chance: random.Random) -> str:
 
 
 def _mutated(text: str, chance: random.Random) -> str:
-    """One slip."""
+    """Return the text with one random mistake."""
     kind, lines = chance.random(), text.split("\n")
     at = chance.randrange(len(lines))
     if kind < 0.85:
@@ -115,7 +115,7 @@ def _examples() -> list[str]:
 
 
 def mutated_cases(count: int, seed: int = 1) -> Iterator[str]:
-    """Texts of case files, each with one to three slips; the same for the same seed."""
+    """Yield texts of case files, each with one to three random mistakes; equal seeds give equal texts."""
     chance = random.Random(seed)
     texts = _examples()
     made = 0
@@ -141,7 +141,7 @@ OTHER_VALUES = {
 
 
 def _altered(text: str, chance: random.Random) -> str:
-    """One number times a factor, one table less or twice, or another word: a file that may well be meant."""
+    """Return the text with one number scaled, one table removed or doubled, or one word replaced; the file is plausible."""
     kind, tables = chance.random(), re.split(r"(?m)^(?=\[)", text)
     if kind < 0.7:
         entry = chance.choice([place for place in ENTRY.finditer(text) if PLAIN_NUMBER.search(place[2])])
@@ -161,7 +161,7 @@ def _altered(text: str, chance: random.Random) -> str:
 
 
 def altered_cases(count: int, seed: int = 1) -> Iterator[str]:
-    """Texts of case files that differ from an example in one number, table or word; the same for the same seed."""
+    """Yield texts of case files that differ from an example in one number, table or word; equal seeds give equal texts."""
     chance = random.Random(seed)
     texts = _examples()
     for _ in range(count):
@@ -172,7 +172,7 @@ Said = Callable[..., tuple[int, str]]
 
 
 def tried(said: Said, folder: Path, texts: Iterable[str]) -> list[int]:
-    """Statuses of `run` for some files; `check` takes and refuses the same ones."""
+    """Run case files and return the statuses; check that `check` accepts and refuses the same files as `run`."""
     statuses = []
     for number, text in enumerate(texts):
         (folder / "case.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
@@ -251,7 +251,7 @@ MALFORMED = (None, "", "{", "[]", "3", "null", '{"mechanism": 3}', '{"mechanism"
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """A saved run."""
+    """Return a saved run."""
     path = tmp_path_factory.mktemp("saved") / "run.nc"
     arguments = ["run", str(EXAMPLES / "paper.toml"), "-o", str(path), "--samples", "3", "--set", "run.until=0.1 ms"]
     assert status_of(arguments) == 0
@@ -260,7 +260,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def diagram(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
-    """A saved bifurcation diagram, with the arguments that continue it."""
+    """Return a saved bifurcation diagram that the arguments `SCAN` continue."""
     path = tmp_path_factory.mktemp("diagram") / "diagram.nc"
     assert status_of(["bifurcation", *SCAN, "-o", str(path)]) == 0
     return load(path)

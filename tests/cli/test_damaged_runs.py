@@ -36,7 +36,7 @@ UNITS: tuple[Any, ...] = ("", "furlong", "1", "m", "N m/s^2", 3, 2.5, np.array([
 
 
 def damaged_run(whole: Path, target: Path, number: int) -> None:
-    """Write a damaged copy of a run; the same for the same number."""
+    """Write a damaged copy of a run; equal numbers give equal damage."""
     chance = random.Random(number)
     if chance.random() < 0.15:
         target.write_bytes(_bytes(whole.read_bytes(), chance))
@@ -59,7 +59,7 @@ def _loaded(path: Path) -> xr.Dataset:
 
 
 def _bytes(content: bytes, chance: random.Random) -> bytes:
-    """A file that is cut off, or in which some bytes are others."""
+    """Return the content cut off, or with some bytes replaced."""
     if chance.random() < 0.5:
         return content[: chance.randrange(len(content))]
     changed = bytearray(content)
@@ -69,7 +69,7 @@ def _bytes(content: bytes, chance: random.Random) -> bytes:
 
 
 def _attribute(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
-    """An attribute of the run is lost or another; those that the commands read more often."""
+    """Return the run with an attribute removed or replaced; attributes that commands read are chosen more often."""
     name = chance.choice((*run.attrs, *("end", "title", "configuration", "status", "trusted_until", "statistics", "warnings")))
     attributes = {key: value for key, value in run.attrs.items() if key != name}
     text = run.attrs.get(name)
@@ -84,7 +84,7 @@ def _attribute(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
 
 
 def _about(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
-    """Unit or long name of a variable are lost or others."""
+    """Return the run with unit or long name of a variable removed or replaced."""
     changed = run.copy(deep=True)
     about = changed[chance.choice(list(map(str, run.variables)))].attrs
     name = chance.choice(("units", "units", "long_name", "scale_factor"))
@@ -96,7 +96,7 @@ def _about(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
 
 
 def _variable(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
-    """A variable is lost, cut, of another type or dimension, or has other numbers."""
+    """Return the run with a variable removed or cut, or with another type, dimension or numbers."""
     name = chance.choice(list(map(str, run.variables)))
     old, kind = run[name], chance.random()
     if kind < 0.3:
@@ -127,7 +127,7 @@ def _variable(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    """Saved runs: of the paper's array with its horizon, and of a lift with end stops and a rod."""
+    """Return the paths of saved runs: the paper's array with its horizon, and a lift with end stops and a rod."""
     folder, made = tmp_path_factory.mktemp("whole"), []
     for name, until, extra in (("paper", "2 ms", ("--trust",)), ("lift", "20 ms", ())):
         made.append(folder / f"{name}.nc")
@@ -150,17 +150,17 @@ DRAWING = (
     ("animate", "damaged.nc", "film.html"),
 )
 AGAIN = ("run", "damaged.nc", "--events", "3")
-DRAWN = 10  # One of so many files is drawn, which takes a second and more, and one of so many is run again
+DRAWN = 10  # One of this number of files is drawn, which takes seconds, and one of this number is run again
 
 
 def command_of(number: int) -> tuple[str, ...]:
-    """The command that a damaged file is given to."""
+    """Return the command that reads the damaged file with this number."""
     turn = number // DRAWN
     return {3: DRAWING[turn % len(DRAWING)], 7: AGAIN}.get(number % DRAWN, READING[(number + turn) % len(READING)])
 
 
 def tried(said: Said, whole: list[Path], first: int, last: int) -> set[int]:
-    """Statuses of a command on each of some damaged runs; all of them come in turn."""
+    """Run a command on damaged runs, a different command for each in turn, and return the statuses."""
     found = set()
     for number in range(first, last):
         sound = whole[number % 2]
@@ -196,7 +196,7 @@ def test_a_flipped_bit_is_noticed_by_every_command(said: Said, whole: list[Path]
 
 
 def without(values: xr.DataArray, name: str) -> xr.DataArray:
-    """Values that have lost an attribute."""
+    """Return values with an attribute removed."""
     return values.drop_attrs(deep=False).assign_attrs({key: value for key, value in values.attrs.items() if key != name})
 
 

@@ -22,7 +22,7 @@ def mechanism(*parts: str) -> str:
 
 
 def said(text: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, command: str = "check") -> tuple[int, str]:
-    """Status and output of a command on a case."""
+    """Run a command on a case with this text; return status and output."""
     case = tmp_path / "case.toml"
     case.write_text(text)
     status = status_of([command, str(case)])

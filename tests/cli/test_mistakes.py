@@ -44,7 +44,7 @@ STUDY = 'case = "case.toml"\nmeasures = ["peak_force"]\n[vary]\n"A.clearance" = 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a case, a study, a saved run, measured data and drawings of other programs."""
+    """Return a folder with a case, a study, a saved run, measured data and drawings of other programs."""
     place = tmp_path_factory.mktemp("mistakes")
     (place / "case.toml").write_text(CASE, encoding="utf-8")
     (place / "study.toml").write_text(STUDY, encoding="utf-8")
@@ -224,7 +224,7 @@ def test_names_with_equals_signs_can_be_varied() -> None:
 
 
 def slips() -> Iterator[tuple[str, str, str]]:
-    """Every public function that compares its arguments, with its longest keyword, and the same with a letter left out."""
+    """Yield each public function that checks keywords, with its longest keyword, and this keyword without one letter."""
     for name in sd.__all__:
         called = getattr(sd, name)
         if not hasattr(called, "__wrapped__"):

@@ -21,7 +21,7 @@ BAD = "a;touch pasted $(touch pasted) `touch pasted` 'b\" &"
 
 
 def shown(capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """Commands in what was shown since the last time: from the word to the end of the line."""
+    """Return the commands in the output since the last call: texts from the program's name to the end of the line."""
     said = capsys.readouterr()
     return re.findall(r"scissordyn (?:study|new|run|explore|sweep) .*$", said.out + said.err, re.MULTILINE)
 
@@ -88,7 +88,7 @@ OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a num
 
 @pytest.fixture(scope="module")
 def nodes() -> list[tuple[Path, ast.expr]]:
-    """All texts with placeholders and all errors in the sources of the package, with their files."""
+    """Return all texts with placeholders and all errors in the sources of the package, with their files."""
     trees = ((path, ast.parse(path.read_text(encoding="utf-8"))) for path in SOURCES.rglob("*.py"))
     return [(path, node) for path, tree in trees for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Call)]
 

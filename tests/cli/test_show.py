@@ -55,7 +55,7 @@ def test_one_number_in_words() -> None:
 
 
 def small_run() -> xr.Dataset:
-    """Three contacts of two joints, the last one unfinished, with numbers that can be added up by hand."""
+    """Return a run with three contacts of two joints, the last one unfinished, whose numbers are easy to add up."""
     along = "contact"
     return xr.Dataset(
         {

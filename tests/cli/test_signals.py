@@ -248,7 +248,7 @@ ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 
 def shell(command: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
-    """A command of bash, whose status is that of the program."""
+    """Run a command by bash and return its result; the status of a pipe is that of the program."""
     line = f"set -o pipefail; {command}"
     variables = {**os.environ, **environment}
     return subprocess.run(["bash", "-c", line], cwd=folder, env=variables, capture_output=True, timeout=300, check=False)

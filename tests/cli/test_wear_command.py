@@ -43,7 +43,7 @@ atol = 1e-6
 
 @pytest.fixture
 def case(folder: Path) -> str:
-    """The name of a case file whose joint wears fast."""
+    """Return the name of a case file whose joint wears fast."""
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     return "case.toml"
 

@@ -134,7 +134,7 @@ reason = "as placed"
 
 
 def made(folder: Path, name: str, text: str = DECLARED) -> Path:
-    """A folder of mechanisms with one that is written there."""
+    """Write a mechanism with this text to a folder of mechanisms; return the folder."""
     place = folder / name
     place.mkdir(parents=True)
     (place / DECLARATION).write_text(text, encoding="utf-8")

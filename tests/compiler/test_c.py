@@ -217,7 +217,7 @@ def test_the_right_hand_side_and_guards_are_the_same_in_c(name, tmp_path):
 
 
 def arithmetic(i, j, x, y):
-    """Operators whose meaning differs between Python and C."""
+    """Return results of operators whose meaning differs between Python and C."""
     low, high = min(x, y), max(x, y, 0.25)
     total = i // j + i % j + abs(i) + int(x)
     if not 0.0 <= low < high or i in (2, -3):

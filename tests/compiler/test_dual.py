@@ -41,7 +41,7 @@ class Dual(ctypes.Structure):
 
 
 def library_of(recipes: list[Recipe]) -> Mapping[Recipe, Callable[..., Dual]]:
-    """The kernels with derivatives."""
+    """Return the kernels with derivatives."""
     unit = Unit(derivatives=DERIVATIVES)
     for recipe in recipes:
         unit.kernel(recipe)
@@ -64,7 +64,7 @@ def inputs_of(recipe: Recipe) -> list[tuple[int, int]]:
 
 
 def with_derivatives(kernel: Callable[..., Dual], inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]):
-    """Results, the returned number last, and their derivatives."""
+    """Return the results of a kernel, the returned number last, and their derivatives."""
     numbers, parameters = np.zeros((4, 24, DERIVATIVES + 1)), np.zeros((row.size, DERIVATIVES + 1))
     numbers[..., 0], parameters[:, 0] = inputs, row
     for k, (kind, place) in enumerate(places):
@@ -75,7 +75,7 @@ def with_derivatives(kernel: Callable[..., Dual], inputs: np.ndarray, row: np.nd
 
 
 def precise_math() -> types.SimpleNamespace:
-    """The functions of `math`, of 40 digits."""
+    """Return the functions of `math` with 40 digits."""
     names = {name: getattr(PRECISE, name, value) for name, value in vars(math).items() if callable(value)}
     names["copysign"] = lambda x, y: abs(x) if y >= 0 else -abs(x)
     names["floor"] = lambda x: int(PRECISE.floor(x))
@@ -87,7 +87,7 @@ def precise_math() -> types.SimpleNamespace:
 
 @cache
 def precise(function: Any) -> Any:
-    """A kernel in Python that calculates with 40 digits, and so do all that it calls."""
+    """Return a kernel in Python that calculates with 40 digits, also in the functions that it calls."""
     if isinstance(function, types.ModuleType):
         return precise_math() if function is math else function
     function = python_of(function)
@@ -106,7 +106,7 @@ def precise(function: Any) -> Any:
 
 
 def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
-    """Derivatives by central differences of 40 digits, the error of which is about 1e-20."""
+    """Return derivatives by central differences with 40 digits, whose error is about 1e-20."""
     kernel = Recipe(precise(recipe.function), *recipe[1:3]).python()
 
     def results(place: tuple[int, int], change: Any) -> list[Any]:
@@ -179,7 +179,7 @@ ZERO_PARAMETERS = {"Beam force": (3,), "feed-forward torque": (6,)}
 
 
 def all_functions(x, y):
-    """Functions and operators with derivatives by two numbers between 0 and 1."""
+    """Return values of functions and operators that have derivatives by two numbers between 0 and 1."""
     a = math.sqrt(x) + math.cbrt(y) * math.cos(x) - math.sin(y) / math.tan(x + y)
     b = math.acos(x) + math.asin(y) * math.atan(x) + math.atan2(x, -y) + math.hypot(x, y)
     c = math.cosh(x) + math.sinh(y) * math.tanh(x) + math.acosh(1.0 + x) + math.asinh(y) + math.atanh(x * y)

@@ -54,7 +54,7 @@ PORTS = {"line": LINE, "hinge": HINGE, "travel": TRAVEL, "point": POINT, "frame"
 
 
 def port_at(port: int, maps: F1, out: F1, q: F1, v: F1, forces: F1) -> None:
-    """Coordinates and rates of a port, and its forces on its six rows, from these rows and their rates."""
+    """Compute coordinates and rates of a port from its six rows and their rates, and the forces of the port on the rows."""
     rows = maps[0], maps[1], maps[2], maps[3], maps[4], maps[5], maps[6], maps[7], maps[8], maps[9], maps[10], maps[11]
     angle = math.atan2(maps[3], maps[2]) - math.atan2(maps[5], maps[4])
     sense_port(port, rows, angle, q, v)

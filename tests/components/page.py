@@ -18,16 +18,16 @@ def outputs(section: str) -> str:
 
 
 def parts() -> dict[str, str]:
-    """The sections of the page by their headings."""
+    """Return the sections of the page by heading."""
     pieces = re.split(r"^## (.*)$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     return dict(zip(pieces[1::2], pieces[2::2], strict=True))
 
 
 def snippets(text: str, language: str = "toml") -> list[str]:
-    """The blocks of code of a text in a language."""
+    """Return the blocks of code in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 def heading(section: str) -> str:
-    """The heading of a component."""
+    """Return the heading of a component."""
     return f"`[[{section}]]`"

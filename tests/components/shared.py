@@ -24,7 +24,7 @@ METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}
 
-ENDS = ("ground", "O"), ("ball", "centre")  # Of a component on the ball
+ENDS = ("ground", "O"), ("ball", "centre")  # End points of a component between ground and ball
 
 
 def ball_on(
@@ -60,7 +60,7 @@ def phases(
     mode: int = 0,
     limit: int = 50,
 ) -> tuple[list[float], list[int], Callable[[np.ndarray], np.ndarray]]:
-    """Integrate by scipy; at the event of its mode the integration changes the mode and goes on.
+    """Integrate by scipy; at the event of the present mode the mode changes and the integration continues.
 
     Returns instants of the changes, modes after them, and the solution at any instants.
     """

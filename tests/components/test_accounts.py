@@ -85,7 +85,7 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
 
 
 def pushing(length, rate, strength):
-    """A damper of the wrong sign, which says so of its dissipation: force and account agree."""
+    """Return force, stored energy and dissipation of a damper with negative coefficient, whose dissipation is negative."""
     return -strength * rate, 0.0, -strength * rate * rate
 
 

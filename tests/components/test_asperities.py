@@ -38,7 +38,7 @@ def excess(power: float, x: float) -> float:
 
 
 def acting(one: Film, e: float, rate: tuple[float, float] = (0.0, 0.0), speed: float = 0.0) -> np.ndarray:
-    """Return what the kernel returns for a journal at e along x [m]."""
+    """Return the results of the film kernel for a journal at the eccentricity e along x [m]."""
     numbers = one.parameters((0.0, 0.0, 0.0))
     return np.array(plain(e, 0.0, 0.0, *rate, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers)))
 
@@ -160,7 +160,7 @@ def test_film_and_asperities_against_an_average_flow_program(x: float, rate: tup
 
 
 def loaded(load: float, **given) -> sd.Mechanism:
-    """A shaft that does not turn, in a bearing of 40 um, with a load as its weight."""
+    """Return a shaft that does not turn, in a bearing with 40 um of clearance, with a load as its weight."""
     return shaft_in_bearing(load, sd.Lubrication(viscosity=0.01, bearing="short", **given), friction=sd.NoFriction())
 
 
@@ -191,7 +191,7 @@ def test_asperities_carry_a_load_at_rest() -> None:
 
 
 def rough(roughness: float, viscosity: float, clearance: float = 2e-4, friction=None) -> sd.Mechanism:
-    """The paper's array with oil in joint A."""
+    """Return the paper's array with oil and rough surfaces in joint A."""
     oil = sd.Lubrication(viscosity=viscosity, roughness=roughness)
     return array(sd.Clearance(clearance, friction=friction or sd.NoFriction(), lubrication=oil))
 
@@ -206,7 +206,7 @@ def test_step_matrix_where_asperities_carry(distance: float, step: float) -> Non
     start[n : 2 * n] += random.normal(size=n)
 
     def gap(size: float) -> float:
-        """Distance of the mean planes, in roughnesses, after a step of this size along a random direction [m]."""
+        """Return the distance of the mean planes in roughnesses after a displacement of `size` [m] in a random direction."""
         functions.rate(0.0, start + size * moved, system.address, np.zeros(start.size))
         return (2e-4 - math.hypot(*system.content.work.coordinates[0, :2])) / 4e-6
 

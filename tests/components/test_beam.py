@@ -35,7 +35,7 @@ def mean(function: Callable[[float], float]) -> float:
 
 
 def defined(x: float, y: float, angle: float) -> tuple[float, float]:
-    """Stored energy [J] and strain of the axis, as the docstring of the element defines them."""
+    """Return stored energy [J] and strain of the axis by the definition in the docstring of the element."""
     chord, turn = math.hypot(x, y), math.atan2(y, x)
     ends = -turn, angle - turn
     closed = brentq(

@@ -28,7 +28,7 @@ FULL = {
 
 
 def plate_on(bushing: Bushing) -> Mechanism:
-    """A rigid body on a bushing at its mass centre."""
+    """Return a rigid body on a bushing at its mass centre."""
     plate = sd.Body("plate", 2.0, 0.03, {"eye": (0.0, 0.0)}, position=(0.02, 0.01), angle=math.radians(20.0))
     return Mechanism((plate,), components=(bushing,), ground=(("O", (0.0, 0.0)),), gravity=0.0)
 

@@ -20,7 +20,7 @@ ball = partial(ball_on, mass=MASS, gravity=GRAVITY)
 
 
 def drop(damping: float) -> tuple[float, float, float]:
-    """Closed form of a drop onto a cable: when it is taut, when it is slack, and its speed upwards then.
+    """Return instants at which a cable is taut and slack when a mass drops on it, and the speed upwards then, in closed form.
 
     From rest, HEIGHT above the length at which the cable is taut; with the stretch s, s'' + 2 b s' + w^2 s = g.
     """

@@ -22,7 +22,7 @@ MASS, G = 0.5, 9.81
 
 
 def circle(pairs: int = 91) -> tuple[tuple[float, float], ...]:
-    """An eccentric circle about the cam's axis."""
+    """Return the profile of an eccentric circle about the axis of the cam."""
     angles = np.linspace(0.0, 2.0 * math.pi, pairs)
     radii = E * np.cos(angles) + np.sqrt(A * A - E * E * np.sin(angles) ** 2)
     radii[-1] = radii[0]
@@ -30,7 +30,7 @@ def circle(pairs: int = 91) -> tuple[tuple[float, float], ...]:
 
 
 def lift(turn: Any, length: float = A + B) -> Any:
-    """Height of the roller above the axis, whose circle has its centre at an angle."""
+    """Return the height of the roller above the axis [m]; `turn` is the angle of the circle's centre."""
     return E * np.sin(turn) + np.sqrt(length**2 - (E * np.cos(turn)) ** 2)
 
 
@@ -45,7 +45,7 @@ def bend(turn: Any) -> Any:
 
 
 def tappet(speed: float, angle: float, push: float = 0.0, **law: float) -> Mechanism:
-    """A roller in a vertical guide above a driven eccentric circle."""
+    """Return a roller in a vertical guide above a driven eccentric circle."""
     wheel = sd.Body("wheel", mass=1.0, inertia=1e-3, points={"axis": (0.0, 0.0)}, position=(0.0, 0.0), angle=angle)
     cam = sd.Cam("cam", ("wheel", "axis"), ("follower", "centre"), circle(), B, **{"restitution": 1.0, **law})
     # it starts as deep as its force presses it in

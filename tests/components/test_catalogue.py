@@ -49,20 +49,20 @@ class Paddle:
 
 
 def example(section: str) -> str:
-    """The case file of a component's example."""
+    """Return the case file of the example of a component."""
     (own,) = [text for text in snippets(parts()[heading(section)]) if f"[[{section}]]" in text]
     return BASE + "\n" + own
 
 
 def run_of(mechanism: Mechanism) -> xr.Dataset:
-    """A short run."""
+    """Return a short run of a mechanism."""
     run = sd.simulate(mechanism, until=0.1, samples=11)
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     return run
 
 
 def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int) -> None:
-    """The symbol is in a picture, in a film and in its page, with its name, and inside the frame or on its edge."""
+    """Check that a symbol is in a picture, a film and the film's page, with its name, and not outside the frame."""
     axes = structure(run, mechanism, times=[float(run["time"][3])])[0]
     assert name in [text.get_text() for text in axes.texts]
     placed = Placement.at(mechanism, run, [3])

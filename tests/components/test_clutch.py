@@ -18,7 +18,7 @@ REDUCED = ONE * OTHER / (ONE + OTHER)
 
 
 def rotors(**options: object) -> sd.Mechanism:
-    """Two balanced rotors on the ground with a clutch between them; the first turns."""
+    """Return two balanced rotors on the ground with a clutch between them; the first one turns."""
     bodies = wheel("one", ONE, angular_velocity=SPEED), wheel("other", OTHER, angular_velocity=0.0)
     clutch = sd.Clutch("clutch", "one", CAPACITY, base="other", yield_angle=YIELD, **options)  # type: ignore[arg-type]
     joints = tuple(sd.Revolute(f"{body.name} pin", (body.name, "c"), ("ground", "O")) for body in bodies)

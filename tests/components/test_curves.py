@@ -30,7 +30,7 @@ ball = partial(ball_on, mass=0.8)
 
 
 def wheel(*components: Any, **more: Any) -> Mechanism:
-    """A disc of 0.02 kg m^2 on a pin."""
+    """Return a disc of 0.02 kg m^2 on a pin."""
     return on_pin(build.wheel("disc", 0.02, **more), *components)
 
 
@@ -175,7 +175,7 @@ def test_run_up_of_an_asynchronous_motor() -> None:
 
 
 def cart(*components: Any, speed: float = 0.0) -> Mechanism:
-    """A cart of 2 kg on a rail of another one of 3 kg, both free along it."""
+    """Return a cart of 2 kg on a rail of another cart of 3 kg; both are free along the rail."""
     bodies = tuple(
         dataclasses.replace(sd.point_mass(name, mass=mass, position=(x, 0.0)), velocity=(v, 0.0))
         for name, mass, x, v in (("cart", 2.0, 0.5, speed), ("base", 3.0, 0.0, 0.0))

@@ -26,7 +26,7 @@ SOMMERFELD = {0.2: 0.631, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188}  # Raimondi and 
 
 
 def film(model: str = "finite", **given) -> Film:
-    """A bearing of one diameter."""
+    """Return a film in a bearing whose length is one diameter."""
     return Film(
         "film", *BEARING, **{"viscosity": 0.05, "clearance": 1e-4, "radius": 0.02, "length": 0.04, "model": model, **given}
     )
@@ -114,7 +114,7 @@ def test_a_squeeze_under_a_constant_load(model: str, last: float) -> None:
     one, load = film(model, full=True, roughness=1e-9), 1000.0
 
     def duration(e: float) -> float:
-        """Time per unit of eccentricity: the force at one clearance a second, over the load."""
+        """Return the time per unit of eccentricity ratio: the force at a speed of one clearance per second, over the load."""
         return -acting(one, e * one.clearance, 0.0, x_rate=one.clearance)[0] / load
 
     found = quad(duration, 0.0, last, epsrel=1e-12, limit=200)[0]
@@ -220,7 +220,7 @@ def test_a_shaft_settles_where_its_load_belongs() -> None:
 
 
 def oiled(**given) -> sd.Mechanism:
-    """The paper's array with oil in joint A."""
+    """Return the paper's array with oil in joint A."""
     oil = sd.Lubrication(**{"viscosity": 0.05, **given})
     return array(sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=oil))
 

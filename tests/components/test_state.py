@@ -14,17 +14,17 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.tolerance import Tolerances, error_weights
 
-TORQUE = 2.0  # Of the dashpot at the speed of the tests [N m]
+TORQUE = 2.0  # Torque of the dashpot at the speed of the tests [N m]
 
 
 def creep_force(angle, speed, twist, stiffness, viscosity):
-    """A torsion spring and a dashpot in series; the state is the dashpot's twist."""
+    """Return torque, energy, loss and state rate of a torsion spring and a dashpot in series, whose twist is the state."""
     torque = stiffness * (angle - twist)
     return -torque, 0.5 * torque * torque / stiffness, torque * torque / viscosity, torque / viscosity
 
 
 def creeping(state: sd.State, name: str = "Creep") -> type:
-    """The component, with its state declared in one way or another."""
+    """Return a class of components with the state `state`."""
 
     @sd.component(port="hinge", force=creep_force, states=(state,), section=name.lower())
     class Creep:
@@ -43,7 +43,7 @@ COARSE = creeping(sd.State("twist", "rad", scale=1.0), "coarse")
 
 
 def turning(*components: object) -> sd.Mechanism:
-    """A bar at 2 rad/s."""
+    """Return a bar that rotates at 2 rad/s, with components."""
     return on_pin(sd.bar("rod", length=1.0, mass=2.0), *components).driven(speed=2.0)
 
 
@@ -78,7 +78,7 @@ def test_a_scale_that_does_not_fit_is_told() -> None:
 
 
 def weights(*components: object) -> Tolerances:
-    """Weights of a mechanism at its start."""
+    """Return the error weights of a mechanism at its start."""
     made = plan(turning(*components))
     system = make_system(made)
     y = np.zeros(2 * made.coordinates.free + int(system.content.model.state_start[-1]))

@@ -28,13 +28,13 @@ TABLES = TapeSpring(
 
 
 def hinged(tape: TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> Mechanism:
-    """A uniform bar of 1 m and 1.2 kg on a ground pin, with a tape spring in the hinge."""
+    """Return a uniform bar of 1 m and 1.2 kg on a ground pin, with a tape spring in the hinge."""
     bar = sd.bar("rod", length=1.0, mass=1.2, angle=angle)
     return on_pin(replace(bar, angular_velocity=speed), tape, gravity=gravity)
 
 
 def branches(tape: TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-    """Angles and moments of the straight branch, of the folds at negative and at positive angles."""
+    """Return angles and moments of the straight branch, and of the folds at negative and at positive angles."""
     if not tape.straight:
         k = tape.stiffness
         ends = (-tape.peak_moment_equal, tape.peak_moment)
@@ -45,7 +45,7 @@ def branches(tape: TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
 
 
 def moment(tape: TapeSpring, mode: int, angle: float) -> float:
-    """Moment of a branch, from its definition."""
+    """Return the moment of a branch by its definition."""
     straight, negative, positive = branches(tape)
     table = (positive if angle > 0.0 else negative) if mode else straight
     return float(np.interp(angle, *table))

@@ -71,7 +71,7 @@ PLACES = {"line": ("start", "end"), "frame": ("start", "end"), "point": ("point"
 
 
 def own(name: str, at: str, force: Any, numbers: Mapping[str, str] = MappingProxyType({}), **options: Any) -> Any:
-    """A class of components at a port, with numbers of some units."""
+    """Return a class of components at the port `at`; `numbers` are the units of its parameters by name."""
     fields: dict[str, Any] = {"name": str, **dict.fromkeys(PLACES[at], tuple[str, str])}
     fields |= {number: Annotated[float, sd.Quantity(unit, minimum=0.0)] for number, unit in numbers.items()}
     return sd.component(**{"port": at, "force": force, **options})(type(name, (), {"__annotations__": fields}))
@@ -81,7 +81,7 @@ SLIP = sd.State("slip", "m", scale=1e-2)
 
 
 def maxwell_force(length, rate, slip, stiffness, viscosity, free_length):
-    """A spring and a dashpot in series; the state is the dashpot's elongation."""
+    """Return the force of a spring and a dashpot in series; the state is the elongation of the dashpot."""
     tension = stiffness * (length - free_length - slip)
     return tension, 0.5 * tension * tension / stiffness, tension * tension / viscosity, slip, tension / viscosity
 
@@ -180,12 +180,12 @@ def test_two_classes_in_one_mechanism() -> None:
 
 
 def weight(length, rate):
-    """A constant pull."""
+    """Return a constant pull."""
     return 1.0, length, 0.0
 
 
 def part_on_a_line(**options: Any) -> Any:
-    """A class whose instances pull on two points, declared with these options."""
+    """Return a class of components that pull on two points, declared with these options."""
     return own("Part", "line", **{"force": weight, **options})
 
 

@@ -44,7 +44,7 @@ ODD = 'a "name" \\ with ünïcode, #, = and \t\x7f'
 
 
 def bits(described: Any) -> Any:
-    """A description as plain data, every number as the text of a float, so that equal means equal to the last bit."""
+    """Return a description as plain data with numbers as texts of floats, so that equal data are equal to the last bit."""
     if isinstance(described, dict):
         return {key: bits(value) for key, value in described.items()}
     if isinstance(described, list):
@@ -54,7 +54,7 @@ def bits(described: Any) -> Any:
 
 
 def assert_survives(described: sd.Mechanism | Case, path: Path) -> Case:
-    """Written and read it is the same; returns what was read."""
+    """Check that a case equals the case that is read from its case file; return the latter."""
     found = sd.read_case(sd.write_case(described, path))
     mechanism = described.mechanism if isinstance(described, Case) else described
     assert found.mechanism == mechanism
@@ -173,14 +173,14 @@ DRAW = random.Random(20)
 
 @cache
 def parts_only() -> sd.Mechanism:
-    """Bodies and ground points that joints and components may refer to."""
+    """Return a mechanism of bodies and ground points, to which joints and components may refer."""
     found = sd.slider_crank()
     bodies = (*found.bodies, sd.Body("plate", 2.0, 0.1, {"corner": (0.3, 0.1)}, position=(0.2, 0.7)))
     return sd.Mechanism(bodies, ground=(("O", (0.0, 0.0)), ("P", (0.3, 0.4))))
 
 
 def host(field: str, part: Any) -> sd.Mechanism:
-    """A mechanism with one part in one of its lists."""
+    """Return a mechanism with one part in the list `field`."""
     return sd.Mechanism((part,)) if field == "bodies" else dataclasses.replace(parts_only(), **{field: (part,)})
 
 
@@ -189,7 +189,7 @@ PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), (
 
 
 def numbers(quantity: Quantity) -> list[float]:
-    """Numbers with all their digits that a quantity admits, some of them negative, in any order."""
+    """Return random numbers with all digits that a quantity allows, some of them negative."""
     drawn = [sign * DRAW.uniform(1.0, 10.0) * 10.0**power for power in range(-7, 6) for sign in (1.0, 1.0, 1.0, -1.0)]
     drawn += [DRAW.random(), *(1.0 + 2.0 * DRAW.random() for _ in range(9))]
     if quantity.minimum is not None and quantity.maximum is not None:
@@ -199,7 +199,7 @@ def numbers(quantity: Quantity) -> list[float]:
 
 
 def candidates(described: type, name: str) -> list[list[Any]]:
-    """Values that a field may have, from its annotation; of each list one is wanted."""
+    """Return values that a field may have by its annotation, in lists; a test needs one value of each list."""
     hint, found = get_type_hints(described, include_extras=True)[name], list[Any]()
     several = list[list[Any]]()
     plain = plain_hint(hint)
@@ -235,7 +235,7 @@ def candidates(described: type, name: str) -> list[list[Any]]:
 
 
 def made(described: type, values: Mapping[str, Any]) -> Any:
-    """An instance, or None where the values do not fit each other or the mechanism of the tests."""
+    """Return an instance; None if the values contradict each other or the mechanism of the tests."""
     try:
         part = described(**values)
         for field in LISTS.get(described, ()):
@@ -247,7 +247,7 @@ def made(described: type, values: Mapping[str, Any]) -> Any:
 
 @cache
 def lists() -> Mapping[type, tuple[str, ...]]:
-    """The fields of a mechanism that a class is listed in."""
+    """Return the fields of a mechanism that hold instances of a class, by class."""
     found: dict[type, tuple[str, ...]] = {}
     for name, hint in get_type_hints(sd.Mechanism).items():
         if get_origin(hint) is tuple and get_args(hint)[1:] == (Ellipsis,) and name != "ground":
@@ -262,7 +262,7 @@ LISTS = lists()
 
 @cache
 def instances(described: type) -> tuple[Any, ...]:
-    """Instances of a class that between them have a value other than the default in every field."""
+    """Return instances of a class, so that each field has a value other than the default in at least one instance."""
     fields = [field for field in dataclasses.fields(described) if field.init]
     required = [f.name for f in fields if f.default is dataclasses.MISSING and f.default_factory is dataclasses.MISSING]
     choices = [[value for group in candidates(described, name) for value in group[:12]] for name in required]
@@ -289,7 +289,7 @@ def instances(described: type) -> tuple[Any, ...]:
 
 
 def example(described: Any) -> Any:
-    """A component as its declaration's example describes it."""
+    """Return a component as described by the example in its declaration."""
     section = described.declaration.section
     table = {"name": "part", **described.declaration.example}
     if section == "rod":
@@ -298,7 +298,7 @@ def example(described: Any) -> Any:
 
 
 def cases(described: type) -> Iterator[sd.Mechanism]:
-    """Mechanisms with every instance of a class of parts."""
+    """Yield mechanisms, one with each instance of a class of parts."""
     for part in instances(described):
         if described is sd.Rod and isinstance(part.motion, sd.ConstantSpeed):
             continue  # a distance that is zero at the start has no spelling
@@ -363,7 +363,7 @@ def test_components_keep_their_order(tmp_path: Path) -> None:
 
 
 def local() -> Any:
-    """A law of a function that is in no file."""
+    """Return a law made of a function that is in no file."""
 
     @sd.element(slot="stiffness")
     def soft(indentation: float) -> float:
@@ -373,7 +373,7 @@ def local() -> Any:
 
 
 def nothing() -> Any:
-    """A component of a class that is in no file."""
+    """Return a component whose class is in no file."""
 
     @sd.component(port="line", force=lambda length, rate: (0.0, 0.0, 0.0))
     class Nothing:

@@ -163,7 +163,7 @@ def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: s
 
 
 def tree() -> dict[str, Any]:
-    """A parsed case of two clearance joints."""
+    """Return a parsed case file with two clearance joints."""
     return {
         "drive": {"speed": "150 rpm"},
         "clearance": [

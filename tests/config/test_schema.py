@@ -163,7 +163,7 @@ assert len(WRONG) >= 50, "as many as docs/claims.md says"
 
 
 def spoilt(name, place, value):
-    """An example with one fault."""
+    """Return an example with one fault."""
     tree = tomllib.loads((ROOT / "examples" / f"{name}.toml").read_text(encoding="utf-8"))
     *path, last = (int(word) if word.isdigit() else word for word in place.split("."))
     inner = tree

@@ -16,17 +16,17 @@ from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.tableau import METHODS
 
-INERTIA = 0.45  # Of the bar below about its pin [kg m^2]
+INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
 
 
 @sd.element(slot="controller", delay=1.0, recorded="speed")
 def lagging(delayed):
-    """I w' = -I w(t - T)."""
+    """Return the torque -I w(t - T) for the delayed angular velocity w, so that w' = -w(t - T)."""
     return -0.45 * delayed
 
 
 def by_steps(t):
-    """Closed form of x' = -x(t - 1), x = 1 up to t = 0: the sum of (-1)^k (t - k + 1)^k/k! over k <= t + 1."""
+    """Return x(t) of x' = -x(t - 1), x = 1 up to t = 0: the sum of (-1)^k (t - k + 1)^k/k! over k <= t + 1."""
     total = np.ones_like(t)
     for k in range(1, 80):
         total += (-1.0) ** k * np.clip(t - k + 1.0, 0.0, None) ** k / math.factorial(k)
@@ -34,7 +34,7 @@ def by_steps(t):
 
 
 def lagged(method, tolerance, until=5.0, **options):
-    """The delay equation on a mechanism; returns the run, its largest error at the samples and its steps."""
+    """Simulate the delay equation by a mechanism; return the run, its largest error at the samples, and its steps."""
     controlled = hanging(spin=1.0).controlled(lagging())
     run = sd.simulate(controlled, until=until, samples=101, rtol=tolerance, atol=tolerance, method=method, **options)
     error = float(np.max(np.abs(run["angular_velocity"][:, 0].values - by_steps(run["time"].values))))
@@ -72,7 +72,7 @@ def test_nothing_is_kept_without_a_delay():
 
 
 def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
-    """The root near `guess` of I s^2 - d s + k + K s (1 - E)/(1 - R E), E = exp(-s T), by Newton's method."""
+    """Return the root near `guess` of I s^2 - d s + k + K s (1 - E)/(1 - R E) with E = exp(-s T), by Newton's method."""
 
     def value(s):
         past = cmath.exp(-s * delay)
@@ -88,7 +88,7 @@ def decay_rate(gain, delay, recursion_gain, stiffness, excitation, guess):
 
 @sd.element(slot="controller")
 def excited(error, speed):
-    """A spring and a damper of negative sign: an oscillator that excites itself."""
+    """Return the torque of a spring and a damper with negative coefficient: an oscillator that excites itself."""
     return 18.0 * error + 0.2 * speed
 
 
@@ -135,14 +135,14 @@ def test_extended_without_memory_is_pyragas():
 
 
 def extended(limit):
-    """A bar on a servo with extended feedback, R = 0.5, T = 0.25 s, from 0.5 s on; 100 samples a second."""
+    """Return the run of a bar on a servo with extended feedback, R = 0.5, T = 0.25 s, from 0.5 s on; 100 samples a second."""
     controlled = hanging(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
     law = ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=limit)
     return sd.simulate(controlled.controlled(law), until=2.0, samples=201, rtol=1e-10, atol=1e-10)
 
 
 def recursion_error(limit):
-    """Largest error of the recorded S(t) = y(t) + R S(t - T) at the samples [rad/s]."""
+    """Return the largest error of the recorded S(t) = y(t) + R S(t - T) at the samples [rad/s]."""
     run = extended(limit)
     signal, speed = run["recorded_speed"][:, 1].values, run["angular_velocity"][:, 0].values
     return float(np.max(np.abs(signal[25:] - speed[25:] - 0.5 * signal[:-25])))

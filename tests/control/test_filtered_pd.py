@@ -12,7 +12,7 @@ INERTIA, PROPORTIONAL, DERIVATIVE, TIME = 0.4, 30.0, 4.0, 0.05
 
 
 def held(controller: object, angle: float) -> sd.Mechanism:
-    """A balanced rotor that a controller holds at zero, away from there at the start."""
+    """Return a balanced rotor that a controller turns to zero from the angle `angle`."""
     free = on_pin(wheel("rotor", INERTIA, angle=angle))
     return free.controlled(controller, reference=sd.Polynomial((0.0,)), start_on_reference=False)  # type: ignore[arg-type]
 

@@ -27,13 +27,13 @@ GUST = Force(
 
 @pytest.fixture(scope="module")
 def disturbed_array():
-    """The array with a clearance joint A and a gust on its slider after half of the stroke."""
+    """Return the array with clearance at joint A and a gust on its slider after half of the stroke."""
     return dataclasses.replace(sd.scissor(units=2).with_clearance("A", sd.Clearance(5e-4)), components=(GUST,))
 
 
 @pytest.fixture(scope="module")
 def ideal(disturbed_array):
-    """The ideal array on the reference motion, without the gust."""
+    """Return the run of the ideal array on the reference motion, without the gust."""
     return sd.simulate(dataclasses.replace(disturbed_array.ideal(), components=()).driven(REFERENCE), until=UNTIL)
 
 

@@ -18,7 +18,7 @@ TIME = 0.3
 
 
 def controlled_state(laws):
-    """An array with controllers, away from its reference and with a delay history."""
+    """Return system and state of an array with controllers, not on its reference and with a history of delayed signals."""
     arm = sd.scissor(units=2, angle=0.5)
     for law in laws:
         torque = Polynomial((3.0, 40.0, -200.0)) if law.uses_feed_forward else None

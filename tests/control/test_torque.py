@@ -15,7 +15,7 @@ from scissordyn.plugin.element import pointers, row_of
 
 
 def torque(controller, signals, *, t=1.0, integral=0.3):
-    """Torque and rate of the integral at named signals; the others are numbers that would show."""
+    """Return torque and rate of the integral for signals by name; other signals have values that would change the result."""
     q = np.array([signals.get(name, 1e3 + k) for k, name in enumerate(SIGNALS)])
     recorded = q[SIGNALS.index(controller.recorded)] if controller.recorded else 0.0
     z, dz = np.full(len(controller.states), integral), np.full(len(controller.states), np.nan)

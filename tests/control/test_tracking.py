@@ -20,7 +20,7 @@ from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.run.inverse_dynamics import feed_forward
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
-INERTIA = 0.45  # Of the bar below about its pin [kg m^2]
+INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
@@ -152,7 +152,7 @@ def test_feed_forward_is_that_of_rigid_bars():
 def steer(
     reference_speed, error, speed, sensor_x, sensor_y, sensor_rate_x, sensor_rate_y, feed_forward, stiffness, damping, radial
 ):
-    """PD feedback, feed-forward and rate damping, written out."""
+    """Return the torque of PD feedback, feed-forward and damping of the eccentricity's rate, written out."""
     outward = (sensor_x * sensor_rate_x + sensor_y * sensor_rate_y) / math.sqrt(sensor_x**2 + sensor_y**2 + 1e-10)
     return feed_forward + stiffness * error + damping * (reference_speed - speed) - radial * outward
 

@@ -10,7 +10,7 @@ PLACE = tuple[float, float]
 
 
 def number(value: int) -> str:
-    """Return a number to the base of 64; a zero in front means negative."""
+    """Return an integer in base 64; a leading zero marks a negative one."""
     left, text = abs(value), ""
     while True:
         text = DIGITS[left % 64] + text
@@ -46,7 +46,7 @@ def link(
     units: str = "2011",
     decimals: str = "TY",
 ) -> str:
-    """The address; lengths are in metres unless other units are given."""
+    """Return the address of a link; lengths are in metres unless `units` has another code."""
     settings = DIGITS[0] + DIGITS[int(clockwise)]
     parts = (settings, decimals, f"{number(speed)},0", units, *joints, "", *bars, "", *forces, "", "N_")
     return "https://app.pmksplus.com/?" + checked(".".join(parts))
@@ -55,7 +55,7 @@ def link(
 def linkage(
     places: Mapping[str, PLACE], bars: Iterable[str], ground: str, first: str, *, slides: Mapping[str, float] = {}, **how
 ) -> str:
-    """Joints of one letter; bars by the letters of their joints; a slide carries a pin of the same place."""
+    """Return the link of a linkage: joints have one letter, bars are texts of their joints; a slide has a pin at its place."""
     joints = [
         joint(name, place, (GROUNDED if name in ground else 0) | (INPUT if name == first else 0))
         for name, place in places.items()

@@ -10,7 +10,7 @@ mujoco = pytest.importorskip("mujoco")
 
 
 def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any], *, keyframe: bool = True) -> np.ndarray:
-    """Return values read from a model at equal times; the motion starts from its keyframe or from its own position."""
+    """Return values that `read` takes from MuJoCo's data at equidistant times, from the first keyframe on if `keyframe`."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     if keyframe:
@@ -25,5 +25,5 @@ def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any],
 
 
 def centres(data: Any) -> np.ndarray:
-    """Mass centres of the bodies in the plane of x and z."""
+    """Return the mass centres of the bodies in the plane of x and z."""
     return np.asarray(data.xipos[1:, [0, 2]])

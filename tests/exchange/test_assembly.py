@@ -1,4 +1,4 @@
-"""The own DXF, written and read again."""
+"""DXF files of the package with the assembly, written and read again."""
 
 import dataclasses
 import io
@@ -18,7 +18,7 @@ ezdxf = pytest.importorskip("ezdxf")
 
 
 def slot():
-    """A crank whose pin slides along a moving bar with a corner."""
+    """Return a crank whose pin slides along a moving bar with a corner."""
     angle = math.atan2(0.2 * math.sin(0.4), 0.5 + 0.2 * math.cos(0.4))
     crank = sd.Body("crank", 1.0, 0.02, {"O": (0.0, 0.0), "P": (0.2, 0.0)}, (0.1, 0.0), angle=0.4)
     lever = sd.Body("lever", 2.0, 0.1, {"Q": (0.0, 0.0), "corner": (0.3, 0.1)}, (0.3, 0.0), position=(-0.5, 0.0), angle=angle)
@@ -32,7 +32,7 @@ def slot():
 
 
 def pendulum():
-    """Three bars on one pin; one has no other point, and its mass centre is beside the pin."""
+    """Return three bars on one pin; one has no other point, and its mass centre is not at the pin."""
     bars = [sd.Body(name, 1.0, 0.02, {"O": (0.0, 0.0), "end": (0.3, 0.1)}, (0.1, 0.0), angle=0.4) for name in ("a", "b")]
     bars.append(sd.Body("c", 1.0, 0.02, {"O": (0.0, 0.0)}, (0.4, 0.1), angle=0.4))
     joints = tuple(sd.Revolute(f"O {name}", ("ground", "O"), (name, "O")) for name in "abc")

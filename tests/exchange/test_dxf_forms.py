@@ -29,7 +29,7 @@ FIGURE = [
 
 
 def structure(mechanism):
-    """Bars with their pins, masses and inertias, joints, ground and guides, by places alone."""
+    """Return bars with pins, masses and inertias, joints, ground and guides, described by positions without names."""
     body = {part.name: part for part in mechanism.bodies}
 
     def place(name, point):
@@ -65,7 +65,7 @@ def plain():
 
 
 def draw(space, layer, corners, closed, form="", rng=None):
-    """Draw a part in world coordinates, in a form that keeps them."""
+    """Draw a part with the given corners in world coordinates, as the kind of entity `form`."""
     attributes = {"layer": layer}
     across = [(-x, y) for x, y in corners]
     if len(corners) == 1:
@@ -90,7 +90,7 @@ def draw(space, layer, corners, closed, form="", rng=None):
 
 
 def insert(document, space, number, rng):
-    """A new block and its reference, and the map from world coordinates into the block."""
+    """Add a block and a reference to it; return the block and the map from world coordinates to those of the block."""
     block = document.blocks.new(f"PART{number}", base_point=(7, -3))
     sx, sy = rng.choice([1, -1, 2, -0.5, 3], 2)
     turn, (x, y), mirrored = rng.choice([0, 90, 33.7]), rng.integers(-50, 50, 2), rng.random() < 0.5

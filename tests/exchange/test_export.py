@@ -72,14 +72,14 @@ def test_equal_bars_are_one_row_of_the_cut_list():
 
 
 def swing(model, until, samples):
-    """Mass centres of all bodies in MuJoCo."""
+    """Return the mass centres of all bodies in a motion by MuJoCo."""
     made = mujoco.MjModel.from_xml_string(model.text)
     names = [mujoco.mj_id2name(made, mujoco.mjtObj.mjOBJ_BODY, k) for k in range(1, made.nbody)]
     return names, by_mujoco(model.text, until, samples, lambda data: data.xipos[1:, :2])
 
 
 def arms():
-    """A double pendulum."""
+    """Return a double pendulum."""
     return chain(sd.bar("a", length=0.5, mass=1.0, angle=-0.4), sd.bar("b", length=0.4, mass=0.7, angle=-1.1))
 
 
@@ -100,17 +100,17 @@ def test_the_ideal_mechanism_moves_the_same_in_mujoco(made, allowed):
 
 
 def belt():
-    """The second arm turns against the first by a ratio of the angle of the first: two joints."""
+    """Return a double pendulum whose second arm turns relative to the first in a ratio to the angle of the first."""
     return dataclasses.replace(arms(), couplings=(sd.Coupling("belt", ANGLE("b", "a"), ANGLE("a"), -0.6),))
 
 
 def weighted_planetary():
-    """A planetary gear under gravity, whose coordinates are sums of joints: tendons."""
+    """Return a planetary gear under gravity, whose coordinates are sums of joint angles and become tendons in MJCF."""
     return dataclasses.replace(planetary(), gravity=9.81)
 
 
 def rack():
-    """A rack on an incline, which its coordinate crosses at an angle."""
+    """Return a rack on an incline whose coordinate is not along the incline."""
     pinion, tooth = wheel("pinion", 1e-3), sd.point_mass("rack", mass=2.0, position=(0.1, -0.05))
     bed = sd.Guide("bed", ("rack", "centre"), through=(0.1, -0.05), direction=0.3)
     teeth = sd.Coupling("teeth", sd.Slide(("rack", "centre"), -0.1), ANGLE("pinion"), 0.05)
@@ -119,7 +119,7 @@ def rack():
 
 
 def screw():
-    """An arm that turns a motor by a screw from the ground to its end: a tendon between two points."""
+    """Return an arm that turns a motor by a screw from the ground to its end, which becomes a tendon between two points."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pins = sd.Revolute("A", ("arm", "start"), ("ground", "O")), sd.Revolute("M", ("motor", "c"), ("ground", "P"))
     nut = sd.Coupling("screw", sd.Distance(("ground", "P"), ("arm", "end")), ANGLE("motor"), 0.002)
@@ -216,7 +216,7 @@ GRAVITY = 9.81
 
 @pytest.fixture(scope="module")
 def pendulum():
-    """A uniform bar of 2 kg and 0.8 m on a pin, driven at a constant speed."""
+    """Return a uniform bar of 2 kg and 0.8 m on a pin, driven at a constant speed."""
     driven = on_pin(sd.bar("bar", length=0.8, mass=2.0, angle=0.3), gravity=GRAVITY).driven(speed=5.0)
     return driven, sd.simulate(driven, until=1.0, samples=101)
 

@@ -30,7 +30,9 @@ from fmpy.validation import validate_fmu  # noqa: E402
 
 LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
 
-QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS)  # Compilers take a fifth of the time so
+QUICK = tuple(
+    "-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS
+)  # Flags with which compilers take a fifth of the time
 
 
 def crane():
@@ -79,7 +81,7 @@ most 500 steps between two samples."""
 
 @pytest.fixture(scope="module")
 def units(tmp_path_factory):
-    """The units, each made when it is first asked for, with a compiler that does not optimise much."""
+    """Return a function that makes a unit when it is first requested, by a compiler that does not optimise."""
     folder = tmp_path_factory.mktemp("units")
 
     @functools.cache
@@ -111,7 +113,7 @@ def simulated(unit, kind, until, **options):
 
 @functools.cache
 def reference(name):
-    """Our own run of a case."""
+    """Return the run of a case by the package."""
     mechanism, until = CASES[name]
     return sd.simulate(mechanism, until=until, samples=SAMPLES, trust=name in CLEARANCE, **OURS[name])
 
@@ -185,7 +187,7 @@ def test_couplings_and_driven_coordinates_in_a_unit(units, name, kind):
 
 
 def inputs(label, time, angle, speed, acceleration):
-    """The inputs that prescribe a motion, and that they do."""
+    """Return the inputs that prescribe a motion, with the flag that makes the unit use them."""
     given = np.zeros(time.size, [("time", "f8"), *((f"{label}.{x}", "f8") for x in ("angle", "speed", "acceleration"))])
     given["time"] = time
     given[f"{label}.angle"], given[f"{label}.speed"], given[f"{label}.acceleration"] = angle, speed, acceleration
@@ -211,7 +213,7 @@ def test_an_input_takes_the_place_of_a_reference(units, kind):
 
 
 def moved_by(name, motion):
-    """A case with another motion."""
+    """Return a case with another motion."""
     mechanism = CASES[name][0]
     if name == "servo":
         return mechanism.replace("actuator of crank.reference", motion)
@@ -349,7 +351,7 @@ def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
 
 
 def own_clutch(angle, speed, load, factor, capacity, yield_angle):
-    """Torque, stored energy, dissipated power and the rate of the state."""
+    """Return torque, stored energy, dissipated power and the rate of the state."""
     torque = factor * capacity * load
     return -torque, 0.0, torque * speed, (speed - abs(speed) * load) / yield_angle
 
@@ -358,7 +360,7 @@ def own_clutch(angle, speed, load, factor, capacity, yield_angle):
     port="hinge", force=own_clutch, section="own_clutch", states=(sd.State("load", "1", scale=1.0),), context=("factor",)
 )
 class OwnClutch:
-    """A clutch of a user's own."""
+    """Clutch that a user defines."""
 
     name: str
     body: str
@@ -370,7 +372,7 @@ class OwnClutch:
 
 @sd.element(slot="stiffness")
 def soft(indentation, stiffness):
-    """A law of a user's own, as a function."""
+    """Return the force of a contact law that a user defines."""
     return stiffness * indentation**1.5
 
 

@@ -26,7 +26,7 @@ NUMBER = re.compile(r"-?\d+\.?\d*")
 
 
 def altered(whole: str, draw: random.Random) -> str:
-    """A text with other letters or another number somewhere, or without a part, or with a part twice."""
+    """Return the text with letters or a number replaced, or a part removed or repeated, at random positions."""
     kind = draw.randrange(4)
     first, last = sorted(draw.randrange(len(whole)) for _ in range(2))
     if kind == 0:

@@ -18,7 +18,7 @@ GROUND, CRANK, ROD, ROCKER = 0.9, 0.3, 0.8, 0.7
 
 
 def corner():
-    """Angles of rod and rocker [rad] with a vertical crank, from the triangle of rod, rocker and the line to the support."""
+    """Return the angles of rod and rocker [rad] for a vertical crank, by the triangle of rod, rocker and a diagonal."""
     across = math.hypot(GROUND, CRANK)
     down = math.atan2(-CRANK, GROUND)
     inside = math.acos((ROD**2 + across**2 - ROCKER**2) / (2 * ROD * across))
@@ -33,7 +33,7 @@ def link(name, length):
 
 
 def joint(name, parent, child, place, angle, kind="continuous"):
-    """A joint about y; in the plane of x and z the angle turns from x to z."""
+    """Return the text of a joint about y at an angle that turns from x to z."""
     ends = f"<parent link='{parent}'/><child link='{child}'/>"
     origin = f"<origin xyz='{place} 0 {{}}' rpy='0 {-angle!r} 0'/>"
     return f"<joint name='{name}' type='{kind}'>{ends}{origin.format(0)}<axis xyz='0 -1 0'/></joint>"
@@ -48,7 +48,7 @@ def four_bar(closing):
 
 
 def four_bar_in_mjcf():
-    """The same linkage, written for MuJoCo, with a stiff connection."""
+    """Return the four-bar linkage in MJCF, closed by a stiff connection."""
     rod, rocker = corner()
 
     def body(name, place, angle, length, inside=""):
@@ -102,7 +102,7 @@ SLIDE = "<pose>0 0 0 0 0 0</pose><axis><xyz>{}</xyz></axis>"
 
 
 def slider_crank(closing):
-    """A crank and a rod of 0.3 m and 0.8 m; the block at the end of the rod is closed to the base by a slide."""
+    """Return a slider-crank with a crank of 0.3 m and a rod of 0.8 m, closed by a slide between block and base."""
     crank, rod = 0.5, -math.asin(0.3 * math.sin(0.5) / 0.8)
     links = "<link name='base'/>" + link("crank", 0.3) + link("rod", 0.8) + link("block", 0.1)
     joints = joint("A", "base", "crank", 0, crank) + joint("B", "crank", "rod", 0.3, rod - crank)

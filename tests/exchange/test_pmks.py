@@ -22,7 +22,7 @@ def crossing(p, q, a, b, side):
 
 
 class _Closed:
-    """Positions of joints at crank angles, in complex numbers, from those of the start; no equation of the package is used."""
+    """Positions of joints by crank angle as complex numbers, in closed form, without equations of the package."""
 
     def __init__(self, places, slides, angles):
         self.start = {name: complex(*place) for name, place in places.items()}
@@ -173,7 +173,7 @@ EARLIER_PINS = (
 
 
 def earlier(speed="10,false,false,m", force="F1,GF,-1.712,4.26,-1.712,0.508,t,true,0,100"):
-    """A six-bar in the earlier form of links: pins, bars of 1 kg and 1 kg m^2, a force on one of them."""
+    """Return a link of a six-bar linkage in the earlier format: pins, bars of 1 kg and 1 kg m^2, a force on one bar."""
     pins = [pin.split() for pin in EARLIER_PINS.split("|")]
     joints = "".join(f"{pin},{x},{y},,R,{fixed},0,0.1,{driven},%0A" for pin, x, y, fixed, driven in pins)
     bars = "".join(f"{bar},1,1,0,0,{'%7C'.join(bar)},,l,0,0,0,0,0,0,0,0%0A" for bar in ("AB", "CB", "EF", "DCE", "GF"))

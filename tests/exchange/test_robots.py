@@ -16,7 +16,7 @@ UNTOUCHED = '<default><geom contype="0" conaffinity="0"/></default>'
 
 
 def tree(rng):
-    """A random tree of planar bodies: hinges and slides at places of their own, springs, dampers, reference positions."""
+    """Return a random tree of planar bodies in MJCF, with hinges, slides, springs, dampers and reference positions."""
     start: list[tuple[float, float]] = []
 
     def number(low, high):
@@ -48,7 +48,7 @@ def tree(rng):
 
 
 def motions(text, until=0.2, samples=3):
-    """Mass centres by this package, in the plane, and by MuJoCo, in space."""
+    """Return the mass centres in a motion by this package, in the plane, and by MuJoCo, in space."""
     mechanism, notes = sd.read_mjcf(text)
     run = sd.simulate(mechanism, until=until, samples=samples, rtol=1e-10, atol=1e-12)
     return run, by_mujoco(text, until, samples, lambda data: data.xipos[1:], keyframe="<key " in text), notes

@@ -41,7 +41,7 @@ END = f"<pose>{ROCKER} 0 0 0 0 0</pose>"
 
 
 def four_bars():
-    """Equal four-bar linkages, each in another form of the format."""
+    """Return equal four-bar linkages, each written in another way that SDF allows."""
     rod, rocker = corner()
     crank = math.pi / 2
     absolute = (

@@ -1,4 +1,4 @@
-"""A server of the explorer in a process of its own, and a page of it in Chromium that keeps what it logs."""
+"""Run a server of the explorer in a separate process, and its page in Chromium; record the messages that the page logs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ samples = 401
 """
 """Two clearance joints without friction: a run takes some ten milliseconds."""
 
-MOST_THREADS = 100  # Of a server
+MOST_THREADS = 100  # Largest number of threads of a server
 
 
 def missing() -> str:
@@ -51,7 +51,7 @@ def missing() -> str:
 
 @contextmanager
 def served(case: Path, *options: str) -> Iterator[str]:
-    """The address of the page of a case, served by the command itself until the end of the block."""
+    """Serve the page of a case by the command until the end of the block; yield its address."""
     command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case), "--no-browser", *options]
     with TemporaryFile("w+") as errors:  # a pipe would be full of what the library logs of nonsense
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
@@ -76,7 +76,7 @@ def served(case: Path, *options: str) -> Iterator[str]:
 
 @contextmanager
 def chromium() -> Iterator[Any]:
-    """Debian's Chromium without a window."""
+    """Yield Debian's Chromium without a window."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
@@ -86,7 +86,7 @@ def chromium() -> Iterator[Any]:
 
 
 class Tab:
-    """One page in the browser.
+    """Page of the explorer in the browser.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Tab:
             self.errors.append(f"a request to {asked}")
 
     def ready(self, before: int, patience: float | None = None) -> int:
-        """Wait until a run later than one is on the canvas, in the curves and in the bar, beside the form; its number."""
+        """Wait until canvas, curves and bar show a run with a number above `before`; return its number."""
         self.page.wait_for_function(
             """before => {
               const number = wanted => Number((document.querySelector(wanted) || { dataset: {} }).dataset.run || 0);
@@ -153,7 +153,7 @@ class Tab:
         self.page.locator(".sd-state[data-fine=true]").wait_for(timeout=1e3 * self.patience)
 
     def until(self, condition: Callable[[], bool]) -> None:
-        """Wait for something that the page shows later."""
+        """Wait until a condition holds."""
         for _ in range(200):
             if condition():
                 return
@@ -178,7 +178,7 @@ class Tab:
         self.page.locator(f".sd-bar button[data-id={name}]").click()
 
     def field(self, key: str) -> Any:
-        """The row of a number in its group, which is opened."""
+        """Open the group of a number and return its row."""
         row = self.page.locator(f".sd-form details .sd-row[data-key='{key}']")
         if not row.is_visible():
             self.page.locator(".sd-form details", has=self.page.locator(f".sd-row[data-key='{key}']")).locator(
@@ -193,7 +193,7 @@ class Tab:
         box.press("Enter")
 
     def text(self, key: str) -> str:
-        """The number as it stands in its field."""
+        """Return the text in the field of a number."""
         return str(self.field(key).locator("input[type=text]").input_value())
 
     def handle(self, name: str) -> tuple[float, float]:
@@ -212,7 +212,7 @@ class Tab:
         mouse.up()
 
     def table(self) -> dict[str, Any]:
-        """The table of contacts: the number of its run, its titles, all rows and those in sight, as texts."""
+        """Return the table of contacts: number of its run, titles, all rows and visible rows, as texts."""
         script = """root => ({
           run: Number(root.dataset.run), rows: window.scissordyn.contacts.rows(),
           titles: [...root.querySelectorAll("[role=columnheader]")].map(cell => cell.textContent),
@@ -221,7 +221,7 @@ class Tab:
         return dict(self.page.locator(".sd-contacts").evaluate(script))
 
     def curve(self, figure: str, label: str = "", *, axis: str = "y", pinned: bool = False) -> list[float]:
-        """The numbers of a line of a figure, the first if no label is given."""
+        """Return the numbers of the line of a figure with a label, or of the first line."""
         script = """([name, label, axis, pinned]) => {
           const lines = window.scissordyn.shown.figures.find(each => each.name === name).lines;
           const line = lines.find(each => (each.style === "dash") === pinned && (!label || each.label === label));
@@ -230,6 +230,6 @@ class Tab:
         return list(self.page.evaluate(script, [figure, label, axis, pinned]))
 
     def close(self) -> None:
-        """Close the page; whatever it has logged as an error is a failure."""
+        """Close the page; fail if it has logged an error."""
         self.context.close()
         assert not self.errors, self.errors

@@ -16,7 +16,7 @@ from .browser import CASE, chromium, missing
 
 @pytest.fixture
 def case_file(tmp_path: Path) -> Path:
-    """A case file with two clearance joints."""
+    """Return a case file with two clearance joints."""
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return path
@@ -24,7 +24,7 @@ def case_file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def case() -> Any:
-    """The case of that file."""
+    """Return the case of that file."""
     pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
     from scissordyn.explore.case import Case
 
@@ -33,13 +33,13 @@ def case() -> Any:
 
 @pytest.fixture(scope="session")
 def crank() -> sd.Mechanism:
-    """A slider-crank with a clearance joint, which nothing drives."""
+    """Return a slider-crank with a clearance joint, which nothing drives."""
     return sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
 
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
-    """Chromium."""
+    """Yield Chromium."""
     if missing():
         pytest.skip(missing())
     with chromium() as started:

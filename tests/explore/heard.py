@@ -1,4 +1,4 @@
-"""A page without a browser, with what it sends, and waiting for what its threads do."""
+"""Page of the explorer without a browser, which records the messages that it sends."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PATIENCE = 600.0  # A thread may have to compile all kernels first, on a machine
 
 
 def until(condition: Callable[[], object]) -> None:
-    """Wait for a thread."""
+    """Wait until a condition holds, which a thread makes true."""
     ends = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < ends, f"it did not happen within {PATIENCE:g} s"
@@ -24,7 +24,7 @@ def until(condition: Callable[[], object]) -> None:
 
 
 class Heard:
-    """A page of a case with the messages that it has sent; each run is drawn at once unless `blind`."""
+    """Page of a case with the messages that it has sent; it confirms each run as drawn unless `blind`."""
 
     def __init__(self, case: Case) -> None:
         self.messages: list[Mapping[str, Any]] = []
@@ -33,7 +33,7 @@ class Heard:
         self.page.begin()
 
     def send(self, message: Mapping[str, Any]) -> None:
-        """Keep a message of the page."""
+        """Record a message of the page."""
         pack_message(message)
         self.messages.append(message)
 
@@ -42,11 +42,11 @@ class Heard:
         self.page.hear(json.dumps({"type": kind, **more}))
 
     def of(self, kind: str) -> list[Mapping[str, Any]]:
-        """The messages of a kind."""
+        """Return the messages of a kind."""
         return [message for message in self.messages if message["type"] == kind]
 
     def until_run(self, number: int) -> Mapping[str, Any]:
-        """Wait for a run of the case that is later than one."""
+        """Wait for a run of the case with a number above `number`; return its message."""
 
         def is_there() -> bool:
             runs = self.of("run")

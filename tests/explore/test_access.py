@@ -53,7 +53,7 @@ LOCAL_PATHS = (
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of the page of a case, whose server is ready."""
+    """Yield the address of the page of a case, whose server is ready."""
     path = tmp_path_factory.mktemp("access") / "case.toml"
     path.write_text(CASE)
     with served(path) as found:
@@ -61,7 +61,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 def ask(url: str, path: str, host: str | None = None, method: str = "GET", **headers: str) -> tuple[int, dict[str, str], bytes]:
-    """Status, headers and body of an answer; the path begins at the root."""
+    """Request a path that begins at the root; return status, headers and body of the answer."""
     parts = urlsplit(url)
     connection = http.client.HTTPConnection(str(parts.hostname), parts.port, timeout=30)
     connection.putrequest(method, path, skip_host=True)
@@ -80,7 +80,7 @@ def ask(url: str, path: str, host: str | None = None, method: str = "GET", **hea
 
 
 def get(url: str, path: str, **more: Any) -> tuple[int, dict[str, str], bytes]:
-    """An answer to a request below the page's address."""
+    """Request a path below the page's address; return status, headers and body of the answer."""
     return ask(url, urlsplit(url).path + path, **more)
 
 
@@ -170,7 +170,7 @@ def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
 
 
 def opened(url: str) -> Any:
-    """The socket of a new page, as a browser opens it."""
+    """Return the socket of a new page, as a browser opens it."""
     parts = urlsplit(url)
     return connect(f"ws://{parts.netloc}{parts.path}ws", origin=f"http://{parts.netloc}", max_size=None)
 
@@ -197,7 +197,7 @@ def test_message_that_is_too_long_ends_its_page(url: str) -> None:
 
 
 def _junk(chance: random.Random, depth: int = 0) -> Any:
-    """Any JSON, some of it with names that the page knows."""
+    """Return random JSON data, some with names that the page knows."""
     kind = chance.randrange(9 if depth < 4 else 6)
     if kind == 0:
         return chance.choice([None, True, False, 0, -1, 1e308, 2**70, float("1e-320"), float("nan"), float("inf")])
@@ -211,7 +211,7 @@ def _junk(chance: random.Random, depth: int = 0) -> Any:
 
 
 def malformed_message(chance: random.Random) -> str | bytes:
-    """A message that is none, or one of the page with wrong content."""
+    """Return a random message that is not valid, or that has wrong content."""
     kind = chance.randrange(6)
     if kind == 0:
         return chance.choice([b"\x00\xff", "", "{", "[]", "null", "[" * 5000, b"{}", '{"type": {}}', '{"type": "__init__"}'])
@@ -225,7 +225,7 @@ def malformed_message(chance: random.Random) -> str | bytes:
 
 
 def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
-    """Malformed requests, as bytes."""
+    """Yield malformed requests as bytes."""
     parts = urlsplit(url)
     names = (
         *("Host", "Origin", "Cookie", "Upgrade", "Connection", "Content-Length", "Range"),
@@ -249,7 +249,7 @@ def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
 
 
 def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
-    """Send malformed messages, on a new connection whenever the server has closed one; what was answered."""
+    """Send malformed messages, on a new connection if the server has closed the last one; return the answers."""
     answers: list[bytes] = []
     sent = 0
     while sent < count:

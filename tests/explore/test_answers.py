@@ -42,7 +42,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 
 
 def held(limit: float, tolerance: float) -> xr.Dataset:
-    """A slider-crank that a limited controller turns, with a tracked point that has a tolerance."""
+    """Return the run of a slider-crank turned by a limited controller, with a tracked point that has a tolerance."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     servo = crank.controlled(sd.PID(proportional=200.0, derivative=2.0, limit=limit), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     return sd.simulate(
@@ -60,7 +60,7 @@ def test_cards_judge_by_what_is_allowed() -> None:
 
 
 def drawn(run: xr.Dataset, joint: str = "") -> dict[str, dict[str, Any]]:
-    """The figures of a run over time, by name."""
+    """Return the figures of a run over time by name."""
     return {figure["name"]: figure for figure in figures(run, summary_of(run), (), joint, "slider")["figures"]}
 
 

@@ -23,7 +23,7 @@ HOSTILE = "<script>alert(1)</script>"
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A case file with two clearance joints."""
+    """Return a case file with two clearance joints."""
     path = tmp_path_factory.mktemp("explore") / "case.toml"
     path.write_text(CASE)
     return path
@@ -31,14 +31,14 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def url(case: Path) -> Iterator[str]:
-    """The page of the case."""
+    """Yield the page of the case."""
     with served(case) as found:
         yield found
 
 
 @pytest.fixture
 def tab(browser: Any, url: str) -> Iterator[Tab]:
-    """A page of its own session; a test fails if it logs an error or asks another host."""
+    """Yield a page of its own session; a test fails if it logs an error or asks another host."""
     opened = Tab(browser, url)
     yield opened
     opened.close()

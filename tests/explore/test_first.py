@@ -23,7 +23,7 @@ from .heard import PATIENCE, until
 
 
 def shown(session: Session) -> xr.Dataset:
-    """The run that a session shows."""
+    """Return the run that a session shows."""
     assert session.good is not None
     assert session.good.run is not None
     return session.good.run
@@ -31,7 +31,7 @@ def shown(session: Session) -> xr.Dataset:
 
 @pytest.fixture
 def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
-    """Runs with clearance that wait for an event before they begin, and a list with an entry for each; ideal ones go on."""
+    """Make runs with clearance wait for an event before they begin; return the event, and a list with an entry for each."""
     opened, runs = threading.Event(), []
 
     def wait(mechanism: Mechanism, *given: Any, **named: Any) -> Results:

@@ -40,7 +40,7 @@ samples = 16
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The case file."""
+    """Return the path of the case file."""
     written = tmp_path_factory.mktemp("magnified") / "bends.toml"
     written.write_text(CASE)
     return written
@@ -113,7 +113,7 @@ def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
 
 
 def _points(scene: dict[str, Any]) -> np.ndarray:
-    """All points of bars of a scene."""
+    """Return all points of bars of a scene."""
     import base64
 
     bars = [shape for shape in scene["shapes"] if shape["kind"] == "bar"]

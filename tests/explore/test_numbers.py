@@ -60,7 +60,7 @@ PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}
 
 @pytest.fixture(scope="module")
 def tab(browser: Any) -> Iterator[Tab]:
-    """The page of the paper's case."""
+    """Yield the page of the paper's case."""
     with served(PAPER) as url:
         opened = Tab(browser, url, size=(1280, 800))
         yield opened
@@ -73,7 +73,7 @@ def factor(unit: str) -> float:
 
 
 def floats(text: str) -> np.ndarray:
-    """Packed numbers of the drawing."""
+    """Unpack numbers of the drawing."""
     return np.frombuffer(base64.b64decode(text), np.float32)
 
 
@@ -109,7 +109,7 @@ def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
 
 
 def _compare_orbit(points: np.ndarray, run: xr.Dataset, fine: xr.Dataset) -> None:
-    """The samples of the run, and later those with the instants of its contacts, but few that round otherwise."""
+    """Check that an orbit has the points of the samples or of the fine run; a few may differ by rounding."""
     places = [1e3 * one["eccentricity"].sel(joint="A").transpose("time", "axis").values for one in (run, fine)]
     apart = KDTree(points).query(places[0])[0]
     assert apart.max() < 1e-9
@@ -186,6 +186,6 @@ SETTLED = """key => {
 
 
 def _settled(tab: Tab, before: int) -> int:
-    """The number of the run of the clearance that stands in the form."""
+    """Return the number of the run with the clearance in the form."""
     tab.ready(before)
     return int(tab.page.wait_for_function(SETTLED, arg=KEY, polling=50, timeout=60_000).json_value())

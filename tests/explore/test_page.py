@@ -34,7 +34,7 @@ def test_declared_position_is_the_assembled_one(path: Path) -> None:
 
 @pytest.fixture
 def heard(case: Case) -> Iterator[Heard]:
-    """A page of a case with two clearance joints."""
+    """Yield a page of a case with two clearance joints."""
     heard = Heard(case)
     yield heard
     heard.page.close()

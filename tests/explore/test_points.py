@@ -18,7 +18,7 @@ from .heard import Heard, until
 
 @pytest.fixture(scope="module")
 def store(crank: sd.Mechanism, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of a slider-crank: clearance and speed, with a requirement that half of the points meet."""
+    """Return the path of a study of a slider-crank over clearance and speed; half of the points meet its requirement."""
     path = tmp_path_factory.mktemp("points") / "study.db"
     vary = {"slider pin.clearance": [2e-4, 5e-4], "drive.speed": [10.0, 20.0, 30.0]}
     sd.study(crank.driven(speed=20.0), vary, until=0.05, store=path, requirements={"peak_force": 100.0}, engine=1)

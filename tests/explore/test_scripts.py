@@ -22,7 +22,7 @@ LOAD = """async code => {
 
 @pytest.fixture(scope="module")
 def page(browser: Any) -> Any:
-    """An empty page with the functions of the scripts."""
+    """Return an empty page with the functions of the scripts."""
     page = browser.new_page(viewport={"width": 900, "height": 700})
     script = (ASSETS / "page.js").read_text(encoding="utf-8")
     unpack = script[script.index("export function unpack") : script.index("// ---- the drawing")]
@@ -143,7 +143,7 @@ def test_keys_and_pointer_zoom_and_pick(page: Any) -> None:
 
 
 def drawn() -> list[tuple[float, int]]:
-    """Numbers of all sizes with digits after the point; halves and carries, which are rounded, among them."""
+    """Return numbers of all sizes with their digits after the point, with halves and carries, which are rounded."""
     chance = np.random.default_rng(3)
     sizes = 10.0 ** chance.uniform(-14.0, 14.0, 4000) * chance.choice([-1.0, 1.0], 4000)
     halves = [0.125, 12.125, -2.5, 0.5, 1.5, 9.995, 9.9996, 99.96, 0.09996, 9.996e-9, -9.996e9, 1e7, 9999999.5, 1e-5, 1e22]

@@ -69,7 +69,7 @@ QUANTITY = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)? *[^\d\s,.*][^,]*")
 
 
 def written(tree: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
-    """Places of single numbers with units in a case file; the unit of a ratio is that of its coordinates."""
+    """Yield the paths of single numbers with units in a case file; the unit of a ratio is that of its coordinates."""
     if isinstance(tree, dict | list):
         for key, inner in tree.items() if isinstance(tree, dict) else enumerate(tree):
             yield from written(inner, (*place, key))
@@ -121,7 +121,7 @@ def test_changed_file_keeps_its_comments(case: Case) -> None:
 
 
 def open_case_text(text: str) -> Case:
-    """A case from its text."""
+    """Return the case of a case file with this text."""
     return Case("text", text, Code(Path()))
 
 

@@ -67,7 +67,7 @@ damping = "0.0001 N m s/rad"
 
 
 def pendulum(times, *, angle, speed=0.0, mass=0.15, centre=0.15, inertia=0.0006, damping=0.0005, gravity=9.81):
-    """Angle from the x axis, which is horizontal, and its rate: (I + m a^2) phi'' = -m g a cos(phi) - d phi'."""
+    """Return angle from the horizontal x axis and its rate, by (I + m a^2) phi'' = -m g a cos(phi) - d phi'."""
 
     def rates(_, y):
         return y[1], (-mass * gravity * centre * np.cos(y[0]) - damping * y[1]) / (inertia + mass * centre**2)
@@ -79,7 +79,7 @@ def pendulum(times, *, angle, speed=0.0, mass=0.15, centre=0.15, inertia=0.0006,
 def double(
     times, state, *, m=(0.15, 0.1), a=(0.15, 0.1), inertia=(0.0006, 0.0004), length=0.2, damping=(0.0005, 0.0001), g=9.81
 ):
-    """Both angles and their rates, by Lagrange's equations in the two angles."""
+    """Return both angles and their rates, by Lagrange's equations in the two angles."""
 
     def rates(_, y):
         (p, q), (u, v) = y[:2], y[2:]

@@ -46,7 +46,7 @@ def found(arm):
 
 
 def assert_true(result, truth):
-    """Numbers are within four standard errors of the truth."""
+    """Check that fitted values are within four standard errors of the true values."""
     for name, value in truth.items():
         one = result.sel(parameter=name)
         assert abs(float(one["value"]) - value) < 4.0 * float(one["standard_error"])

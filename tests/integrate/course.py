@@ -1,4 +1,4 @@
-"""A course of numbers over time, for what looks inside steps: guards, monitored numbers, powers and signals are polynomials.
+"""Test problem for searches inside steps: guards, monitored numbers, powers and signals are polynomials of time.
 
 The only state is time itself, y' = 1, which every method follows exactly in steps of any length; so each root, maximum,
 integral and delayed value has a closed form, and what is measured is how it is found.
@@ -20,7 +20,7 @@ WAVES = 40.0
 
 
 class Numbers(NamedTuple):
-    """Polynomials of guards, monitored rows, powers and signals; the longest step, the modes of guards, looks inside."""
+    """Polynomials of guards, monitored rows, powers and signals, with the largest step size and the modes of guards."""
 
     guards: F2
     rows: F2
@@ -38,7 +38,7 @@ open_numbers = opener(Numbers)
 
 @kernel
 def value_of(c, x):
-    """Value of a row of coefficients."""
+    """Return the value at x of the polynomial with the coefficients c."""
     found = c[TERMS - 2] * math.sin(WAVES * x) + c[TERMS - 1] * math.cos(WAVES * x)
     for k in range(TERMS - 2):
         found += c[k] * x**k
@@ -94,7 +94,7 @@ def guard(t, y, k, address, value, rate):
 
 @kernel
 def monitor(t, y, address, power, rows):
-    """Powers, and rows: a number, its square and its cube."""
+    """Compute the powers, and the monitored rows: a number, its square and its cube."""
     numbers = open_numbers(address)
     for q in range(power.size):
         power[q] = value_of(numbers.powers[q], y[0])
@@ -115,7 +115,7 @@ def probe(t, y, row, address, dy, out):
 
 @kernel
 def record(t, y, address, signals):
-    """Signals to look back at."""
+    """Compute the signals that are recorded for delays."""
     c = open_numbers(address).signals
     for k in range(signals.size):
         signals[k] = value_of(c[k], y[0])
@@ -123,7 +123,7 @@ def record(t, y, address, signals):
 
 @kernel
 def reset(t, y, guard, address, data):
-    """The other mode, unless the guard refuses: always (1), or what recedes (2)."""
+    """Change the mode of a guard, unless the guard refuses: 1 refuses always, 2 refuses receding motion."""
     numbers = open_numbers(address)
     data[0], data[1] = slope_of(numbers.guards[guard], y[0]), t
     recedes = not data[0] > 0.0
@@ -134,7 +134,7 @@ def reset(t, y, guard, address, data):
 
 
 def polynomials(*rows: tuple[float, ...]) -> np.ndarray:
-    """Rows of coefficients, filled up with zeros; a row of TERMS numbers has its waves, too."""
+    """Return rows of coefficients, filled up with zeros; a row of `TERMS` numbers has coefficients of sine and cosine, too."""
     table = np.zeros((len(rows), TERMS))
     for k, row in enumerate(rows):
         table[k, : len(row)] = row
@@ -145,7 +145,7 @@ NONE = polynomials()
 
 
 def waves(sine: float = 0.0, cosine: float = 0.0, *rest: float) -> tuple[float, ...]:
-    """A sine and a cosine of 40 t beside a polynomial."""
+    """Return the coefficients of a sine and a cosine of 40 t plus a polynomial."""
     return (*rest, *[0.0] * (TERMS - 2 - len(rest)), sine, cosine)
 
 
@@ -164,7 +164,7 @@ def run(
     delays: tuple[float, ...] = (),
     **options: Any,
 ) -> Followed:
-    """Advance the course; guards come with a monitored row each, the rows beyond are monitored throughout."""
+    """Integrate the problem; each guard has a monitored row, and further rows are monitored at all times."""
     mode, refused = (np.array(given or (0,) * len(guards_), np.int64) for given in (modes, refuses))
     everything = np.vstack([guards_, rows]) if len(rows) else guards_.copy()
     tables = guards_.copy(), everything, powers.copy(), signals.copy()

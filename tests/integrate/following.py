@@ -1,4 +1,4 @@
-"""A problem that the time loop follows: what all tests of the integrators set up and look at."""
+"""Run the time loop on a problem, for all tests of the integrators."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def follow(
     most_steps: int = 100000,
     pieces: int = 1,
 ) -> Followed:
-    """Advance a problem by its kernels, whose guards have the modes of its numbers, in pieces of so many steps at most."""
+    """Integrate a problem with its kernels by the time loop; return the results."""
     handle, method, n, count = Handle(numbers), tableau(name), len(start), numbers.mode.size
     state = make_state(
         np.array(start),

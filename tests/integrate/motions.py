@@ -112,7 +112,7 @@ def factorize(hg, address):
 
 @kernel
 def solve(r, address):
-    """One or two unknowns; a third one is alone."""
+    """Solve for one or two unknowns; a third unknown is not coupled to these."""
     m = open_numbers(address).matrix
     if r.size == 1:
         r[0] /= m[0, 0]
@@ -127,7 +127,7 @@ def solve(r, address):
 
 @kernel
 def accept(t, y, address, answer):
-    """No manifold to return to."""
+    """Accept the state without changes, because no constraints apply."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 
@@ -147,7 +147,7 @@ def guard(t, y, k, address, value, slope):
 
 @kernel
 def reset(t, y, k, address, data):
-    """Change the mode; with a restitution the speed turns, and the mode stays."""
+    """Change the mode; with a restitution coefficient reverse the speed instead."""
     S = open_numbers(address)
     data[0] = y[1]
     if S.restitution[0] > 0.0:
@@ -159,7 +159,7 @@ def reset(t, y, k, address, data):
 
 @kernel
 def monitor(t, y, address, power, rows):
-    """Integrands y, y^2 and the square of the rate; rows: y of each guard and of the whole time, with its square."""
+    """Compute the integrands y, y^2 and squared rate, and rows with y and y^2 for each guard and for the whole time."""
     power[0], power[1], power[2] = y[0], y[0] * y[0], y[1] * y[1] if y.size > 1 else 0.0
     for row in range(rows.shape[0]):
         rows[row, 0], rows[row, 1], rows[row, 2] = y[0], y[0] * y[0], 1.0

@@ -36,7 +36,7 @@ def test_steady_step(name: str) -> None:
 
 
 def error_of(name: str, h: float) -> float:
-    """Estimated error of one step of y' = y from 1, from the coefficients."""
+    """Return the estimated error of one step of y' = y from 1, by the coefficients of the method."""
     T = tableau(name)
     stage = np.zeros(T.nodes.size)
     if T.kind == 0:
@@ -115,7 +115,7 @@ def test_too_small_a_step() -> None:
 
 
 def falling(k: float, exponent: float, v: float) -> tuple[float, float]:
-    """Depth and duration of an impact on a compliant floor without gravity, by energy."""
+    """Return depth and duration of an impact on a compliant floor without gravity, by energy."""
     depth = ((exponent + 1.0) * 0.5 * v * v / k) ** (1.0 / (exponent + 1.0))
     a = 1.0 / (exponent + 1.0)
     half = depth / v * math.sqrt(math.pi) * math.gamma(1.0 + a) / math.gamma(0.5 + a)

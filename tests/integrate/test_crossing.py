@@ -11,7 +11,7 @@ from scissordyn.integrate.advance import FINISHED
 
 
 def impact(name: str, crosses: bool, tolerance: float, **options) -> Followed:
-    """Impacts on a linear floor under gravity."""
+    """Return the run of impacts on a linear floor under gravity."""
     return solve_problem(
         *(name, COMPLIANT, (1e-2, 0.0), 0.5),
         parameters=(4e3, 1.0, 9.81),

@@ -12,7 +12,7 @@ from scissordyn.integrate.integration import DATA, FALL, GUARD, MODE, RISE, TIME
 
 
 def shifted(*roots: float, factor: float = 1.0) -> tuple[float, ...]:
-    """Coefficients, constant first, of a polynomial with these roots."""
+    """Return the coefficients, constant first, of a polynomial with these roots."""
     return tuple(factor * np.polynomial.Polynomial.fromroots(roots).coef)
 
 

@@ -13,7 +13,7 @@ from scissordyn.integrate.history import CHEBYSHEV_NODES, make_history, up_to_mu
 
 
 def looked_back(row: np.ndarray, signal: int, t: float) -> float:
-    """A signal at an instant of a row's step, by the series in s = -1 .. 1."""
+    """Return a signal at an instant inside the step of a row, by its series in s from -1 to 1."""
     s = 2.0 * (t - row[0]) / row[1] - 1.0
     first = 2 + signal * CHEBYSHEV_NODES.size
     return float(np.polynomial.Polynomial(row[first : first + CHEBYSHEV_NODES.size])(s))

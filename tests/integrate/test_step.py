@@ -15,7 +15,7 @@ WIDE = {"rtol": 1e9, "atol": 1e9}
 
 
 def one_step(name: str, kind: int, start: tuple[float, ...], h: float, **options):
-    """The state after one step of size h."""
+    """Return the state after one step of size h."""
     result = solve_problem(name, kind, start, h, first=h, **{**WIDE, **options})
     assert result.status == FINISHED
     assert result.state.counts["steps"][0] == 1

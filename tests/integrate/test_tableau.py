@@ -18,7 +18,7 @@ ORDER = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 3
 
 @cache
 def trees(order: int) -> list[Tree]:
-    """Rooted trees with so many nodes."""
+    """Return the rooted trees with `order` nodes."""
     if order == 1:
         return [()]
     found = set()
@@ -36,12 +36,12 @@ def nodes_of(tree: Tree) -> int:
 
 
 def density(tree: Tree) -> int:
-    """Product of the sizes of all its subtrees."""
+    """Return the density of a tree: the product of the sizes of all its subtrees."""
     return nodes_of(tree) * math.prod(density(branch) for branch in tree)
 
 
 def matrices(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Stage coefficients where several branches meet, and along a single branch.
+    """Return the stage coefficients for nodes where several branches meet, and for nodes with a single branch.
 
     A Rosenbrock method is written in stages U = Gamma K, with which only systems with h gamma have to be solved: A and C are
     a = alpha Gamma^-1 and C = 1/gamma - Gamma^-1; along a single branch the Jacobian is exact, and alpha + Gamma counts.
@@ -56,7 +56,7 @@ def matrices(name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def weights(name: str, theta: float) -> np.ndarray:
-    """Weights of the stages K in the state at a part theta of the step, from the nested form of the dense output."""
+    """Return the weights of the stages K in the state at the fraction theta of the step, by the nested dense output."""
     method = tableau(name)
     size = method.nodes.size
     factors = [theta if part == 0 else 1.0 - theta for part in method.pattern]
@@ -87,7 +87,7 @@ def stage_values(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
 
 
 def condition(name: str, weight: np.ndarray, tree: Tree) -> float:
-    """Left side of the order condition of a tree."""
+    """Return the left side of the order condition of a tree."""
     return float(weight @ stage_values(tree, *matrices(name)))
 
 

@@ -16,12 +16,12 @@ from scissordyn.plan.plan import plan
 
 
 def closed(mechanism: sd.Mechanism) -> Closure:
-    """The closure equations of a mechanism."""
+    """Return the closure equations of a mechanism."""
     return Closure(plan(mechanism))
 
 
 def angle_of(closure: Closure, z: np.ndarray, body: str) -> float:
-    """Angle of a body."""
+    """Return the angle of a body in the solution z."""
     d = closure.first[body] + 2
     return math.atan2(z[d + 1], z[d])
 
@@ -42,7 +42,7 @@ def test_a_slot_beside_a_lever(turn: float) -> None:
 
 
 def four_bar(**rod: object) -> sd.Mechanism:
-    """A crank and a rocker with a rod without mass between their ends."""
+    """Return a crank and a rocker with a massless rod between their ends."""
     crank = sd.bar("crank", length=0.3, mass=1.0, angle=0.8)
     rocker = sd.bar("rocker", length=0.6, mass=1.0, angle=1.9, position=(0.9, 0.0))
     joints = (
@@ -55,7 +55,7 @@ def four_bar(**rod: object) -> sd.Mechanism:
 
 
 def rocker_angle(turn: float, length: float) -> tuple[float, float]:
-    """Both angles of the rocker, by the cosine theorem in the triangle of rod, rocker and diagonal."""
+    """Return both possible angles of the rocker, by the law of cosines in the triangle of rod, rocker and diagonal."""
     x, y = 0.3 * math.cos(turn) - 0.9, 0.3 * math.sin(turn)
     diagonal = math.hypot(x, y)
     between = math.acos((0.36 + diagonal**2 - length**2) / (1.2 * diagonal))

@@ -32,13 +32,13 @@ def spring(indentation, stiffness, exponent=1.5):
 
 @element(slot="damping")
 def lossy(elastic, rate, approach, xi: Annotated[float, Quantity("1", minimum=0.0, help="loss")] = 0.2):
-    """Damping defined by a user."""
+    """Return the damping force of a law that a user defines."""
     return elastic * (1.0 + xi * rate / approach)
 
 
 @element(slot="friction")
 def dry_friction(slip_speed, normal_force, mu):
-    """Friction defined by a user."""
+    """Return the friction force of a law that a user defines."""
     return mu * normal_force * math.tanh(slip_speed / 1e-4)
 
 
@@ -295,7 +295,7 @@ def users_clearance():
 
     @element(slot="stiffness")
     def foundation(indentation, stiffness=JOINT.length * 0.5 * np.pi * JOINT.modulus, clearance=0.5e-3):
-        """Written by a user."""
+        """Return the elastic force of a law that a user defines."""
         return stiffness * indentation * (indentation / (2.0 * (clearance + indentation))) ** 0.5
 
     return sd.Clearance(0.5e-3, stiffness=foundation())

@@ -28,14 +28,14 @@ from scissordyn.run.simulate import simulate
 
 
 def lobed(count=720, depth=2e-5):
-    """A contour with three lobes of different depths."""
+    """Return a contour with three lobes of different depths."""
     angle = 2.0 * np.pi * np.arange(count) / count
     depths = sum(depth * share * np.maximum(0.0, np.cos(angle - at)) ** 6 for share, at in ((1.0, 0.4), (0.6, 2.5), (0.3, 5.0)))
     return tuple(depths.tolist())
 
 
 def floating(**laws):
-    """Two bodies that float freely, spin at different speeds, and are joined by a worn bearing."""
+    """Return two free bodies that rotate at different speeds and are joined by a worn bearing."""
     inner = Body("inner", 2.0, 4e-3, {"pin": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
     outer = Body("outer", 5.0, 0.05, {"hole": (0.05, 0.02)}, centre=(0.1, -0.03), position=(-0.01, -0.03), angle=0.3)
     inner = dataclasses.replace(inner, velocity=(0.5, 0.3), angular_velocity=20.0)
@@ -46,7 +46,7 @@ def floating(**laws):
 
 
 def array(joint, **laws):
-    """An array that moves, with a worn joint with friction."""
+    """Return a moving array with a worn joint with friction."""
     drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
     arm = scissor(units=2, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
     return arm.with_clearance(joint, Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": LuGre(0.1)} | laws))
@@ -121,14 +121,14 @@ BORE = Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # a b
 
 
 def bearing(clearance, count):
-    """Contour, pressures, radial clearance and area of a cell of a round bearing."""
+    """Return contour, pressures, radial clearance and area of a cell of a round bearing."""
     surfaces = clearance.surfaces
     area = 2.0 * math.pi * surfaces.bearing_radius * surfaces.length / count
     return contour_table([0.0] * count), pressure_table(clearance.stiffness, surfaces), surfaces.clearance, area
 
 
 def pressed_by(made, x, y):
-    """Force, energy and largest indentation at an eccentricity."""
+    """Return force, energy and largest indentation at an eccentricity."""
     out = np.zeros(4)
     press_at(x, y, *made, np.zeros(0), out)
     return out
@@ -171,7 +171,7 @@ def test_place_under_a_force():
 
 
 def worn_by(energy, force, count=720, substeps=20_000):
-    """Contour and volume of a bearing worn with k = 1e-9 m^2/N by a load at 40 degrees, and the fraction that was done."""
+    """Return contour and worn volume of a bearing for k = 1e-9 m^2/N and a load at 40 degrees, and the completed fraction."""
     contour, table, clearance, area = bearing(BORE, count)
     energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
     energies[20], forces[20] = energy, force

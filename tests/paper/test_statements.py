@@ -132,7 +132,7 @@ SETTLED = Regularity("irregular", "irregular", 4, 4, 0.99, 20.0, 1.0, 0.9, 8.0, 
 
 
 def settled_as_the_paper_says():
-    """Made-up motions under the periodic drive that fit every sentence of the paper."""
+    """Return made-up motions under the periodic drive that agree with every sentence of the paper."""
     impacts = {0.7e-3: 6.0, 0.6e-3: 7.0, 0.5e-3: 8.0, 0.4e-3: 1.0, 0.3e-3: 5.0, 0.2e-3: 3.0}
     found = {case: dataclasses.replace(SETTLED, impacts=impacts[case.clearance]) for case in BY_CLEARANCE}
     calm, between = PaperCase(0.4e-3, choice=PERIODIC), PaperCase(0.2e-3, choice=PERIODIC)

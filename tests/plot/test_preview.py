@@ -39,7 +39,7 @@ PAPER = str(EXAMPLES / "paper.toml")
 
 
 def names_in(axes: Axes) -> list[Text]:
-    """The names in a drawing, without the text of its scale bar."""
+    """Return the names in a drawing, without the text of its scale bar."""
     return [text for text in axes.texts if text.get_text() and text.get_gid() != SCALE_BAR]
 
 

@@ -73,7 +73,7 @@ def by_enumeration(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
 
 
 def sweeps(tolerance: float, most: int = 2000) -> Solver:
-    """Impulses by Gauss and Seidel, contact by contact, until the residual of the cone's projection is small against b."""
+    """Return a solver by Gauss-Seidel iteration over contacts, which ends if the residual of the cone's projection is small."""
 
     def solve(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
         z = np.zeros(len(b))

@@ -19,7 +19,7 @@ G, KINETIC, STATIC, STRIBECK = 9.81, 0.2, 0.3, 0.01
 
 
 def _block(stiffness: float, slope: float = 0.0, speed: float = 0.0, **friction: float) -> sd.Mechanism:
-    """A block of 2 kg on an incline."""
+    """Return a block of 2 kg on an incline."""
     angle = math.atan(slope)
     along = speed * math.cos(angle), speed * math.sin(angle)
     block = dataclasses.replace(sd.point_mass("block", mass=2.0, position=(0.0, 0.0)), velocity=along)

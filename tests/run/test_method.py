@@ -56,13 +56,13 @@ def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> Non
 
 
 def _clamped(**how: int) -> sd.Mechanism:
-    """A heavy bar of 0.5 m, clamped by its drive, that bends by modes or by elements."""
+    """Return a heavy bar of 0.5 m, clamped by its drive, that bends by modes or by elements."""
     bar = sd.bar("bar", length=0.5, mass=0.2)
     return sd.with_bending(on_pin(bar, gravity=9.81), bending_stiffness=1.2e3, axial_stiffness=2e7, **how).driven(speed=0.0)
 
 
 def _on_a_spring() -> sd.Mechanism:
-    """A lever whose weight a spring of 60 kHz holds."""
+    """Return a lever whose weight a spring of 60 kHz holds."""
     spring = sd.TorsionSpring("spring", "bar", "ground", stiffness=1e11, free_angle=0.0)
     return on_pin(sd.bar("bar", length=1.0, mass=2.0), spring, gravity=9.81)
 

@@ -157,7 +157,7 @@ def test_round_off_is_no_force(case: str, capsys: pytest.CaptureFixture[str]) ->
 
 
 def journal_crank(radius: float, kinetic: float) -> sd.Mechanism:
-    """A slider-crank that presses, with friction in its crank's bearing."""
+    """Return a slider-crank that presses, with friction in its crank's bearing."""
     force = sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0))
     return slider_crank(components=(force, sd.PinFriction("bearing", "crank", radius, kinetic)))
 
@@ -323,7 +323,7 @@ def test_rack_on_an_incline() -> None:
 
 
 def lifted(screw: bool) -> sd.Mechanism:
-    """An arm raised from the ground to its end by a screw of 2 mm/rad, or by a cylinder of the same length."""
+    """Return an arm raised from the ground to its end by a screw of 2 mm/rad, or by a cylinder of the same length."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     distance, length = sd.Distance(("ground", "P"), ("arm", "end")), math.dist((0.5, 0.0), arm.place("end"))
     lift = sd.Mechanism((arm,), (sd.Revolute("A", ("arm", "start"), ("ground", "O")),), ground=GROUND, gravity=G)

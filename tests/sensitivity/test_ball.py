@@ -108,12 +108,12 @@ REPLAYED = Replayed(rate, guards, accept, reset, monitor, probe, forget, no_brea
 
 
 def step(ball: int, address: int) -> int:
-    """One step in doubles."""
+    """Advance the ball by one step in double precision."""
     return loop.advance(PROBLEM, ball, address, 1)
 
 
 def repeat(watched: int, address: int, ball: int, seed: F1) -> int:
-    """The same step in dual numbers."""
+    """Return the same step in dual numbers."""
     return follow_step(REPLAYED, watched, address, ball, seed)
 
 

@@ -30,7 +30,7 @@ SPEED, CLEARANCE = 0.5, 1e-3
 
 
 def journals() -> sd.Mechanism:
-    """Bodies that move through their clearances, one for each law."""
+    """Return bodies that move through their clearances, one for each law."""
     bodies, joints = [], []
     for damping, coefficient, _ in RESTITUTIONS:
         name = damping.__name__

@@ -119,13 +119,13 @@ def test_worst_cases_and_causes() -> None:
 
 
 def ishigami(points: np.ndarray) -> np.ndarray:
-    """Sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 on [-pi, pi]^3."""
+    """Return Ishigami's function sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 of points in [-pi, pi]^3."""
     x = points
     return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
 
 def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
-    """Closed form: first-order and total indices (Ishigami and Homma 1990)."""
+    """Return the first-order and total indices of Ishigami's function in closed form (Ishigami and Homma 1990)."""
     a, b, pi = 7.0, 0.1, np.pi
     v1, v2, v13 = 0.5 * (1.0 + b * pi**4 / 5.0) ** 2, a**2 / 8.0, b**2 * pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
     whole = v1 + v2 + v13

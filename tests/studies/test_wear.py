@@ -37,7 +37,7 @@ TURN = FORCE * 2.0 * math.pi * (RADIUS - GAP)  # energy F times slip of one turn
 
 
 def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, **laws):
-    """A shaft that turns at constant speed in a bearing, under its weight; its bearing loses a volume [m^3] in some cycles.
+    """Return a heavy shaft that turns at constant speed in a bearing, which loses a volume [m^3] in a number of cycles.
 
     `unbalance` is the rotating force as a fraction of the weight.
     """
@@ -51,7 +51,7 @@ def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, **laws):
 
 
 def worn(mechanism, cycles, **options):
-    """The wear of a mechanism that begins at rest in contact, with few simulated cycles."""
+    """Return the wear of a mechanism that starts at rest in contact, from few simulated cycles."""
     return wear(mechanism, until=1.0, cycles=cycles, **{"start": "in-contact", "settle": 0, "angles": 180} | options)
 
 

@@ -94,7 +94,7 @@ class PinLuGre:
         return *_coefficients(self), self.radius
 
     def without_bristles(self) -> PinFriction:
-        """Coulomb friction with the same coefficients, which takes the place of bristles at rest."""
+        """Return Coulomb friction with the same coefficients, which replaces bristles at rest."""
         return PinFriction(self.name, self.body, self.radius, self.kinetic, self.base, self.static, self.stribeck_speed)
 
 
@@ -160,6 +160,6 @@ class GuideLuGre:
         return *_coefficients(self), math.cos(self.direction), math.sin(self.direction)
 
     def without_bristles(self) -> GuideFriction:
-        """Coulomb friction with the same coefficients, which takes the place of bristles at rest."""
+        """Return Coulomb friction with the same coefficients, which replaces bristles at rest."""
         sliding = self.kinetic, self.static, self.stribeck_speed
         return GuideFriction(self.name, self.start, self.end, self.direction, *sliding, length=self.length)

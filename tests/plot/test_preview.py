@@ -291,7 +291,7 @@ def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
     drag = Drag(open_case(LIFT), "pin", "unit 1/upper")
     reach = 0.03 * drag.size
     for part in (0.5, 1.0, 1.0):
-        drag.to(0.0, part * reach)
+        drag.move_target(0.0, part * reach)
     assert np.allclose(drag.present - drag.origin, [reach, 0.0], atol=1e-3 * drag.size)
 
 

@@ -1,0 +1,310 @@
+"""Exact derivatives of the runs of all examples beside extrapolated differences of runs, by every parameter of each.
+
+``python -m benchmarks.gradient_differences --write`` writes the page, in about an hour; ``--quick`` takes two examples.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+import scissordyn as sd
+from benchmarks.measure import command, paragraph, table
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.integrate.integration import LARGEST, TIME
+from scissordyn.mechanics.monitored import COMPONENT_FORCE, COUPLING_FORCE, DRIVE_TORQUE, INDENTATION
+from scissordyn.model.parameter_path import changed, every_number
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.run.advance.driver import Driver
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
+from scissordyn.sensitivity.forward import Forward, forward
+from scissordyn.sensitivity.gradient import check_derivable
+from scissordyn.sensitivity.library import DERIVATIVES
+from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+ENDS: Mapping[str, float] = {
+    "clearance_guide": 0.003,
+    "controlled": 0.05,
+    "four_bar": 0.01,
+    "lift": 0.09,
+    "lift_table": 0.1,
+    "long": 0.09,
+    "mast": 0.006,
+    "mast_twenty": 0.1,
+    "paper": 0.01,
+    "periodic": 0.01,
+    "press": 0.02,
+    "ring": 0.01,
+    "self_deploying": 0.02,
+    "slider_crank": 0.0015,
+    "solar_array": 0.018,
+    "worn_crank": 0.002,
+}
+"""End of the run of each example [s]: several contacts, and derivatives that differences can still follow."""
+
+QUICK = ("paper", "slider_crank")
+
+PARAMETERS_MAX = 80  # [parameters] Of an example with more, as many are taken, spread evenly over the list
+
+TOLERANCE = 1e-13
+LOOSER = {"lift": 1e-11, "solar_array": 1e-11}  # Bristles that hardly move need a hundred times more steps at 1e-13
+PRECISION_FACTOR = 1e-4  # [precisions of located events] Precision in these runs; it limits the differences of instants
+STEP_MAX = 1e-2  # [parameter scales] Step of the differences
+JOURNAL_STEP = 0.02  # [clearances] Largest displacement of a journal at an event by a step
+STEP_FACTORS = (1.0, 0.25, 0.0625)  # Further steps are tried while the estimated error is larger than the goal
+PLACES = ((-4, -3, -2, -1, 1, 2, 3, 4), (0, 1, 2, 3, 4, 5, 6, 7), (0, -1, -2, -3, -4, -5, -6, -7))
+"""Places of the runs [steps]; those on one side for a parameter at its bound."""
+
+GOAL = 1e-8  # Error relative to the largest derivative or value of the same kind of result
+MARGIN = 3.0
+"""Margin of the estimated error of a difference: its distance from a lower order, and the deviation of the noise of runs."""
+
+KINDS = {"torques": DRIVE_TORQUE, "components": COMPONENT_FORCE, "penetrations": INDENTATION, "couplings": COUPLING_FORCE}
+"""Kinds of largest values, by their names on the page."""
+
+Results = dict[str, np.ndarray]
+
+
+@dataclass
+class Row:
+    """Difference of both derivatives by a parameter for a kind of result, relative to the size of the kind.
+
+    `reference` is the distance of differences of two orders, at last the error of the reference with noise and margin. `noise`
+    is the deviation of a run's results, `gain` the factor of this noise in the difference.
+    """
+
+    example: str
+    parameter: str
+    kind: str
+    error: float
+    reference: float
+    noise: float
+    gain: float
+
+
+@dataclass
+class Found:
+    """Comparison of the parameters of an example, and the reason for each parameter that is left out."""
+
+    rows: list[Row] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
+    events: int = 0
+    refused: str = ""
+
+
+def scheme(places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return weights of the first derivative, of one of a lower order, and of the highest difference, whose norm is 1."""
+    at = np.array(places, float)
+    powers = np.vander(at, increasing=True).T
+    first = np.eye(at.size)[1]
+    best, inner = np.linalg.solve(powers, first), np.argsort(np.abs(at), kind="stable")[: at.size - 2]
+    lower = np.zeros(at.size)
+    lower[inner] = np.linalg.solve(np.vander(at[inner], increasing=True).T, first[: inner.size])
+    highest = np.linalg.svd(powers[:-1])[2][-1]
+    return best, lower, highest
+
+
+def results(driver: Driver) -> Results:
+    """Return the results of a run by kind."""
+    n, state = driver.plan.coordinates.free, driver.state
+    rows = {name: state.peak[driver.rows(kind), LARGEST] for name, kind in KINDS.items()}
+    return {"coordinates": state.y[:n].copy(), "rates": state.y[n : 2 * n].copy(), "instants": driver.log["time"], **rows}
+
+
+def exact(run: Forward, parameter: int) -> Results:
+    """Return the derivatives of the results of a run by one parameter."""
+    driver, state = run.driver, run.state[..., parameter]
+    n = driver.plan.coordinates.free
+    rows = {name: run.peak[driver.rows(kind), LARGEST, parameter] for name, kind in KINDS.items()}
+    return {"coordinates": state[:n], "rates": state[n : 2 * n], "instants": run.log[:, TIME, parameter], **rows}
+
+
+def precise_run(tables: Plan, options: sd.Options) -> tuple[Results, np.ndarray]:
+    """Run with precisely located events; return the results and the guards of the events."""
+    driver, _, _ = make_driver(tables, options)
+    driver.integration.content.work.precision[:] *= PRECISION_FACTOR
+    advance(driver, options.until)
+    return results(driver), driver.log["guard"].copy()
+
+
+def step_of(run: Forward, parameter: int) -> float:
+    """Return the step of the differences [parameter scales], small enough for every event of the run."""
+    log, slope = run.driver.log, run.log[:, TIME, parameter]
+    clearance = run.driver.system.content.parameters.contact["clearance"]
+    moved = 0.0
+    for row, by in zip(log, slope.tolist(), strict=True):
+        if row["guard"] < clearance.size:
+            moved = max(moved, abs(row["rate"] * by) / clearance[int(row["guard"])])
+    return min(STEP_MAX, JOURNAL_STEP / moved) if moved else STEP_MAX
+
+
+def size_of(slopes: Results, values: Results, kind: str) -> float:
+    """Return the largest derivative of a kind of result, by parameter / scale, or the largest value if that is larger."""
+    sizes = (np.max(np.abs(a[np.isfinite(a)]), initial=0.0) for a in (slopes[kind], values[kind]))
+    return max(float(size) for size in sizes) or 1.0
+
+
+class Comparison:
+    """Runs of an example whose parameters change, beside its exact derivatives."""
+
+    def __init__(self, name: str) -> None:
+        case = sd.read_case(EXAMPLES / f"{name}.toml")
+        self.name, self.mechanism, self.start = name, case.mechanism, case.run.start
+        tolerance = LOOSER.get(name, TOLERANCE)
+        self.options = sd.Options(ENDS[name], self.start, 2, tolerance, tolerance, "dop853", events="located")
+        self.tables, self.found = plan(case.mechanism), Found()
+
+    def compare(self) -> Found:
+        """Compare both kinds of derivatives by each parameter."""
+        try:
+            check_derivable(self.tables, self.options)
+        except InputError as refused:
+            self.found.refused = refused.what
+            return self.found
+        parameters, seeds = self._seeds()
+        self.values, self.guards = precise_run(self.tables, self.options)
+        self.found.events = self.guards.size
+        for first in range(0, len(parameters), DERIVATIVES):
+            run = forward(self.tables, self.options, seeds[first : first + DERIVATIVES])
+            for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
+                try:
+                    self._compare_with(exact(run, k), parameter, step_of(run, k))
+                except ScissordynError as refused:
+                    self.found.left_out[parameter.path] = f"no differences: {getattr(refused, 'what', refused)}"
+        for kind in ("coordinates", "rates", "instants", *KINDS):
+            rows = [row for row in self.found.rows if row.kind == kind]
+            noise = float(np.median([row.noise for row in rows])) if rows else 0.0
+            for row in rows:
+                row.reference = MARGIN * (row.reference + row.gain * max(noise, row.noise))
+        return self.found
+
+    def _seeds(self) -> tuple[list[Parameter], list[Results]]:
+        """Return the parameters with derivatives, and the derivatives of the start by each."""
+        begin, parameters, seeds = Start(self.mechanism, self.start), list[Parameter](), list[Results]()
+        paths = every_number(self.mechanism)
+        chosen = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), PARAMETERS_MAX)).astype(int))
+        for path in (paths[k] for k in chosen):
+            try:
+                parameter = parameter_of(self.mechanism, path, self.tables.coordinates.size)
+                seed = derivatives(begin, parameter)
+            except InputError as refused:
+                self.found.left_out[path] = refused.what
+                continue
+            if seed:
+                parameters.append(parameter)
+                seeds.append(seed)
+        return parameters, seeds
+
+    def _compare_with(self, slopes: Results, parameter: Parameter, step: float) -> None:
+        """Append a row for each kind of result, with the step whose differences have the smallest estimated error."""
+        rows, cause = dict[str, Row](), ScissordynError("")
+        for places in PLACES:
+            for factor in STEP_FACTORS:
+                try:
+                    tried = self._rows(slopes, parameter, places, factor * step)
+                except ScissordynError as refused:
+                    cause = refused
+                    continue
+                for row in tried:
+                    before = rows.get(row.kind)
+                    if before is None or _estimate(row) < _estimate(before):
+                        rows[row.kind] = row
+                if max(map(_estimate, rows.values())) < GOAL:
+                    break
+            if rows:
+                self.found.rows += rows.values()
+                return
+        raise cause
+
+    def _rows(self, slopes: Results, parameter: Parameter, places: Sequence[int], step: float) -> list[Row]:
+        best, lower, highest = scheme(places)
+        runs = []
+        for place in places:
+            moved = changed(self.mechanism, parameter.path, parameter.value + place * step * parameter.scale)
+            found, events = precise_run(plan(moved), self.options)
+            if not np.array_equal(events, self.guards):
+                raise ScissordynError("runs with a changed parameter have other events")
+            runs.append(found)
+        rows = []
+        for kind, slope in slopes.items():
+            values = np.array([run[kind] for run in runs])
+            known = np.isfinite(slope) & np.isfinite(values).all(axis=0)
+            if not known.any():
+                continue
+            values, slope = values[:, known], slope[known]
+            difference = best @ values / step
+            size = size_of({kind: difference}, self.values, kind)
+            apart, truncation = (float(np.max(np.abs(other - difference))) for other in (slope, lower @ values / step))
+            noise = float(np.max(np.abs(highest @ values)))
+            gain = float(np.linalg.norm(best)) / step
+            rows.append(Row(self.name, parameter.path, kind, apart / size, truncation / size, noise / size, gain))
+        return rows
+
+
+def _estimate(row: Row) -> float:
+    return MARGIN * (row.reference + row.gain * row.noise)
+
+
+def measure(quick: bool) -> str:
+    """Differences of both kinds of derivatives: a table of examples, one of the worst, and what is left out."""
+    return page({name: Comparison(name).compare() for name in (QUICK if quick else ENDS)})
+
+
+def page(comparisons: Mapping[str, Found]) -> str:
+    """Return the tables of some comparisons by example."""
+    heads, rows, refused, reasons = [], list[Row](), [], Counter[str]()
+    for name, found in comparisons.items():
+        if found.refused:
+            refused.append(f"* {name}: {found.refused}")
+            continue
+        rows += found.rows
+        reasons.update(_reason(text) for text in found.left_out.values())
+        numbers = [float(np.median([row.error for row in found.rows])), max(row.error for row in found.rows)]
+        count, beyond = len({row.parameter for row in found.rows}), sum(map(_is_beyond, found.rows))
+        heads.append([name, f"{ENDS[name]:g}", str(found.events), str(count), *(f"{n:.0e}" for n in numbers), str(beyond)])
+    rows.sort(key=lambda row: -row.error)
+    text = paragraph(
+        f"Runs with dop853 at rtol = atol = {TOLERANCE:g}, of {' and '.join(LOOSER)} at {max(LOOSER.values()):g}.",
+        "Derivatives of coordinates and rates at the end, of all instants of events and of largest values, by every",
+        "parameter that acts, exact and by differences of eighth order with events located to",
+        f"{PRECISION_FACTOR:g} of their usual precision; of examples with more than {PARAMETERS_MAX} parameters by as many.",
+        "Differences between both are relative to the largest derivative or value of the same kind of result. The error",
+        "of the reference is three times its distance from differences of sixth order and the deviation of the noise of",
+        f"runs, which follows from their seventh differences. The last column counts results that differ by more than {GOAL:g}",
+        "and by more than the error of the reference.",
+    )
+    head = ("example", "end [s]", "events", "parameters", "median", "largest", "beyond")
+    parts = [text, "\n" + table(head, heads)]
+    for title, chosen in (
+        (f"The largest of {len(rows)} differences", rows[:15]),
+        ("The largest beyond the error of the reference", [row for row in rows if _is_beyond(row)][:15]),
+    ):
+        cells = [[r.parameter, r.example, r.kind, f"{r.error:.1e}", f"{r.reference:.1e}"] for r in chosen]
+        parts.append(f"{title}:\n\n" + table(("parameter", "example", "result", "difference", "error of the reference"), cells))
+    if missing := [name for name in ENDS if name not in comparisons]:
+        parts.append(f"Not compared: {', '.join(missing)}.\n")
+    left = [f"* {count}: {reason}" for reason, count in reasons.most_common()]
+    return "\n".join([*parts, "Parameters that are left out:\n", *left, "\nExamples without derivatives:\n", *refused, ""])
+
+
+def _is_beyond(row: Row) -> bool:
+    return row.error > max(GOAL, row.reference)
+
+
+def _reason(text: str) -> str:
+    """Return a reason without the name and the value of its parameter."""
+    if text.startswith("no differences"):
+        return text.partition(" = ")[0]
+    return re.sub(r"'[^']*'( = [^:]*)?:? ?", "", text, count=1).strip()
+
+
+if __name__ == "__main__":
+    command("gradient_differences", measure)

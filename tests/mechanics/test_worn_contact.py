@@ -254,3 +254,11 @@ def test_an_angle_that_turns_under_a_resting_journal():
     phi = math.acos(gap / e)
     assert start == pytest.approx((math.pi / 90 - phi) / turning, rel=1e-6)
     assert float(run["approach_speed"][0]) == pytest.approx(e * turning * math.sin(phi) - away * math.cos(phi), rel=1e-6)
+
+
+def test_a_journal_without_a_place():
+    """Contract: NaN, which a step that is rejected may contain, gives NaN and reads no memory outside the contour."""
+    clearance, out = Clearance(1e-4), np.zeros(4)
+    table = pressure_table(clearance.stiffness, clearance.surfaces)
+    press_at(math.nan, 0.0, contour_table([0.0] * 90), table, 1e-4, 1e-5, np.zeros(0), out)
+    assert math.isnan(out[3])

@@ -57,8 +57,10 @@ def cell_count(angle, count):
 
 @kernel
 def nearest_cell(ex, ey, count):
-    """Return the index of the angle of the contour nearest to a direction."""
+    """Return the index of the angle of the contour nearest to a direction; 0 for NaN, which a rejected step may contain."""
     angle = math.atan2(ey, ex) * count / (2.0 * math.pi)
+    if math.isnan(angle):
+        return 0
     k = int(angle + count + 0.5)
     return k - count if k >= count else k
 

@@ -94,7 +94,7 @@ def test_levels_of_factors():
             assert factor.fields_at(u) or factor.level(u) in ("steel", "concentric", "the motion itself")
     radius = next(factor for factor in FACTORS if factor.name == "journal radius")
     assert radius.level(0.0) == "5 to 7.83 mm"
-    assert radius.set(0.5)["journal_radius"] == pytest.approx((5e-3 * 30e-3) ** 0.5)
+    assert radius.fields_at(0.5)["journal_radius"] == pytest.approx((5e-3 * 30e-3) ** 0.5)
 
 
 @pytest.fixture
@@ -185,7 +185,7 @@ def test_page_and_command(small, tmp_path, monkeypatch, capsys):
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
         f"parameter_sets-{name}.{form}" for name in ("checks", "parameters") for form in ("png", "svg")
     }
-    with pytest.raises(InputError, match="--beyond with --parameter-sets"):
+    with pytest.raises(InputError, match="--beyond and --parameter-sets together"):
         command.paper(tmp_path, beyond=True, parameter_sets=True)
     assert answer_parameter_sets(tmp_path, 12, engine=1).leading.agreeing_count.size == 4
     assert PaperCase(choice=DEFAULT).options.rtol == 1e-8

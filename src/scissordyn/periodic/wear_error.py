@@ -42,7 +42,7 @@ def scatter(cycles: np.ndarray, values: np.ndarray) -> Scatter:
             lines[s, s : s + 3] = np.array([-part, 1.0, part - 1.0]) / np.sqrt(1.0 + part**2 + (1.0 - part) ** 2)
         between = float(np.mean((lines @ values.mean(axis=1)) ** 2))
         squares = lines.T @ lines
-        degrees = float(np.trace(squares) ** 2 / np.sum(squares**2))  # Satterthwaite 1946, doi:10.2307/3002019
+        degrees = float(np.trace(squares) ** 2 / np.sum(squares**2))  # Satterthwaite 1946
     if within / members >= between:
         return Scatter(within, within / members, _factor(states * (members - 1)))
     return Scatter(between * members, between, _factor(degrees))

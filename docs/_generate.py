@@ -166,7 +166,16 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "stroboscopic",
         "zero_one_test",
     ),
-    "Other programs": ("read_drawing", "read_pmks", "read_dxf", "read_mjcf", "read_points", "export", "pin_forces"),
+    "Other programs": (
+        "read_drawing",
+        "read_pmks",
+        "read_dxf",
+        "read_mjcf",
+        "read_linkage2",
+        "read_points",
+        "export",
+        "pin_forces",
+    ),
     "Units and errors": ("degrees", "rpm", "Quantity", "Pairs", "InputError", "ScissordynError"),
 }
 """The public names; what no group has is listed under the last heading."""

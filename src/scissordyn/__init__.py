@@ -99,6 +99,7 @@ PUBLIC = {
     "exchange.dxf": ("read_dxf",),
     "exchange.export": ("export",),
     "exchange.forces": ("pin_forces",),
+    "exchange.linkage2": ("read_linkage2",),
     "exchange.mjcf": ("read_mjcf",),
     "exchange.pmks": ("read_pmks",),
     "exchange.points": ("read_points",),

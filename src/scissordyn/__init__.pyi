@@ -69,6 +69,7 @@ from scissordyn.errors import InputError as InputError, ScissordynError as Sciss
 from scissordyn.exchange.dxf import read_dxf as read_dxf
 from scissordyn.exchange.export import export as export
 from scissordyn.exchange.forces import pin_forces as pin_forces
+from scissordyn.exchange.linkage2 import read_linkage2 as read_linkage2
 from scissordyn.exchange.mjcf import read_mjcf as read_mjcf
 from scissordyn.exchange.pmks import read_pmks as read_pmks
 from scissordyn.exchange.points import read_points as read_points

@@ -64,7 +64,9 @@ def explore(
 
 
 def import_drawing(
-    source: Annotated[str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml (MJCF), .urdf, .sdf or .csv.")],
+    source: Annotated[
+        str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml, .urdf, .sdf, .linkage2 or .csv.")
+    ],
     case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
     unit: Annotated[str, Option(help="Unit of a table, or of a DXF without unit, such as mm.")] = "",
     linear_density: Annotated[

@@ -11,19 +11,21 @@ from scissordyn.units import checked
 
 TABLE_ENDINGS = (".csv", ".tsv")  # File name endings of tables of points
 
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", *TABLE_ENDINGS)  # File name endings of all formats that are read
+# File name endings of all formats that are read
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", ".linkage2", *TABLE_ENDINGS)
 
 
 @checked
 def read_drawing(
     source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
 ) -> Imported:
-    """Return the mechanism of a PMKS+ link, a drawing in DXF, a model in MJCF, URDF or SDF, or a table of points.
+    """Return the mechanism of a PMKS+ link, a drawing, a robot model, a file of Linkage, or a table of points.
 
     Parameters
     ----------
     source : str or path
-        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .sdf, .csv or .tsv; a file with any other ending holds a link.
+        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .sdf, .linkage2, .csv or .tsv. A file with any other ending holds
+        a link.
     unit : str
         Length unit of a DXF without one (see `read_dxf`) or of a table of points (metres if not given).
     linear_density : float
@@ -69,6 +71,11 @@ def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance:
         from scissordyn.exchange.points import read_points
 
         return read_points(text, unit=unit or "m", linear_density=linear_density)
+    if ending == ".linkage2":
+        from scissordyn.exchange.linkage2 import read_linkage2
+
+        _no_unit(unit, "a file of Linkage")
+        return read_linkage2(text, linear_density=linear_density)
     if ending in ENDINGS:
         from scissordyn.exchange.mjcf import read_mjcf
 

@@ -1,4 +1,7 @@
-"""Run the cases: ``python -m validation [--quick] [--write] [NAME ...]``."""
+"""Run the cases: ``python -m validation [--quick] [--write] [NAME ...]``.
+
+``python -m validation engines`` compares other engines.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,10 @@ PAGE = HERE.parent / "docs" / "validation.md"
 
 def main() -> int:
     """Print the results, and write them if wanted; return 1 if a check fails."""
+    if sys.argv[1:2] == ["engines"]:
+        from validation.engines.compare import main as compare
+
+        return compare(sys.argv[2:])
     parser = argparse.ArgumentParser(description="Run the validation cases.")
     parser.add_argument("names", nargs="*", metavar="NAME", help="cases; all if left out")
     parser.add_argument("--quick", action="store_true", help="the checks only, without the comparison of codes")

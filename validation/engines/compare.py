@@ -1,0 +1,186 @@
+"""Run the engines, each in an environment of its own, and write the page of their errors."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from benchmarks.measure import machine, table
+
+from validation.engines.problem import CLEARANCE, Problem, problems
+from validation.page import stamp
+
+HERE = Path(__file__).parent
+PAGE = HERE.parents[1] / "docs" / "decisions" / "measured" / "engines.md"
+TIMEOUT = 300.0  # [s] for one problem and setting
+
+
+class Engine(NamedTuple):
+    """Engine, its pinned package, and what its settings are."""
+
+    name: str
+    package: str  # Requirement for pip; "npm:" and "apt:" are other installers
+    default: str = ""
+    careful: str = ""
+    reason: str = ""  # Reason why it is not run, if there is one
+
+
+ENGINES = (
+    Engine("mujoco", "mujoco==4.0.0", "2 ms, Euler, solref 20 ms", "0.1 ms, RK4, solref 0.2 ms (hole: 10 us, solref 3 ms)"),
+    Engine("exudyn", "exudyn==1.13.6 numpy==2.4.6", "100 steps, generalised alpha", "0.1 ms, Newton 1e-10"),
+    Engine("pymunk", "pymunk==7.3.1", "1/60 s, 10 iterations", "0.1 ms, 50 iterations, no slop"),
+    Engine("box2d", "Box2D==2.3.10", "1/60 s, 8 and 3 iterations", "0.1 ms, 200 and 50 iterations, bullets"),
+    Engine("planck", "npm:planck@1.4.2", "1/60 s, 8 and 3 iterations", "0.1 ms, 200 and 50 iterations, slop 1 um"),
+    Engine("rapier", "npm:@dimforge/rapier2d-compat@0.21.0", "1/60 s, 4 iterations", "0.1 ms, 50 iterations, length unit 1 cm"),
+    Engine("pybullet", "pybullet==3.2.7 numpy==1.26.4", "1/240 s, 50 iterations", "0.1 ms, 500 iterations, erp 1"),
+    Engine("drake", "drake==1.51.1", reason="installs; not set up here"),
+    Engine("pinocchio", "pin==4.1.0", reason="installs; not set up here"),
+    Engine("dart", "dartpy==6.20.0", reason="installs; not set up here"),
+    Engine("newton", "newton==1.8.0", reason="installs; not set up here"),
+    Engine("siconos", "apt:python3-siconos 4.4.0", reason="installs; not set up here"),
+    Engine("chrono", "pychrono==1.1.0", reason="the package of this name on PyPI is a library for delays and timers"),
+)
+
+
+def main(given: list[str]) -> int:
+    """Print the table; with --write replace the page of measurements."""
+    parser = argparse.ArgumentParser(prog="python -m validation engines", description="Compare engines on four mechanisms.")
+    parser.add_argument("names", nargs="*", metavar="ENGINE", help="engines; all if left out")
+    parser.add_argument("--folder", type=Path, help="keep the environments of the engines in this folder")
+    parser.add_argument("--write", action="store_true", help="write docs/decisions/measured/engines.md")
+    options = parser.parse_args(given)
+    known = {engine.name: engine for engine in ENGINES}
+    if unknown := [name for name in options.names if name not in known]:
+        parser.error(f"unknown: {', '.join(unknown)}; expected {', '.join(known)}")
+    wanted = problems()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (options.folder or Path(temporary)).resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, problem in wanted.items():
+            (folder / f"{name.replace(' ', '-')}.json").write_text(json.dumps(problem))
+        rows: dict[str, list[list[str]]] = {name: [] for name in wanted}
+        for engine in [known[name] for name in options.names] or [engine for engine in ENGINES if not engine.reason]:
+            command, failure = _install(engine, folder)
+            for name, problem in wanted.items():
+                for setting in ("default", "careful"):
+                    row = [failure, "", "", ""] if failure else _measured(command, folder, name, setting, problem)
+                    rows[name].append([engine.name, setting, *row])
+                    print(name, *rows[name][-1], sep=" | ", flush=True)
+    if options.write:
+        PAGE.write_text(_page(rows), encoding="utf-8")
+    return 0
+
+
+def _install(engine: Engine, folder: Path) -> tuple[list[str], str]:
+    """Return the command that runs an engine, and the reason if it cannot run."""
+    if engine.reason:
+        return [], engine.reason  # wanted by name
+    place = folder / engine.name
+    kind, _, package = engine.package.rpartition(":")
+    if kind == "npm":
+        place.mkdir(exist_ok=True)
+        steps = [["npm", "install", "--silent", "--prefix", str(place), package]]
+        for file in (f"run_{engine.name}.mjs", "shared.mjs"):  # Node looks for packages next to the file
+            (place / file).write_text((HERE / file).read_text())
+        command = ["node", str(place / f"run_{engine.name}.mjs")]
+    else:
+        python = str(place / "bin" / "python")
+        steps = [[sys.executable, "-m", "venv", str(place)], [python, "-m", "pip", "install", "-q", *package.split()]]
+        command = [python, str(HERE / f"run_{engine.name}.py")]
+    marker = place / "installed"
+    for step in () if marker.exists() else steps:
+        made = subprocess.run(step, capture_output=True, text=True, check=False)
+        if made.returncode:
+            return [], f"does not install: {(made.stderr.strip().splitlines() or ['no message'])[-1][:100]}"
+    marker.touch()
+    return command, ""
+
+
+def _measured(command: list[str], folder: Path, name: str, setting: str, problem: Problem) -> list[str]:
+    """Return loop error, energy error, angle error and time of an engine, or what it said."""
+    file = str(folder / f"{name.replace(' ', '-')}.json")
+    try:
+        made = subprocess.run(
+            [*command, file, setting], capture_output=True, text=True, timeout=TIMEOUT, check=False, cwd=folder
+        )
+    except subprocess.TimeoutExpired:
+        return [f"not finished after {TIMEOUT:g} s", "", "", ""]
+    lines = made.stdout.strip().splitlines()
+    if made.returncode or not lines or not lines[-1].startswith("{"):
+        said = (made.stderr.strip() or made.stdout.strip() or f"status {made.returncode}").splitlines()[-1]
+        return [f"not run: {said[:110]}", "", "", ""]
+    found = json.loads(lines[-1])
+    states = np.array(found["states"], float)
+    lines = [line.strip() for line in made.stderr.splitlines() if "arning" in line or "rror" in line]
+    said = "; ".join(line for line in lines if "Deprecation" not in line)[:80]
+    if not np.all(np.isfinite(states)):
+        return [f"not finite {said}", "", "", f"{found['seconds']:.2g}"]
+    return [*(f"{value:.1e}" for value in errors(states, problem)), f"{found['seconds']:.2g}{' ' * bool(said)}{said}"]
+
+
+def errors(states: np.ndarray, problem: Problem) -> tuple[float, float, float]:
+    """Return the largest gap of a joint [m], error of the energy [J], and error of an angle [rad] over all samples."""
+    reference = np.array(problem["reference"])
+    turn = states[..., 2] - reference[..., 2]
+    angle = np.abs(np.arctan2(np.sin(turn), np.cos(turn)))[:, [bool(body["inertia"]) for body in problem["bodies"]]].max()
+    energy = np.abs(_energy(states, problem) - _energy(reference, problem)).max()
+    return _gap(states, problem), float(energy), float(angle)
+
+
+def _energy(states: np.ndarray, problem: Problem) -> np.ndarray:
+    mass, inertia = (np.array([body[key] for body in problem["bodies"]]) for key in ("mass", "inertia"))
+    weight = states[..., :2] @ np.array(problem["gravity"])
+    parts = 0.5 * mass * np.sum(states[..., 3:5] ** 2, axis=-1) + 0.5 * inertia * states[..., 5] ** 2 - mass * weight
+    return np.asarray(parts.sum(axis=1))
+
+
+def _gap(states: np.ndarray, problem: Problem) -> float:
+    """Return the largest distance of the two points of a pin, or of a slider from its line, or depth of the pin in the hole."""
+
+    def place(k: int, local: list[float]) -> Any:
+        if k < 0:
+            return complex(*local)
+        return states[:, k, 0] + 1j * states[:, k, 1] + complex(*local) * np.exp(1j * states[:, k, 2])
+
+    gaps = [np.abs(place(a, point) - place(b, other)).max() for a, point, b, other in problem["pins"]]
+    for k, turn in problem["slides"]:
+        start = complex(*problem["bodies"][k]["pose"][:2])
+        gaps.append(np.abs(((place(k, [0.0, 0.0]) - start) * np.exp(-1j * turn)).imag).max())
+    if "hole" in problem:
+        gaps.append(max(0.0, float(np.abs(place(0, problem["hole"]["place"])).max()) - CLEARANCE))
+    return float(max(gaps))
+
+
+TEXTS = {
+    "slider-crank": "Crank 0.3 m, rod 0.8 m, free under gravity for 1 s from 2 rad/s.",
+    "scissor array": "30 units of bars of 0.5 m between 60 deg and the axis, gravity along the axis, free for 0.4 s.",
+    "parallelogram": "Cranks of 0.3 m, coupler of 0.6 m, without gravity, 6 rad/s: through both change points in 1 s. "
+    "Exact solution: constant speed.",
+    "pin in a hole": "A bar of 1 m with a hole on a fixed pin of 10 mm, radial clearance 0.2 mm, restitution 0.7, without "
+    "friction, from rest for 0.5 s. The gap is the depth of the pin in the hole, or how far it left the hole.",
+}
+
+
+def _page(rows: dict[str, list[list[str]]]) -> str:
+    """Return the page of measurements."""
+    settings = [[engine.name, engine.package, engine.default, engine.careful or engine.reason] for engine in ENGINES]
+    parts = [
+        "# Engines\n",
+        "The same four planar mechanisms in other engines, at their defaults and at settings that a careful user would choose. "
+        "`python -m validation engines --write` installs each engine in an environment of its own and writes this page.\n",
+        table(["engine", "package", "default", "careful"], settings),
+        "Errors are the largest over 51 samples, against a run of scissordyn at a tolerance of 1e-11 or a closed form. "
+        "The gap is how far a joint opens; the energy is that of the bodies. "
+        "Times are orders of magnitude: the machine runs other programs. What an engine prints when it "
+        "fails, or as a warning, is in its row.\n",
+    ]
+    head = ["engine", "setting", "gap [m]", "energy [J]", "angle [rad]", "time [s]"]
+    for name, found in rows.items():
+        parts += [f"## {name[0].upper()}{name[1:]}\n\n{TEXTS[name]}\n", table(head, found)]
+    return "\n".join([*parts, stamp(machine())]) + "\n"

@@ -174,7 +174,9 @@ def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
     met = list(leaves(mechanism))
     assert len({leaf.path for leaf in met}) == len(met) > 10
     assert all(at(mechanism, leaf.path) is leaf.value for leaf in met)
-    masses = [leaf for leaf in met if leaf.quantity is not None and leaf.quantity.unit == "kg"]
+    masses = [
+        leaf for leaf in met if leaf.quantity is not None and leaf.quantity.unit == "kg" and isinstance(leaf.value, float)
+    ]
     assert masses
     for leaf in masses[:4]:
         new = replaced(mechanism, leaf.path, 1.25 * leaf.value)

@@ -68,7 +68,7 @@ def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
     shown = set()
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        for target in re.findall(r'\]\(([^)\s#]+)\)|src="([^"]+)"', text):
+        for target in re.findall(r'\]\(([^)\s#]+)\)|(?:src|href)="([^"]+)"', text):
             shown.add(Path(os.path.normpath(page.parent / "".join(target))))
     assert drawn - shown == set()
 

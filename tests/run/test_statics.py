@@ -137,7 +137,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len(rows) == 9
     assert picture.stat().st_size > 10_000
     assert status_of([*words, "--over", "roof"]) == 2
-    assert "forces over 'roof'; expected time, input, table.x, table.y" in capsys.readouterr().err
+    assert "unknown horizontal axis over='roof'; expected time, input, table.x, table.y" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "press.toml")]) == 2
     assert "driven rod or driven coordinate; expected a drive, or a rod with a motion" in capsys.readouterr().err
     assert status_of(["statics", str(EXAMPLES / "lift.toml"), "-o", "forces.xlsx"]) == 2

@@ -296,7 +296,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert b"Response curves" in found.report(tmp_path / "r.pdf").read_bytes()
     found.report(tmp_path / "r.pdf")  # in the place of the earlier one
     (tmp_path / "own.pdf").write_text("mine")
-    with pytest.raises(sd.InputError, match="something else than a report"):
+    with pytest.raises(sd.InputError, match="exists and is not a report"):
         found.report(tmp_path / "own.pdf")
     with pytest.raises(sd.InputError, match=r"ends in \.csv"):
         export(results, tmp_path / "a.xls")

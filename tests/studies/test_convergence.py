@@ -97,7 +97,7 @@ def test_text_of_a_wanted_error(text, wanted):
 @pytest.mark.parametrize("text", ["", "tip.error within", "tip.error within 0 %", "tip.error within 3 mm", "two words"])
 def test_refused_texts(text):
     """Contract: any other text is refused in one line."""
-    with pytest.raises(InputError, match="to converge"):
+    with pytest.raises(InputError, match="wrong form of"):
         read_wanted(text)
 
 

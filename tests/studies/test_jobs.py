@@ -156,7 +156,7 @@ def test_early_exit_is_not_success(
     received: list[int], status: int, says: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Contract: a function that exits, as a library's signal handler does, gives one line and a nonzero status."""
-    monkeypatch.setattr(main, "app", lambda *_, **__: sys.exit(0))
+    monkeypatch.setattr(main.app, "invoke", lambda _: sys.exit(0))
     monkeypatch.setattr(main, "_received", received)
     assert main.status_of(["laws"]) == status
     said = capfd.readouterr().err

@@ -91,14 +91,14 @@ def study(cases: int) -> Study:
 
 
 def empty(block: Block) -> int:
-    """Run an empty task."""
-    return block.number
+    """Return the first case of a block without computing it."""
+    return int(block.cases[0])
 
 
 def waiting(block: Block) -> int:
     """Run a task that waits."""
     time.sleep(30.0)
-    return block.number
+    return int(block.cases[0])
 
 
 def resident() -> float:

@@ -30,7 +30,7 @@ from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, check_unit
 
 # Rooms of the package that no measure of a case depends on; the fingerprint of a study leaves them out
-ROOMS_WITHOUT_NUMBERS = ("cli", "plot", "config", "study", "periodic", "analysis")
+ROOMS_WITHOUT_NUMBERS = ("cli", "plot", "config", "periodic", "analysis")
 UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, so that they are independent of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types

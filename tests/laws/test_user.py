@@ -57,7 +57,7 @@ def test_function_becomes_a_law():
     assert spring(1e9).exponent == 1.5
     assert spring(stiffness=1e9, exponent=1.2) == spring(1e9, 1.2)
     assert [quantity.help for quantity in quantities(lossy).values()] == ["loss"]
-    assert (lossy.name, lossy.__doc__) == ("lossy", "Damping defined by a user.")
+    assert (lossy.name, lossy.__doc__) == ("lossy", "Return the damping force of a law that a user defines.")
     with pytest.raises(InputError, match="xi = -1"):
         lossy(-1.0)
     exec(f"def many(indentation, {', '.join(f'a{k}' for k in range(17))}):\n    return 0.0", scope := {})
@@ -313,7 +313,7 @@ def test_users_function_is_recorded_but_not_executed(array, tmp_path):
     run = sd.simulate(array.with_clearance("A", users_clearance()), until=0.001, samples=11)
     with pytest.warns(UserWarning, match=r"cannot be run again: .* is not defined in a file"):
         loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
-    assert "Written by a user" in loaded.attrs["configuration"]
+    assert "Return the elastic force of a law" in loaded.attrs["configuration"]
     with pytest.raises(InputError, match=r"mine\.py:foundation"):
         replay(loaded)
 

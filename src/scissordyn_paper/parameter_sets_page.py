@@ -34,7 +34,7 @@ TITLE = "The paper with other parameters"  # Title of the page
 
 STATEMENT_ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
 
-SHOWN_SETS = 5  # Number of best parameter sets in the table
+SHOWN_SETS = 5  # Number of parameter sets in the table: those with which most checks agree
 
 
 @dataclass(frozen=True)

@@ -415,7 +415,7 @@ def pass_guards(problem, now, s, w, S, K, log):
 
 @kernel
 def keep_linear(record, t, h, s, w, S):
-    """Add the step just made, of size h from t, to the history."""
+    """Add the step just made, of size h from t, to the history of delayed signals; the state is linear inside it."""
     for node in range(CHEBYSHEV_NODES.size):
         part = 0.5 * (1.0 + CHEBYSHEV_NODES[node])
         for i in range(s.y.size):

@@ -73,7 +73,7 @@ def walk(closure: Closure, inputs: AtPlace, start: np.ndarray, first: float, las
 
 
 def _is_smooth(closure: Closure, before: np.ndarray, guess: np.ndarray, z: np.ndarray) -> bool:
-    """Return whether a position is close to its prediction."""
+    """Return whether a step turns no body too far, with a correction that is small relative to the step."""
     change, correction = largest_turn(closure, z - before), largest_turn(closure, z - guess)
     return change <= TURN_MAX and correction <= CORRECTION_FRACTION * change + 1e-9
 

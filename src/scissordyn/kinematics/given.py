@@ -18,7 +18,10 @@ from scissordyn.tolerance import ASSEMBLY_TOL
 
 
 class Given(NamedTuple):
-    """Linear equations of [x; b] for given values, weighted so that half a squared residual is an energy."""
+    """Linear equations for the positions or velocities that bodies are given, weighted by the roots of mass and inertia.
+
+    Their unknowns are the free coordinates x and the basis b of the drives, in one vector [x; b].
+    """
 
     rows: Any
     target: np.ndarray

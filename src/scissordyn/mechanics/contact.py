@@ -378,10 +378,10 @@ def pin_slopes(j, S, n_d, n_r):
 
 @kernel
 def linearise_contact(j, S, z, by_state, up, down):
-    """Write the derivatives of contact j's generalised forces and state rates to Work.block_x, block_v and those of states.
+    """Write the derivatives of contact j's generalised forces and state rates by position, velocity and states to Work.
 
-    `pin_slopes` or `plane_slopes` first writes the geometric part to Work.block_x: the change of the generalised forces at
-    constant F_n and F_t.
+    `pin_slopes`, `worn_slopes` or `plane_slopes` first writes the geometric part to Work.block_x: the change of the generalised
+    forces at constant F_n and F_t. `by_state`, `up` and `down` are work arrays of central differences.
     """
     M, W = S.model, S.work
     n_d, n_r, t_v, t_n = law_slopes(j, S, z, up, down, by_state)

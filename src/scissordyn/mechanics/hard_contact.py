@@ -149,7 +149,7 @@ def keep_pressed(h, y, new, S, H):
 
 @kernel
 def take_back(S, H):
-    """Undo the step, which must be repeated with a smaller size."""
+    """Restore modes and other data of all contacts from before the step, which must be repeated with a smaller size."""
     for i in range(H.model.which.size):
         S.state.mode[H.model.which[i]] = H.work.was[i]
     restore(H)

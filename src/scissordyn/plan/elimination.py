@@ -251,7 +251,7 @@ class Elimination:
         return bool(far > CLOSING_DISPLACEMENT_MAX and far > CLOSING_RATIO_MAX * self.error(placed))
 
     def error(self, values: np.ndarray) -> float:
-        """Return the largest error of a constraint at given values of all columns."""
+        """Return the largest absolute value of the imposed constraints, which should vanish, at given values of all columns."""
         errors = (abs(sum(value * values[column] for column, value in row.items())) for row, _ in self.imposed)
         return float(max(errors, default=0.0))
 

@@ -14,7 +14,7 @@ from scissordyn.plan.quadratic_constraints import order_constraints
 from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL, SINGULAR_VALUE_MIN
 
 EXACT_TOLS = 1e-7, 1e-8
-"""Tolerances for exact numbers: remainder of a dependent gradient, residual of a redundant constraint after a move.
+"""Tolerances for lengths that are not rounded: remainder of a dependent gradient, residual of a redundant constraint.
 
 A unit gradient is dependent if its remainder after projection on the others is below the first value. The constraint is
 redundant if its residual stays below the second one after a move guided only by the others.

@@ -226,8 +226,8 @@ class ForceAnswer(Answer):
 def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float, float] | None:
     """Return the end of the starting phase [s] and the largest force of all joints after it [N], or None.
 
-    Return None if journals do not start concentric, the largest force is later or the run ends earlier than this phase, or the
-    mean load of `joint` is larger in it than afterwards, so that the motion explains the force.
+    Return None if journals do not start concentric, the largest force is later or the run ends earlier than this phase, a force
+    nearly as large follows, or the mean load of `joint` is larger in it than afterwards, so that the motion explains the force.
     """
     force, when = joint.largest, joint.when
     joints, begun = run["contact_joint"].values, run["contact_start"].values

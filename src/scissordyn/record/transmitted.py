@@ -125,7 +125,7 @@ def start_end(path: Trajectory) -> float:
 
 
 def _chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
-    """Yield the instants of all sources in chunks, without change points and instants that the run did not reach."""
+    """Yield the samples of all sources in chunks, without those after the end of the run or next to a change point."""
     if not sources:
         return
     source = Samples(*map(np.concatenate, zip(*sources, strict=True)))

@@ -26,7 +26,7 @@ from scissordyn.units import Meaning, Quantity
 
 MODELS = ("finite", "short", "long")  # Bearing models; the kernel gets the index
 SCALARS = ("viscosity", "clearance", "radius", "length", "roughness", "modulus", "model", "full")
-FIRST_TABLE_VALUE = len(SCALARS)  # index of the first number of the table, which follows the other parameters
+FIRST_TABLE_VALUE = len(SCALARS)  # index in the kernel's parameters of the first number of the table of film forces
 
 
 def force(

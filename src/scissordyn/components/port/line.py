@@ -18,7 +18,7 @@ def attachments(component: Any) -> tuple[Attachment, ...]:
 
 
 def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
-    """Return the initial distance."""
+    """Return the initial coordinate of the port: the distance between both points [m]."""
     return (math.dist(where(component.start), where(component.end)),)
 
 
@@ -45,6 +45,7 @@ _CYLINDER = np.array(
         [0.05, 0.0, 0.0],
     ]
 )
+# Piston and rod of the symbol of a gas spring, in the columns of the other symbols
 _PISTON = np.array([[0.4, 0.0, 0.3], [0.4, 0.0, -0.3], [0.4, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
 LINE = Port(

@@ -69,7 +69,7 @@ def wrench(maps, along, out, fx, fy):
 
 @kernel
 def gradients(maps, G, R):
-    """Compute the gradients of the coordinates by the maps."""
+    """Write to G the derivatives of the coordinates with respect to the maps, the numbers that describe both attachments."""
     G[0, 0] = G[1, 1] = G[2, 2] = G[3, 3] = 1.0
 
 

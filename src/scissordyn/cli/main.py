@@ -21,7 +21,7 @@ import click
 
 from scissordyn import __version__
 from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
-from scissordyn.cli.parameter import make_command
+from scissordyn.cli.parameter import HELP_OPTIONS, make_command
 from scissordyn.errors import AssemblyError, ScissordynError, printable, shortened
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
@@ -196,7 +196,7 @@ VERSION = click.Option(
     ["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_print_version, help="Print the version and exit."
 )
 
-app = Commands("scissordyn", help=ABOUT, params=[VERSION], context_settings={"help_option_names": ["-h", "--help"]})
+app = Commands("scissordyn", help=ABOUT, params=[VERSION], context_settings=HELP_OPTIONS)
 
 
 def run() -> None:
@@ -282,13 +282,11 @@ def _usage_text(error: click.ClickException, arguments: Sequence[str]) -> str:
     if text.startswith("Missing") and first in COMMANDS:
         return f"{text}; for example {COMMANDS[first][2]}"
     if isinstance(error, click.NoSuchOption):
+        text = f"No such option '{error.option_name}'"
         key = error.option_name.removeprefix("--").replace("-", "_")
         if key in OPTION_KEYS and first in COMMANDS:
-            return (
-                f"No such option '{error.option_name}'; options of a run belong to its case; for example --set run.{key}=VALUE"
-            )
-        near = f" (did you mean '{error.possibilities[0]}'?)" if error.possibilities else ""
-        text = f"No such option '{error.option_name}'{near}"
+            return f"{text}; options of a run belong to its case; for example --set run.{key}=VALUE"
+        text += f" (did you mean '{error.possibilities[0]}'?)" if error.possibilities else ""
     if "unexpected extra argument" in text:
         text += "; expected quotes around a value with spaces"
     return f"{text}; for example scissordyn {f'{first} ' if first in COMMANDS else ''}--help"

@@ -123,13 +123,11 @@ def kernel(function: Callable[..., Any]) -> Any:
     return function
 
 
-def vanishes(x: float) -> bool:
-    """Return True if a factor x and all its derivatives are zero, so that its product can be skipped."""
-    return x == 0.0
-
-
 def equals(x: float, value: float) -> bool:
-    """Return True if x has a value and no derivatives, so that a formula for this value alone may replace the general one."""
+    """Return True if x has a value and its derivatives are zero.
+
+    A formula for this value alone is right then: no product with a factor 0, or a square instead of a power.
+    """
     return x == value
 
 

@@ -20,7 +20,7 @@ from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
 from scissordyn.errors import InputError
-from scissordyn.kernel import call_at, derivative, value_of, vanishes
+from scissordyn.kernel import call_at, derivative, equals, value_of
 from scissordyn.plugin.element import RECIPES
 
 DERIVATIVES = 16
@@ -235,7 +235,7 @@ def test_what_does_not_change_has_no_derivative() -> None:
 
 
 def shortened(x, y):
-    return (0.0 if vanishes(x) else x * y), (1.0 if x == 0.0 else 2.0)
+    return (0.0 if equals(x, 0.0) else x * y), (1.0 if x == 0.0 else 2.0)
 
 
 def test_a_zero_with_derivatives_does_not_vanish() -> None:

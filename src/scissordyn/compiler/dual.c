@@ -48,13 +48,12 @@ typedef struct { double v; pack d[PACKS]; } dual;
 
 static inline dual as_dual(double x) { return (dual){.v = x}; }
 
-static inline int is_constant(dual a) {
+static inline int equals(dual a, double value) {
+    if (a.v != value) return 0;
     for (int k = 0; k < DERIVATIVES; k++)
         if (a.d[k / PACKED][k % PACKED] != 0.0) return 0;
     return 1;
 }
-
-static inline int vanishes(dual a) { return a.v == 0.0 && is_constant(a); }
 
 static inline dual negative_dual(dual a) {
     a.v = -a.v;

@@ -30,7 +30,7 @@ from scissordyn.compiler.kind import (
     item_of,
     joined,
 )
-from scissordyn.kernel import derivative, equals, value_of, vanishes
+from scissordyn.kernel import derivative, equals, value_of
 
 if TYPE_CHECKING:
     from scissordyn.compiler.unit import Unit
@@ -344,11 +344,9 @@ class Expressions:
             text, kind = CASTS[function]
             constant = int(first.constant) if kind == INT and isinstance(first.constant, int) else None
             return first if kinds == [DUAL] and kind == FLOAT else Value(text.format(_real(first)), kind, constant)
-        if function is vanishes:
-            return Value(f"vanishes({first.c})" if first.kind == DUAL else f"({first.c} == 0.0)", BOOL)
         if function is equals:
-            same = f"({_real(first)} == {arguments[1].c})"
-            return Value(f"({same} && is_constant({first.c}))" if first.kind == DUAL else same, BOOL)
+            value = arguments[1].c
+            return Value(f"equals({first.c}, {value})" if first.kind == DUAL else f"({first.c} == {value})", BOOL)
         if function is value_of:
             return Value(_real(first), FLOAT) if first.kind == DUAL else first
         if function is derivative:

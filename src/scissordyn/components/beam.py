@@ -10,7 +10,7 @@ from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint
 from scissordyn.components.port import FRAME, Output
 from scissordyn.components.time_function import Factor
-from scissordyn.kernel import vanishes
+from scissordyn.kernel import equals
 from scissordyn.units import Quantity
 
 # Gauss points and weights on 0 .. 1, exact to degree 7
@@ -78,7 +78,7 @@ def force(
     energy += rigidity * (2.0 * (p1 * p1 + p1 * p2 + p2 * p2) + 6.0 * a * (a - p1 - p2) - bend * (p2 - p1 - 0.5 * bend))
     supply = -factor_rate * length * (axial * thermal_strain + rigidity * (p2 - p1 - bend) * thermal_curvature)
     dissipation = 0.0
-    if not vanishes(damping):
+    if not equals(damping, 0.0):
         turning = (x * y_rate - y * x_rate) / (chord * chord)
         v1, v2 = -turning, speed - turning
         v3 = a1 * v1 + a2 * v2

@@ -6,7 +6,7 @@ exchanges the elimination takes half as many operations and starts at the first 
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel, vanishes
+from scissordyn.kernel import equals, kernel
 from scissordyn.mechanics.lanes import BAND_LANES, row_times, take_row
 
 
@@ -42,7 +42,7 @@ def factorize(band, lower, upper, pivots):
         for r in range(i + 1, last_row + 1):
             factor = band[r, i - r + lower] * inverse
             band[r, i - r + lower] = factor
-            if not vanishes(factor):
+            if not equals(factor, 0.0):
                 take_row(band, r, i + 1 - r + lower, i, lower + 1, factor, reached - i)
     return -1
 
@@ -80,7 +80,7 @@ def eliminate(band, reach, first, x):
         inverse = 1.0 / pivot
         for r in range(max(first, k + 1), min(k + reach, size - 1) + 1):
             factor = band[r, k - r + reach] * inverse
-            if not vanishes(factor):
+            if not equals(factor, 0.0):
                 take_row(band, r, k + 1 - r + reach, k, reach + 1, factor, reach)
                 x[r] -= factor * x[k]
     return -1

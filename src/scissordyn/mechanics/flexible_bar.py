@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import kernel, vanishes
+from scissordyn.kernel import equals, kernel
 from scissordyn.mechanics.bending_loads import note_shape_forces
 from scissordyn.mechanics.lanes import LANES, combine, join, padded, part, pull, stretch, transform
 from scissordyn.mechanics.time_function import motion_at
@@ -146,11 +146,11 @@ def add_flexible_bar(t, i, S):
         rows += points
     combine(M.bar_table, forces, rows, wide, hx, hy, fx, fy)
     # temperature gradient over the depth: opposite moments at both ends
-    if not vanishes(p[CURVATURE]):
+    if not equals(p[CURVATURE], 0.0):
         curvature, rate, _, square_rate = warm_bending(p, factor, factor_rate)
         turned = add_end_moments(bar, S, p[EI] * curvature)
         W.power_in[i] -= p[EI] * (rate * turned - 0.5 * square_rate * p[LENGTH])
-    if not vanishes(factor_rate):
+    if not equals(factor_rate, 0.0):
         for g in range(points):
             W.power_in[i] -= factor_rate * p[STRAIN] * p[EA] * axial[g]
     add_vectors(bar, S, fx, fy, W.force)
@@ -198,7 +198,7 @@ def flexible_bar_energy(t, i, S):
     combine(M.bar_table, forces, count, wide, x, y, fx, fy)
     for k in range(count):
         twice += p[EI] * (x[k] * fx[k] + y[k] * fy[k])
-    if not vanishes(p[CURVATURE]):
+    if not equals(p[CURVATURE], 0.0):
         curvature, _, square, _ = warm_bending(p, factor, 0.0)
         twice += p[EI] * (square * p[LENGTH] - 2.0 * curvature * slopes_at_ends(bar, S))
     return 0.5 * twice

@@ -13,7 +13,7 @@ there may be no solution, for example if friction locks surfaces.
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel, vanishes
+from scissordyn.kernel import equals, kernel
 from scissordyn.mechanics import band
 from scissordyn.mechanics.hard_rows import OPEN, SLIP, STICK, row_product, write_equations
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
@@ -159,7 +159,7 @@ def exchange(row, column, size, H):
     H.work.table[row, column] = inverse
     for i in range(size):
         factor = H.work.table[i, column]
-        if i == row or vanishes(factor):
+        if i == row or equals(factor, 0.0):
             continue
         H.work.table[i, column] = 0.0
         for k in range(size + 2):

@@ -18,7 +18,7 @@ from scissordyn.components.time_function import (
     TimeFunction,
     Trapezoidal,
 )
-from scissordyn.kernel import F1, F2, I1, entry, kernel, vanishes
+from scissordyn.kernel import F1, F2, I1, entry, equals, kernel
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 PIECE_COLUMNS = 10
@@ -131,7 +131,7 @@ def smooth_function(t, when, rows, start, stop, value):
     s = 0.0 if begin == -math.inf else t - begin
     v0 = v1 = v2 = v3 = 0.0
     first = 1
-    while first < 6 and vanishes(rows[low, first]):  # most polynomials have a low degree
+    while first < 6 and equals(rows[low, first], 0.0):  # most polynomials have a low degree
         first += 1
     for k in range(first, 7):
         v3 = v3 * s + 3.0 * v2
@@ -139,7 +139,7 @@ def smooth_function(t, when, rows, start, stop, value):
         v1 = v1 * s + v0
         v0 = v0 * s + rows[low, k]
     amplitude, frequency = rows[low, 7], rows[low, 8]
-    if not vanishes(amplitude):
+    if not equals(amplitude, 0.0):
         phase = frequency * s + rows[low, 9]
         sin, cos = amplitude * math.sin(phase), amplitude * frequency * math.cos(phase)
         v0 += sin

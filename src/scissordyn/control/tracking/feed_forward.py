@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from scissordyn.control.tracking.pid import INTEGRAL_TORQUE, PID, add_integral
-from scissordyn.kernel import vanishes
+from scissordyn.kernel import equals
 from scissordyn.plugin.element import element
 from scissordyn.units import Quantity
 
@@ -33,7 +33,7 @@ def torque(
 ):
     """Return the torque [N m] and the rate of its integral part z [N m/s]."""
     command = proportional * error + derivative * (reference_speed - speed) + feed_forward
-    if not vanishes(eccentricity_rate_damping):
+    if not equals(eccentricity_rate_damping, 0.0):
         square = sensor_x * sensor_x + sensor_y * sensor_y + regularisation_length * regularisation_length
         command -= eccentricity_rate_damping * (sensor_x * sensor_rate_x + sensor_y * sensor_rate_y) / math.sqrt(square)
     return add_integral(time, command, error, integral_torque, integral, limit, ramp, back_calculation)

@@ -23,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.scissor import scissor
 from scissordyn.model.wear import Wear
-from scissordyn.periodic.life import first_crossing, life_lines
+from scissordyn.periodic.life import first_crossing, life_lines, without_repetitions
 from scissordyn.periodic.wear import wear
 from scissordyn.periodic.wear_error import scatter, significant_drift
 from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients
@@ -227,6 +227,12 @@ def test_coefficients_by_pair_of_materials():
     assert wears == {"ground pin": 3e-14, "crank pin": 1e-14, "slider pin": None}
     assert warnings[0].startswith("joint 'slider pin': wear of a joint with hard contact")
     assert warnings[1] == "no joint takes the wear coefficient of 'steel/brass'"
+
+
+def test_a_warning_is_given_once_for_each_joint() -> None:
+    """Contract: warnings that differ in their numbers are one, those about joints whose names differ in a number are not."""
+    texts = [f"joint 'unit {k}/pivot': began at {speed} m/s" for k in (1, 2) for speed in ("0.007", "6.58e-05")]
+    assert without_repetitions(texts) == texts[::2]
 
 
 @pytest.mark.parametrize(

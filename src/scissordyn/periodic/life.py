@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,9 @@ from scissordyn.units import short
 
 REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
 
+
+NAME_OR_NUMBER = re.compile(r"('[^']*')|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+"""Quoted name in a warning, which is group 1, or number."""
 
 NO_INTERVAL = "no interval from a single member"
 
@@ -73,8 +77,16 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
     return run.assign_coords(requirement=("requirement", np.array([need.text for need in listed], dtype=object)))
 
 
+def without_repetitions(warnings: Iterable[str]) -> list[str]:
+    """Return warnings without those that differ from an earlier one only in numbers outside of quoted names."""
+    kinds: dict[str, str] = {}
+    for text in warnings:
+        kinds.setdefault(NAME_OR_NUMBER.sub(r"\1", text), text)
+    return list(kinds.values())
+
+
 def repetition(run: xr.Dataset) -> list[str]:
-    """Return the warnings of a wear result about cycles that do not repeat: more scatter than `change`, or a drift."""
+    """Return the warnings of a wear result about cycles that do not repeat: their wear scatters, or drifts."""
     texts = []
     for name, scatter, drift in zip(run["joint"].values, run["cycle_scatter"].values, run["cycle_drift"].values, strict=True):
         if scatter > REPEATED_SCATTER:

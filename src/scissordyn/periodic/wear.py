@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
@@ -18,7 +17,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
 from scissordyn.model.wear import Coefficients, CycleKind, Wear
-from scissordyn.periodic.life import add_lives, repetition
+from scissordyn.periodic.life import add_lives, repetition, without_repetitions
 from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.periodic.wear_error import depth_errors, mean_error
 from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients, worn_joints
@@ -33,9 +32,6 @@ STEPS_MIN = 8
 
 Nine states widen the interval by less than a fifth, because the scatter of so few is not well known.
 """
-
-NUMBER = re.compile(r"[\d.]+")  # number in a warning; warnings that differ only in numbers are reported once
-
 
 NO_LOADS = Loads(*np.zeros((4, 0)))  # placeholder for the loads of a state whose cycle is not simulated yet
 
@@ -205,30 +201,25 @@ class _Life:
         state = self.next
         loads = self.runner.loads(state.depths)
         rates = [
-            [bearing.rate(depths, loads.member(m), j) for j, (bearing, depths) in enumerate(self._with(state.depths))]
+            [bearing.rate(state.depths[j], loads.member(m), j) for j, bearing in enumerate(self.bearings)]
             for m in range(self.settings.members)
         ]
         state = state._replace(loads=loads, rates=np.array(rates))
         if self.states:
             last = self.states[-1]
             both = Loads.joined((last.loads, loads))
-            worn = [bearing.worn(depths, both, j, state.step) for j, (bearing, depths) in enumerate(self._with(last.depths))]
+            worn = self._worn(last.depths, both, state.step)
             corrected = self._depths(worn)
             state = state._replace(depths=corrected, correction=last.correction + corrected - state.depths)
         self.states.append(state)
-        self._warn(loads)
+        self.warnings = without_repetitions([*self.warnings, *loads.warnings])
         for name, bearing, depth in zip(self.names, self.bearings, state.depths.max(axis=-1).tolist(), strict=True):
             if bearing.bush is not None and depth >= bearing.bush and not self.cause:
                 self.cause = f"joint '{name}' has worn through its bush of {1e3 * bearing.bush:g} mm by cycle {state.cycle}"
 
-    def _with(self, depths: np.ndarray) -> Iterator[tuple[Bearing, np.ndarray]]:
-        """Return the bearings, each with its row of depths."""
-        return zip(self.bearings, depths, strict=True)
-
-    def _warn(self, loads: Loads) -> None:
-        """Add the warnings of a simulated state, except those that differ from earlier ones only in their numbers."""
-        told = {NUMBER.sub("", text) for text in self.warnings}
-        self.warnings += [text for text in loads.warnings if NUMBER.sub("", text) not in told]
+    def _worn(self, depths: np.ndarray, loads: Loads, cycles: int) -> list[Worn]:
+        """Return the bearings after some cycles with given loads, from contours of shape (joints, angles) [m]."""
+        return [bearing.worn(depths[j], loads, j, cycles) for j, bearing in enumerate(self.bearings)]
 
     def _chosen_step(self, last: State, left: int, growth: float = 4.0, trials: int = 12) -> tuple[int, list[Worn]]:
         """Return the number of cycles of the next step, at most `left`, and the bearings after it.
@@ -240,7 +231,7 @@ class _Life:
         limit, most = self.settings.change, min(left, math.ceil(self.settings.cycles / STEPS_MIN))
         n = min(most, max(1, int(growth * last.step))) if last.step else self._first_step(last, most)
         for _ in range(trials):
-            worn = [bearing.worn(depths, last.loads, j, n) for j, (bearing, depths) in enumerate(self._with(last.depths))]
+            worn = self._worn(last.depths, last.loads, n)
             changes = [part.deepened / bearing.clearance for part, bearing in zip(worn, self.bearings, strict=True)]
             largest = math.inf if any(part.depths is None for part in worn) else max(changes)
             if largest <= limit or n == 1:
@@ -264,7 +255,7 @@ class _Life:
 
     def _first_step(self, last: State, most: int) -> int:
         """Return the cycle count of the first step, extrapolated from the depth that a single cycle wears."""
-        worn = [bearing.worn(depths, last.loads, j, 1).deepened for j, (bearing, depths) in enumerate(self._with(last.depths))]
+        worn = [part.deepened for part in self._worn(last.depths, last.loads, 1)]
         largest = max(depth / bearing.clearance for depth, bearing in zip(worn, self.bearings, strict=True))
         return most if largest == 0.0 else max(1, min(most, int(2.0 * self.settings.change / largest)))
 

@@ -12,7 +12,7 @@ from tests.build import EXAMPLES, one_line_error
 
 import scissordyn as sd
 from scissordyn.errors import InputError
-from scissordyn.model.parameter_path import find, matching, number
+from scissordyn.model.parameter_path import every_number, find, matching, number
 from scissordyn.model.walk import Place, Route, at, declared, given, is_described, replaced
 from scissordyn.units import Quantity
 
@@ -150,6 +150,17 @@ def test_mass_per_length_of_a_bar_cannot_change_alone():
     for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
         with pytest.raises(InputError, match="cannot change alone; expected the section or material"):
             change()
+
+
+def test_masses_of_payloads_do_not_change_alone() -> None:
+    """Contract: the mass of a body includes them, so that another one would change nothing but the picture."""
+    loaded = sd.scissor(units=1)
+    for end, mass in (("end", 2.0), ("start", 1.0)):
+        loaded = sd.with_payload(loaded, f"unit 1/bar 1.{end}", mass=mass)
+    assert not [path for path in every_number(loaded) if ".payloads" in path]
+    for path in ("payloads", "payloads.x"):
+        with pytest.raises(InputError, match="cannot change alone; expected the mass of the body"):
+            loaded.replace(f"unit 1/bar 1.{path}", 3.0)
 
 
 def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> Iterator[Place]:

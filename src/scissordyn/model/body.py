@@ -41,7 +41,8 @@ class Body:
     velocity: Annotated[Point | None, Quantity("m/s", help="initial velocity of the origin, or it follows")] = None
     angular_velocity: Annotated[float | None, Quantity("rad/s", help="angular velocity at the start")] = None
     payloads: Annotated[
-        tuple[float, ...], Quantity("kg", above=0.0, help='masses at its points "payload", which its mass includes')
+        tuple[float, ...],
+        Quantity("kg", above=0.0, help='masses at its points "payload", which its mass includes', tied="the mass of the body"),
     ] = ()
 
     def __post_init__(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -89,8 +90,7 @@ def _check_gradients(gradients: Gradients, full: np.ndarray, classes: np.ndarray
     step = random.standard_normal(gradients.free)
     largest = np.max(np.abs(gradients.maps[:, : gradients.free] @ step), initial=ASSEMBLY_TOL)
     aside[: gradients.free] += MOVE_SIZE * step / largest
-    unit = gradients.unit(aside)
-    _, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), classes, EXACT_TOLS[0])
+    _, left = _pivots(gradients.unit(aside), classes, EXACT_TOLS[0])
     for k in left:
         if gradients.linear[k]:
             raise InputError(
@@ -127,8 +127,7 @@ def _redundant(
     moved = _move(gradients, everything, x_start, angles, random, met)
     if moved is None:
         return {}
-    unit = gradients.unit(np.append(*moved))
-    kept, left = _pivots(unit if isinstance(unit, np.ndarray) else unit.toarray(), classes, dependent)
+    kept, left = _pivots(gradients.unit(np.append(*moved)), classes, dependent)
     if not left:
         return {}
     again = _move(gradients, np.array(kept), moved[0], angles, random, ROUND_OFF_TOL)
@@ -205,15 +204,15 @@ def _move(
     return None if closed is None else (closed, b)
 
 
-def _pivots(rows: np.ndarray, classes: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
+def _pivots(unit: Any, classes: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
     """Split unit rows into independent ones and linear combinations of them.
 
-    Rows of lower classes are kept first. Within a class those with the longest remainder are
-    kept first, so that the kept rows are far from dependent. `dependent` is the length of a remainder below which a row counts
-    as a combination of the kept ones.
+    Rows of lower classes are kept first; within a class those with the longest remainder, so that the kept rows are far from
+    dependent. `dependent` is the length of a remainder below which a row counts as a combination of the kept ones.
     """
-    from scipy.linalg import qr
+    from scipy.linalg import qr  # imported here: most mechanisms have no redundant constraints
 
+    rows = unit if isinstance(unit, np.ndarray) else unit.toarray()
     kept: list[int] = []
     basis = np.zeros((rows.shape[1], 0))
     for group in (np.flatnonzero(classes == level) for level in np.unique(classes)):

@@ -166,7 +166,7 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     check_derivable(made, options)
     for response in responses:
         check_measure(response)
-    derived = _derive(made, options, responses, by, 0.5, None)
+    derived = _derive(made, options, responses, by, 0.0, None)  # instants until which a gradient is valid are not used
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
     for response, row in zip(responses, slopes, strict=True):
         if not np.isfinite(row).all():

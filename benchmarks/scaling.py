@@ -15,6 +15,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
 from scissordyn.record.trajectory import Trajectory
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.trajectory import compute, record_trajectory
 
 UNITS = (2, 10, 50, 200)
@@ -59,7 +60,9 @@ def _phases(cases: Mapping[str, tuple[Mechanism, Options]], repeats: int) -> dic
             began = time.perf_counter()
             path = paths[name] = compute(plan(mechanism), options)
             computed = time.perf_counter()
-            results(path.plan, write_configuration(mechanism, options), *record_trajectory(path.plan, options, path)).dataset()
+            as_dataset(
+                results(path.plan, write_configuration(mechanism, options), *record_trajectory(path.plan, options, path))
+            )
             integration = float(path.statistics["seconds"])
             if turn:
                 times[name].append((integration, computed - began - integration, time.perf_counter() - computed))

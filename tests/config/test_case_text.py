@@ -31,7 +31,7 @@ from scissordyn.config.template import template
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.model.options import Options

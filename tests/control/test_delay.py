@@ -14,7 +14,7 @@ from scissordyn.components.time_function import Polynomial
 from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
 from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.control.tracking.pid import PID
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 
 INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
 

@@ -17,6 +17,7 @@ from scissordyn.explore.session import Outcome, Session, Worker
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.results import Results
 from scissordyn.record.store import save
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.simulate import compute_results, simulate
 
 from .heard import PATIENCE, until
@@ -144,7 +145,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
 def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
-    run = compute_results(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)).dataset()
+    run = as_dataset(compute_results(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)))
     save(run, tmp_path / "run.nc")
     saved = open_case(tmp_path / "run.nc")
     session = Session(saved, lambda what: None)

@@ -12,6 +12,7 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.config.file import read_case
 from scissordyn.config.fits import fit
 from scissordyn.errors import InputError
+from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.prediction import prediction
 from scissordyn.identification.problem import Problem, free_parameter, motion
 from scissordyn.identification.start import prepare_segments
@@ -137,7 +138,7 @@ def test_derivatives_are_those_of_the_whole_problem(arm):
     free = [free_parameter(arm.mechanism, name) for name in ("arm.inertia", "pivot.damping")]
     problem = Problem(arm.mechanism, options, free, segments, columns, np.array([NOISE]))
     unknowns = problem.start()
-    matrix = problem.jacobian(unknowns, accurate=True)
+    matrix = jacobian(problem, unknowns, accurate=True)
     for column in range(problem.unknowns):
         step = np.zeros(problem.unknowns)
         step[column] = 3e-5

@@ -2,7 +2,7 @@
 
 import pytest
 
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 
 
 @pytest.fixture(params=METHODS)

@@ -22,7 +22,7 @@ from scissordyn.integrate.integration import (
     make_work,
 )
 from scissordyn.integrate.integration import Problem as Functions
-from scissordyn.integrate.tableau import tableau
+from scissordyn.integrate.method import tableau
 from scissordyn.kernel import Handle
 
 

@@ -11,7 +11,7 @@ from motions import COMPLIANT, GROWTH, OSCILLATOR, POWER, solve_problem
 
 from scissordyn.integrate.advance import FINISHED, STEP_TOO_SMALL
 from scissordyn.integrate.control import fall_ahead
-from scissordyn.integrate.tableau import tableau
+from scissordyn.integrate.method import tableau
 
 FLOOR = {"levels": (0.0,), "senses": (-1.0,)}
 

@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from scissordyn.integrate.integration import ENDED, FIRST_WITHIN, INTEGRAL, LARGEST, LAST_ABOVE, TIME, WHEN
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 
 HUMP = np.polynomial.Polynomial((0.1, 1.3, -2.0, 2.2, -1.7))  # Polynomial with one maximum between 0 and 1
 

@@ -7,8 +7,8 @@ import pytest
 from motions import GROWTH, OSCILLATOR, POWER, RELAXING, STAGGERED, solve_problem
 
 from scissordyn.integrate.advance import FINISHED, NOT_FINITE
+from scissordyn.integrate.method import tableau
 from scissordyn.integrate.step import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
-from scissordyn.integrate.tableau import tableau
 
 ORDERS = {"dop853": 8, "dopri5": 5, "rodas5p": 5, "rodas4p": 4}
 WIDE = {"rtol": 1e9, "atol": 1e9}

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.integrate.tableau import EXPLICIT, METHODS, primitives, tableau
+from scissordyn.integrate.method import METHODS, tableau
+from scissordyn.integrate.tableau import EXPLICIT, primitives
 from scissordyn.interpolation import gauss_rule
 
 Tree = tuple  # of trees: the branches above its root

@@ -8,7 +8,8 @@ import xarray as xr
 from scissordyn.config.file import read_case
 from scissordyn_paper import open_answers
 from scissordyn_paper.cases import PaperCase
-from scissordyn_paper.open_answers import Change, changes
+from scissordyn_paper.open_answers import changes
+from scissordyn_paper.open_change import Change
 from scissordyn_paper.open_question import BARS, COMPARED, MEASURES, OPEN_CASES, STIFFER, OpenCase, compute
 from scissordyn_paper.runs import compute as compute_paper
 

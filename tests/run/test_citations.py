@@ -12,7 +12,7 @@ from scissordyn.bibliography.reference import bibliography, references
 from scissordyn.cli.main import status_of
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.control.catalogue import CONTROLLERS
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.laws.oil import OILS
 from scissordyn.model.options import TIME_STEPPING

@@ -20,6 +20,7 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record import dataset, events, store
 from scissordyn.record import trajectory as motion
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run import trajectory
 from scissordyn.run.advance import loop
 from scissordyn.run.advance.loop import next_slice
@@ -106,7 +107,7 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
         raise AssertionError("simulated")
 
     monkeypatch.setattr(loop, "advance", refuse)
-    made = dataset.results(path.plan, write_configuration(arm, options), path, record).dataset()
+    made = as_dataset(dataset.results(path.plan, write_configuration(arm, options), path, record))
     assert made.sizes["time"] == 11
     modules = (dataset, events, configuration, store, netcdf, export, output_file)
     assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]

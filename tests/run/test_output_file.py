@@ -20,8 +20,10 @@ from scissordyn.config.file import read_case
 from scissordyn.file import output_file
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import check_target, write_file
-from scissordyn.record.results import Results, Variable
+from scissordyn.record.results import Results
 from scissordyn.record.store import load, save, write_results
+from scissordyn.record.variable import Variable
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.simulate import compute_results
 
 
@@ -304,7 +306,7 @@ def test_file_equals_that_of_xarray(tmp_path: Path, name: str) -> None:
     """Second formulation: xarray writes the Dataset of the same results, and reads both."""
     results, files = case(name) if name else no_case(), [tmp_path / "direct.nc", tmp_path / "dataset.nc"]
     write_results(results, files[0])
-    sd.save(results.dataset(), files[1])
+    sd.save(as_dataset(results), files[1])
     xr.testing.assert_identical(*map(sd.load, files))
     direct, of_dataset = map(stored, files)
     assert direct == of_dataset

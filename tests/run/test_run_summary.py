@@ -19,6 +19,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
 from scissordyn.record.summary import at_limit
 from scissordyn.record.warn import EXPLANATION_PREFIX, force_at_equal_energy, warning_lines
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, choose_rows
 from scissordyn.run.simulate import compute_results
 from scissordyn.run.trajectory import compute
@@ -168,9 +169,9 @@ def test_auto_samples_meet_every_peak(clearance_array: sd.Mechanism, clearance_r
     assert auto.sizes["time"] <= SAMPLES_MAX
     wanted = compute_results(clearance_array, Options(0.05), curves=True)
     np.testing.assert_array_equal(wanted["position"].values, plain["position"].values)
-    drawn = wanted.finer.dataset()
+    drawn = as_dataset(wanted.finer)
     xr.testing.assert_identical(drawn.drop_attrs(), auto.drop_attrs())
-    assert drawn.attrs == wanted.dataset().attrs
+    assert drawn.attrs == as_dataset(wanted).attrs
 
 
 @pytest.mark.parametrize("events", ["located", "crossed"])

@@ -20,7 +20,8 @@ from scissordyn.integrate.integration import (
     make_state,
     make_work,
 )
-from scissordyn.integrate.tableau import Tableau, tableau
+from scissordyn.integrate.method import tableau
+from scissordyn.integrate.tableau import Tableau
 from scissordyn.kernel import F1, I1, Entry, Handle, kernel, opener
 from scissordyn.sensitivity.replay import FOLLOWED, Replayed, Watched, follow_step
 from scissordyn.sensitivity.twin import Twin

@@ -102,10 +102,11 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     """Draw pictures and the animation of the run; return the paths of the files."""
     if plot is None and film is None:
         return []
+    from scissordyn.record.xarray_dataset import as_dataset
     from scissordyn.run.advance.interrupt import raise_if_interrupted
     from scissordyn.run.simulate import simulate
 
-    run, files = result.dataset(), []
+    run, files = as_dataset(result), []
     if plot is not None:
         from scissordyn.plot.report import draw_all
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scissordyn.equilibrium.buckling import buckling_ratios
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.record.dataset import component_variables, motion_variables
 from scissordyn.record.deferred import Deferred
 from scissordyn.record.internal_forces import Largest, bars_of, largest_along, largest_variables

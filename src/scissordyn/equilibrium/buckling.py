@@ -31,15 +31,16 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start, whole_state
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import Axis, with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
+from scissordyn.plan.rest import plan_at_rest
 from scissordyn.plan.system import make_system
 from scissordyn.record.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
 from scissordyn.record.internal_forces import Bar, bars_of
-from scissordyn.record.results import Variable
+from scissordyn.record.variable import Variable
 from scissordyn.tolerance import CONVERGENCE_TOL
 from scissordyn.units import Quantity, checked
 
@@ -85,12 +86,12 @@ def buckling(
     ideal = with_mode_counts(mechanism).ideal()
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
         raise InputError("buckling of a mechanism without loads", "gravity, forces or torques")
-    at, _ = placed(plan(_with_loads(ideal, 0.0)).at_rest, "concentric", None)
+    at, _ = placed(plan_at_rest(plan(_with_loads(ideal, 0.0))), "concentric", None)
     slopes, allowed = stiffness(at)
     rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
         raise InputError("buckling of a mechanism that is not stable without loads", "a drive, springs or flexible bars")
-    loads = placed(plan(_with_loads(ideal, 1.0)).at_rest, "concentric", None)[0]
+    loads = placed(plan_at_rest(plan(_with_loads(ideal, 1.0))), "concentric", None)[0]
     change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)

@@ -17,7 +17,7 @@ from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
-from scissordyn.plan.rest import frictionless, still_at
+from scissordyn.plan.rest import frictionless, plan_at_rest, still_at
 from scissordyn.units import Quantity, checked
 
 Joints = Literal["ideal", "contact"]
@@ -81,7 +81,7 @@ def modes(
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
-        at, place = placed(plan(taken).at_rest, position, None)
+        at, place = placed(plan_at_rest(plan(taken)), position, None)
         return _modes_at(at, place, count, position, released_drive)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):

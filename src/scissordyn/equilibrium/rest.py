@@ -20,7 +20,8 @@ from scissordyn.kinematics.assembly import Start, natural_state
 from scissordyn.laws.evaluate import elastic_force, settled_states
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.constraint_part import part_curvature
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.sample import Record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values

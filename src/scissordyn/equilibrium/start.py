@@ -43,6 +43,7 @@ from scissordyn.plan.coordinates import combined
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import Plan
+from scissordyn.plan.rest import plan_at_rest
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.record.bars import with_distributed_mass
 from scissordyn.tolerance import REPORTED_FRACTION
@@ -168,7 +169,7 @@ def _assemble_in_contact(plan: Plan, system: System, start: Start) -> Start:
 
 def _static_position(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
     """Return free coordinates, turns and growth rate of the equilibrium, found with ideal joints first."""
-    still = plan.at_rest
+    still = plan_at_rest(plan)
     ideal = still.ideal
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held(places=True))

@@ -21,7 +21,7 @@ from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
 from scissordyn.kinematics.path import INPUT_SAMPLES, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options
@@ -32,8 +32,9 @@ from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
 from scissordyn.plan.system import make_system
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.dataset import results
-from scissordyn.record.results import Results, Variable, Variables, labels
+from scissordyn.record.results import Results, Variables, labels
 from scissordyn.record.trajectory import LOG, PEAK, Trajectory
+from scissordyn.record.variable import Variable
 from scissordyn.record.warn import beyond_outputs
 from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import Quantity, checked
@@ -111,7 +112,9 @@ def statics(
         If nothing is prescribed or a position has no static equilibrium. Also if a component depends on the sense of motion,
         as friction does, and the drives do not determine the motion.
     """
-    return static_results(mechanism, until, points, friction).dataset()
+    from scissordyn.record.xarray_dataset import as_dataset  # imports xarray, which takes longer than most runs
+
+    return as_dataset(static_results(mechanism, until, points, friction))
 
 
 def static_results(mechanism: Mechanism, until: float, points: int, friction: Friction) -> Results:

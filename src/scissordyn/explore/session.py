@@ -148,8 +148,10 @@ class Worker:
             return None
         if fine is results:
             return None
+        from scissordyn.record.xarray_dataset import as_dataset
+
         configuration = write_configuration(outcome.case.mechanism, replace(outcome.case.options, samples=AUTO))
-        return fine.dataset().assign_attrs(configuration=configuration)
+        return as_dataset(fine).assign_attrs(configuration=configuration)
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """Yield the outcomes of a staged order, the accurate one last."""
@@ -179,7 +181,9 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        from scissordyn.run.simulate import compute_results  # imported in this thread, so that the page appears earlier
+        # imported in this thread, so that the page appears earlier
+        from scissordyn.record.xarray_dataset import as_dataset
+        from scissordyn.run.simulate import compute_results
 
         def look(time: float) -> None:
             if self._closed or number != self.number or number <= self._stopped:
@@ -190,7 +194,7 @@ class Worker:
 
         try:
             results = compute_results(case.mechanism, case.options.equally_spaced, look, curves=True)
-            return Outcome(number, case, results.dataset(), results=results)
+            return Outcome(number, case, as_dataset(results), results=results)
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:

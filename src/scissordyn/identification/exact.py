@@ -13,6 +13,7 @@ from scissordyn.model.parameter_path import changed_all
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.dataset import results
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.trajectory import current_trajectory
 from scissordyn.sensitivity.forward import SAMPLED, Forward, forward
@@ -89,4 +90,4 @@ def _moved_curves(
         system=make_system(tables),
         samples=samples._replace(**{name: np.ascontiguousarray(array) for name, array in moved.items()}),
     )
-    return curves(results(tables, "", path, path.record()).dataset(), problem.columns)
+    return curves(as_dataset(results(tables, "", path, path.record())), problem.columns)

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scissordyn.analysis.agreement import Measured
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
 from scissordyn.identification.start import check_autonomous, column_deviations, prepare_segments
 from scissordyn.identification.uncertainty import Uncertainty, uncertainty
@@ -90,7 +92,7 @@ def _solve(
         solution = least_squares(
             problem.residuals,
             unknowns,
-            jac=problem.jacobian,
+            jac=partial(jacobian, problem),
             bounds=problem.bounds(),
             x_scale="jac",
             gtol=None,

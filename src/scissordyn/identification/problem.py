@@ -6,25 +6,23 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.analysis.agreement import Measured
-from scissordyn.errors import InputError, ScissordynError, command
+from scissordyn.errors import InputError, command
 from scissordyn.file.export import TimeColumn, time_columns
+from scissordyn.identification.chart import Chart
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import Place, changed_all, find, number
 from scissordyn.plan.plan import plan
 from scissordyn.record.dataset import results
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.trajectory import compute, record_trajectory
 from scissordyn.studies.ask.distribution import Distribution, Interval, Variation
-from scissordyn.tolerance import DIFFERENCE_FRACTION
-
-if TYPE_CHECKING:
-    from scissordyn.identification.start import Chart
 
 
 class FailedRunError(Exception):
@@ -53,7 +51,7 @@ def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor
         raise KeyboardInterrupt
     if path.status != "complete":
         raise FailedRunError(path.cause)
-    return results(tables, "", path, record).dataset()
+    return as_dataset(results(tables, "", path, record))
 
 
 def columns_of(mechanism: Mechanism, options: Options) -> dict[str, TimeColumn]:
@@ -259,48 +257,3 @@ class Problem:
         angles = difference.size // 6  # for each body: one angle, one angular velocity, two coordinates and two velocities
         difference[:angles] -= math.tau * np.round(difference[:angles] / math.tau)
         return np.asarray(difference / self.jumps)
-
-    def jacobian(self, unknowns: np.ndarray, *, accurate: bool = False) -> np.ndarray:
-        """Return the Jacobian of the residuals by the unknowns.
-
-        Runs with contacts have exact derivatives if possible, because their finite differences are noisy. Other runs have
-        finite differences. The start of a segment affects the residuals of that segment only.
-        """
-        from scissordyn.identification.exact import exact_jacobian, has_events
-
-        if not self.derivatives:
-            self.derivatives = "exact" if has_events(self) else "differences"
-        if self.derivatives == "exact":
-            try:
-                return exact_jacobian(self, unknowns)
-            except ScissordynError as error:
-                self.derivatives, self.exact_derivatives_failure = "differences", str(error)
-        low, high = self.bounds()
-        fitted = self.fitted_mechanism(unknowns)
-        base = self.run_segments(unknowns, fitted)
-        reference = self.join_residuals(base, unknowns)
-        matrix = np.zeros((reference.size, self.unknowns))
-        for column in range(self.unknowns):
-            width = 1e-4 if accurate else DIFFERENCE_FRACTION  # central differences: their error is quadratic in the step
-            # the start is a state with lengths and rates: its steps are absolute for small values, relative for large ones
-            width *= max(1.0, abs(unknowns[column])) if column >= len(self.free) else 1.0
-            ends: list[tuple[float, np.ndarray]] = []
-            for sense in (1.0, -1.0):
-                moved = unknowns.copy()
-                moved[column] = np.clip(unknowns[column] + sense * width, low[column], high[column])
-                if sense < 0.0 and not accurate and ends[0][0] != unknowns[column]:
-                    ends.append((unknowns[column], reference))
-                else:
-                    ends.append((moved[column], self._residuals_after_change(moved, column, base, fitted)))
-            (first, above), (second, below) = ends
-            matrix[:, column] = (above - below) / (first - second)
-        return matrix
-
-    def _residuals_after_change(
-        self, unknowns: np.ndarray, column: int, base: Sequence[SegmentRun], fitted: Mechanism
-    ) -> np.ndarray:
-        """Return the residuals after a change of the unknown `column`; runs that do not depend on it are reused from `base`."""
-        if column < len(self.free):
-            return self.join_residuals(self.run_segments(unknowns), unknowns)
-        k = int(np.searchsorted(self.offsets, column, side="right")) - 1
-        return self.join_residuals([*base[:k], self.run_segment(fitted, k, unknowns), *base[k + 1 :]], unknowns)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import t as student
 
+from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import Problem
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
@@ -42,7 +43,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     """
     count = len(problem.free)
     residual = problem.residuals(unknowns)
-    matrix = problem.jacobian(unknowns, accurate=True)
+    matrix = jacobian(problem, unknowns, accurate=True)
     of_parameters, starts = matrix[:, :count], matrix[:, count:]
     if starts.shape[1]:
         basis = np.linalg.qr(starts)[0]

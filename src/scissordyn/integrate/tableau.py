@@ -8,7 +8,6 @@ from typing import Annotated, Any, NamedTuple, get_args
 
 import numpy as np
 
-from scissordyn.errors import InputError, did_you_mean
 from scissordyn.interpolation import gauss_rule, lagrange_polynomials
 from scissordyn.kernel import F1, F2, I1, fields_of
 
@@ -135,15 +134,3 @@ def rosenbrock_tableau(
         "primitive": primitives(gauss),
     }
     return Tableau(**arrays_of(Tableau, {"s": size}, ready))
-
-
-METHODS = ("dop853", "dopri5", "rodas5p", "rodas4p")  # Names of the methods, explicit ones first
-
-
-def tableau(name: str) -> Tableau:
-    from scissordyn.integrate import dormand_prince, rodas
-
-    if name not in METHODS:
-        raise InputError(f"unknown method '{name}'{did_you_mean(name, METHODS)}", "auto, " + ", ".join(METHODS))
-    chosen: Tableau = getattr(dormand_prince if name in METHODS[:2] else rodas, name.upper())
-    return chosen

@@ -16,9 +16,9 @@ import numpy as np
 
 from scissordyn.kernel import F1, F2, F3, I1, I2, ArrayType, opener
 from scissordyn.laws.evaluate import APPROACH_FLOOR as APPROACH_FLOOR
+from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.bending_loads import BendingLoads
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.reactions import Balance
 
 CONTACT = np.dtype(
     [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from scissordyn.components.film.asperities import ASPERITY_STIFFNESS
 from scissordyn.components.film.film import Film
@@ -21,11 +21,8 @@ from scissordyn.laws.friction.coefficients import static_coefficient
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.laws.material import STEEL, Material
 from scissordyn.laws.oil import COLD, TEMPERATURE_RANGE, Oil, oil_of
-from scissordyn.model.body import Body, check_place
+from scissordyn.model.body import check_place
 from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities, documented, quantities
-
-if TYPE_CHECKING:
-    from scissordyn.model.joint import Guide
 
 LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Smallest and largest length over diameter in the table of finite bearings
 
@@ -383,35 +380,3 @@ class ContactPoint:
     def ends(self) -> Ends:
         """Points on which the contact force acts, the block first."""
         return (self.follower, self.centre), (self.body, self.through)
-
-
-def block_contact_points(guide: Guide, follower: Body, follower_direction: float) -> tuple[ContactPoint, ...]:
-    """Return the contact points of a clearance guide with a given direction in the frame of its follower [rad]."""
-    name, clearance, guided = guide.name, guide.clearance, follower.points[guide.follower[1]]
-    assert clearance is not None
-    radius = clearance.corner_radius
-    centres = clearance.centres(guided, follower_direction)
-    cos, sin = math.cos(follower_direction), math.sin(follower_direction)
-    reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
-    if min(reach) >= 0.0 or max(reach) <= 0.0 or not all(reach):
-        raise InputError(
-            f"guide '{name}': its corners are {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
-            "corners on both sides of the guided point, and none on the line itself",
-        )
-    inside = -1.0 if clearance.around else 1.0  # side of the rounded corner, seen from the middle
-    sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
-    nearest = {side: min(points) if clearance.around else max(points) for side, points in sides.items()}
-    distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
-    if clearance.around and max(distances.values()) >= 0.0:
-        raise InputError(
-            f"guide '{name}': the corners of the ring leave {-2e3 * max(distances.values()):g} mm for the pole",
-            "corners farther from the guided point, or a smaller clearance or corner radius",
-        )
-    points = []
-    for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
-        side = math.copysign(1.0, far)
-        towards = inside * side
-        normal = -towards * math.sin(guide.direction), towards * math.cos(guide.direction)
-        surface = guide.body, guide.through, normal, distances[side]
-        points.append(ContactPoint(f"{name}/corner {number}", name, follower.name, centre, *surface, clearance))
-    return tuple(points)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
 from scissordyn.components.place import GROUND, BodyPoint, Name, Point, Reference
 from scissordyn.components.port.declaration import Attachment, Ends, direction, place
 from scissordyn.errors import InputError
-from scissordyn.model.clearance import Clearance, GuideClearance
+from scissordyn.model.body import Body
+from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance
 from scissordyn.units import Meaning, Quantity, check_quantities, documented
 
 
@@ -72,6 +74,37 @@ class Guide:
             raise InputError(
                 f"guide '{self.name}' on body '{self.body}' guides a point of the '{GROUND}'", "a point of a body as follower"
             )
+
+    def contact_points(self, follower: Body, follower_direction: float) -> tuple[ContactPoint, ...]:
+        """Return the contact points of a guide with clearance; its direction is given in the frame of its follower [rad]."""
+        name, clearance, guided = self.name, self.clearance, follower.points[self.follower[1]]
+        assert clearance is not None
+        radius = clearance.corner_radius
+        centres = clearance.centres(guided, follower_direction)
+        cos, sin = math.cos(follower_direction), math.sin(follower_direction)
+        reach = [cos * (y - guided[1]) - sin * (x - guided[0]) for x, y in centres]
+        if min(reach) >= 0.0 or max(reach) <= 0.0 or not all(reach):
+            raise InputError(
+                f"guide '{name}': its corners are {', '.join(f'{1e3 * far:g}' for far in reach)} mm to the left of its line",
+                "corners on both sides of the guided point, and none on the line itself",
+            )
+        inside = -1.0 if clearance.around else 1.0  # side of the rounded corner, seen from the middle
+        sides = {side: [abs(far) for far in reach if far * side > 0.0] for side in (1.0, -1.0)}
+        nearest = {side: min(points) if clearance.around else max(points) for side, points in sides.items()}
+        distances = {side: inside * far + radius + clearance.clearance for side, far in nearest.items()}
+        if clearance.around and max(distances.values()) >= 0.0:
+            raise InputError(
+                f"guide '{name}': the corners of the ring leave {-2e3 * max(distances.values()):g} mm for the pole",
+                "corners farther from the guided point, or a smaller clearance or corner radius",
+            )
+        points = []
+        for number, (centre, far) in enumerate(zip(centres, reach, strict=True), start=1):
+            side = math.copysign(1.0, far)
+            towards = inside * side
+            normal = -towards * math.sin(self.direction), towards * math.cos(self.direction)
+            surface = self.body, self.through, normal, distances[side]
+            points.append(ContactPoint(f"{name}/corner {number}", name, follower.name, centre, *surface, clearance))
+        return tuple(points)
 
 
 @documented

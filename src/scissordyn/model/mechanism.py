@@ -21,7 +21,7 @@ from scissordyn.control.controller import Controller
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import Body, Track
 from scissordyn.model.check import check_parts
-from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance, Lubrication, block_contact_points
+from scissordyn.model.clearance import Clearance, ContactPoint, GuideClearance, Lubrication
 from scissordyn.model.coupling import CoordinateDrive, Coupling, Drive
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.parameter_path import changed, matching
@@ -141,7 +141,7 @@ class Mechanism:
                 continue
             follower = self.body(guide.follower[0])
             base = 0.0 if guide.body == GROUND else self.body(guide.body).placed_angle
-            points += block_contact_points(guide, follower, base + guide.direction - follower.placed_angle)
+            points += guide.contact_points(follower, base + guide.direction - follower.placed_angle)
         return tuple(points)
 
     @property

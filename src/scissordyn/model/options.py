@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Final, Literal
 
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.integrate.tableau import METHODS
+from scissordyn.integrate.method import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
 TIME_STEPPING = "moreau-jean"  # Method for mechanisms with hard contacts

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from scissordyn.components.place import GROUND, BodyPoint, Point
+from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.body_maps import ANGLE, DISTANCE, LINE, RACK, SLIDE, BodyMaps
-from scissordyn.mechanics.reactions import Balance
 from scissordyn.model.coupling import Coordinate, Distance, RelativeAngle
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism

@@ -10,10 +10,10 @@ import numpy as np
 from scissordyn.components.guide_friction import GuideFriction
 from scissordyn.components.lugre import GuideLuGre
 from scissordyn.errors import InputError
+from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.bending_loads import BendingLoads
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, scratch

@@ -17,8 +17,8 @@ from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import TimeFunction
 from scissordyn.laws.friction.none import NoFriction
+from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.reactions import Balance
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, GuideClearance, Lubrication, contact_states
@@ -35,7 +35,6 @@ from scissordyn.plan.joint_friction import make_friction_workspace
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import make_parameters
-from scissordyn.plan.rest import frictionless, still_at
 from scissordyn.tolerance import ASSEMBLY_TOL
 
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
@@ -91,12 +90,6 @@ class Plan:
         """Plan of the mechanism with ideal joints and guides; the plan itself if they are ideal."""
         ideal = self.mechanism.ideal()
         return self if ideal is self.mechanism else plan(ideal)
-
-    @property
-    def at_rest(self) -> Plan:
-        """Plan of the frictionless mechanism with drives and prescribed distances locked at their values at t = 0."""
-        mechanism = frictionless(self.mechanism)
-        return still_at(self if mechanism is self.mechanism else plan(mechanism), 0.0)
 
     @cached_property
     def branches(self) -> Branches:

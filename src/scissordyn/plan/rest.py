@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,9 +18,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows, funct
 from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from scissordyn.plan.plan import Plan
+from scissordyn.plan.plan import Plan, plan
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
@@ -39,6 +37,12 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
         return mechanism
     joints, guides = tuple(map(_frictionless, mechanism.joints)), tuple(map(_frictionless, mechanism.guides))
     return dataclasses.replace(mechanism, joints=joints, guides=guides)
+
+
+def plan_at_rest(whole: Plan) -> Plan:
+    """Return the plan of the frictionless mechanism with drives and prescribed distances locked at their values at t = 0."""
+    mechanism = frictionless(whole.mechanism)
+    return still_at(whole if mechanism is whole.mechanism else plan(mechanism), 0.0)
 
 
 def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NO_TURNS) -> Plan:

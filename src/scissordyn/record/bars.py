@@ -13,14 +13,15 @@ import numpy as np
 from scissordyn.components.beam import Beam
 from scissordyn.components.elastic import thermal_loads
 from scissordyn.components.flexible_bar import FlexibleBar
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.bending import beam_mass, bends
 from scissordyn.plan.flexible import Axis, modes_below
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
 from scissordyn.record.deferred import Deferred, DeferredArray
-from scissordyn.record.results import Run, Variable, Variables, described, labels
+from scissordyn.record.results import Run, Variables, described, labels
+from scissordyn.record.variable import Variable
 from scissordyn.warning import RunWarning, warning
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from scissordyn.components.angle_stop import AngleStop
 from scissordyn.components.place import GROUND
 from scissordyn.mechanics.body_maps import BELT
 from scissordyn.mechanics.monitored import COUPLING_FORCE
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.coupling import Belt, Coordinate, Coupling, Distance, RelativeAngle, Screw, Slide, Teeth
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint

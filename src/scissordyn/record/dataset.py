@@ -22,7 +22,7 @@ from scissordyn.mechanics.monitored import (
     INDENTATION,
     PRESSURE_VELOCITY,
 )
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan

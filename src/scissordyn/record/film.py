@@ -14,9 +14,10 @@ from scissordyn.mechanics.outputs import record
 from scissordyn.model.clearance import Clearance, Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept
-from scissordyn.record.results import Run, Variable, Variables, described
+from scissordyn.record.results import Run, Variables, described
 from scissordyn.record.sampling import time_mean
 from scissordyn.record.trajectory import Trajectory
+from scissordyn.record.variable import Variable
 from scissordyn.warning import RunWarning, warning
 
 MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch

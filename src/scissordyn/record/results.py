@@ -4,44 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cache, cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
 from scissordyn.record.deferred import Attributes, DeferredArray
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-class Variable:
-    """Array with the names of its dimensions, and attributes: unit and long name."""
-
-    __slots__ = ("_array", "attrs", "dims")
-
-    def __init__(self, dims: tuple[str, ...], values: np.ndarray | DeferredArray, attrs: dict[str, str]) -> None:
-        self.dims, self.attrs = dims, attrs
-        self._array = values
-
-    @property
-    def values(self) -> np.ndarray:
-        """The array."""
-        array = self._array
-        if isinstance(array, DeferredArray):
-            array = self._array = array.compute()
-        return array
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the array; asking for the shape does not compute the array."""
-        return self._array.shape
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Type of the array's elements."""
-        return self._array.dtype
-
+from scissordyn.record.variable import Variable
 
 Variables = dict[str, Variable]
 
@@ -112,36 +81,6 @@ class Results:
         """Attributes of the Dataset, including the versions of the package and its libraries."""
         return self.attrs.with_values(versions=_versions())
 
-    def dataset(self) -> xr.Dataset:
-        """Return the run as a Dataset, without xarray's slow checks of the variables."""
-        import xarray as xr  # imported here because the import takes longer than most runs
-
-        import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
-        from scissordyn.record.dataset_variable import DatasetVariable
-
-        labels = {
-            name: xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
-            for name, part in self.variables.items()
-            if part.dims == (name,)
-        }
-        variables: dict[str, xr.Variable] = {
-            name: labels[name] if name in labels else DatasetVariable.of(part) for name, part in self.variables.items()
-        }
-        indexes: dict[Any, xr.Index] = {
-            name: _index_of_names(name, tuple(variable.values.tolist()))
-            if variable.dtype.kind == "U"
-            else xr.indexes.PandasIndex(variable.values, name)
-            for name, variable in labels.items()
-        }
-        coordinates = {name: index.create_variables({name: labels[name]})[name] for name, index in indexes.items()}
-        direct = getattr(xr.Dataset, "_construct_direct", None)
-        if direct is None:
-            return xr.Dataset(variables, attrs=self.attributes)
-        dataset: xr.Dataset = direct(
-            {**variables, **coordinates}, set(coordinates), dims=self.sizes, attrs=self.attributes, indexes=indexes
-        )
-        return dataset
-
 
 @cache
 def _versions() -> str:
@@ -150,11 +89,3 @@ def _versions() -> str:
 
     packages = ("scissordyn", "numpy", "scipy")
     return json.dumps({"python": platform.python_version(), **{name: version(name) for name in packages}})
-
-
-@lru_cache(256)
-def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
-    """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
-    import xarray as xr
-
-    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)

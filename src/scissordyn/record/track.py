@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.plan.plan import Plan
 from scissordyn.record.results import Variables, described, labels
 from scissordyn.record.trajectory import Trajectory

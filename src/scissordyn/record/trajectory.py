@@ -11,7 +11,8 @@ import numpy as np
 from scissordyn.integrate.integration import Samples, StepRecord
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.monitored import companions, monitored_rows
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.sample import Record
 from scissordyn.plan.plan import Plan
 from scissordyn.record.events import contacts
 

@@ -12,8 +12,9 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.monitored import JOINT_FORCE, oiled_contacts
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.reactions import solve_reactions
+from scissordyn.mechanics.sample import Record
 from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept

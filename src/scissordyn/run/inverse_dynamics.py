@@ -17,7 +17,7 @@ from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import Polynomial, Tabulated, TimeFunction
 from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.commanded import rigid
 from scissordyn.model.coupling import Coordinate, CoordinateDrive
 from scissordyn.model.mechanism import Mechanism
@@ -28,7 +28,8 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.gradients import Gradients
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import sampled_coordinate
-from scissordyn.record.results import Results, Variable, described, labels
+from scissordyn.record.results import Results, described, labels
+from scissordyn.record.variable import Variable
 from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.simulate import simulate
 from scissordyn.run.trajectory import compute, record_trajectory
@@ -101,8 +102,10 @@ def inverse_dynamics(
         "input_power": described(over, force * rates, "W", "power of an input"),
         "output_value": Variable(("time", "output"), output, {"long_name": "prescribed coordinate"}),
     }
+    from scissordyn.record.xarray_dataset import as_dataset  # imports xarray, which takes longer than most runs
+
     attributes = {"title": "scissordyn inverse dynamics", "configuration": write_configuration(mechanism, options)}
-    return Results(variables, attributes).dataset()
+    return as_dataset(Results(variables, attributes))
 
 
 def _forces(

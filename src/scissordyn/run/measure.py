@@ -27,7 +27,7 @@ from scissordyn.mechanics.monitored import (
     PRESSURE_VELOCITY,
     TRACK_DEVIATION,
 )
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.system import state_kept

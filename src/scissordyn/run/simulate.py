@@ -114,8 +114,10 @@ def simulate(
     >>> print(run.sizes["contact"], "contact,", f"{1e-3 * float(run['peak_force'].max()):.0f} kN")
     1 contact, 43 kN
     """
+    from scissordyn.record.xarray_dataset import as_dataset  # imports xarray, which takes longer than most runs
+
     options = Options(until, start, samples, rtol, atol, method, most_steps, events, trust, step)
-    return compute_results(mechanism, options, progress, checkpoint).dataset()
+    return as_dataset(compute_results(mechanism, options, progress, checkpoint))
 
 
 _FUNCTIONS_BY_TITLE = {
@@ -156,7 +158,9 @@ def replay(
     InputError
         If `run` was not made by `simulate`, or uses a function that is in none of the allowed files.
     """
-    return replay_results(run, allow_code=allow_code, progress=progress, checkpoint=checkpoint).dataset()
+    from scissordyn.record.xarray_dataset import as_dataset  # imports xarray, which takes longer than most runs
+
+    return as_dataset(replay_results(run, allow_code=allow_code, progress=progress, checkpoint=checkpoint))
 
 
 def replay_results(

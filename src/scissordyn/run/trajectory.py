@@ -22,7 +22,7 @@ from scissordyn.integrate.integration import CROSSES, ENDS, IGNORES, Samples
 from scissordyn.kernel import Handle
 from scissordyn.laws.validity import contact_failure
 from scissordyn.mechanics.monitored import INDENTATION
-from scissordyn.mechanics.outputs import Record
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.clearance import ContactPoint
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan

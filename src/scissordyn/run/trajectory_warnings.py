@@ -12,7 +12,8 @@ from scissordyn.components.declaration import Component
 from scissordyn.kernel import Handle
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.outputs import Record, rates_without, sampled
+from scissordyn.mechanics.outputs import rates_without, sampled
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import rates

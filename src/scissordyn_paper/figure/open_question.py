@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -11,10 +10,8 @@ from matplotlib.figure import Figure
 
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.style import normal, number_decades, panels
+from scissordyn_paper.open_change import Change
 from scissordyn_paper.open_question import BARS, COMPARED, OILS, OpenCase
-
-if TYPE_CHECKING:
-    from scissordyn_paper.open_answers import Change
 
 COLOURS = {"stroke": "#0072b2", "deployment": "#d55e00"}  # Colour of each manoeuvre
 

@@ -16,7 +16,8 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.sample import Record
 from scissordyn.mechanics.system import LAW_KERNELS, System
 from scissordyn.mechanics.time_function import function_at
 from scissordyn.plan.plan import Plan

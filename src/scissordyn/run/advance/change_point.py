@@ -18,7 +18,8 @@ from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.body_maps import BodyMaps
-from scissordyn.mechanics.outputs import Record, record
+from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.sample import Record
 from scissordyn.plan.gradients import Gradients, least_change
 from scissordyn.plan.system import guard_values, rates
 

@@ -26,7 +26,7 @@ from scissordyn.integrate.integration import (
     make_work,
     reset_state,
 )
-from scissordyn.integrate.tableau import tableau
+from scissordyn.integrate.method import tableau
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows

@@ -1,13 +1,16 @@
-"""Variables of a Dataset whose arrays are computed when they are first read."""
+"""Dataset of a run, whose arrays are computed when they are first read."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from scissordyn.record.results import Variable
+import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
+from scissordyn.record.results import Results
+from scissordyn.record.variable import Variable
 
 DATA = "_data"  # slot of xarray's variables that holds the array
 
@@ -59,3 +62,35 @@ class DatasetVariable(xr.Variable):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return xr.Variable, (self._dims, self._data, self._attrs, self._encoding, True)
+
+
+def as_dataset(results: Results) -> xr.Dataset:
+    """Return a run as a Dataset, without xarray's slow checks of the variables."""
+    labels = {
+        name: xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
+        for name, part in results.variables.items()
+        if part.dims == (name,)
+    }
+    variables: dict[str, xr.Variable] = {
+        name: labels[name] if name in labels else DatasetVariable.of(part) for name, part in results.variables.items()
+    }
+    indexes: dict[Any, xr.Index] = {
+        name: _index_of_names(name, tuple(variable.values.tolist()))
+        if variable.dtype.kind == "U"
+        else xr.indexes.PandasIndex(variable.values, name)
+        for name, variable in labels.items()
+    }
+    coordinates = {name: index.create_variables({name: labels[name]})[name] for name, index in indexes.items()}
+    direct = getattr(xr.Dataset, "_construct_direct", None)
+    if direct is None:
+        return xr.Dataset(variables, attrs=results.attributes)
+    dataset: xr.Dataset = direct(
+        {**variables, **coordinates}, set(coordinates), dims=results.sizes, attrs=results.attributes, indexes=indexes
+    )
+    return dataset
+
+
+@lru_cache(256)
+def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
+    """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
+    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)

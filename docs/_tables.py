@@ -1,4 +1,4 @@
-"""Tables of the pages that are made from declarations: keys of components, names of laws, zoo, bibliography.
+"""Tables of the pages that are made from declarations: keys of components, names of laws, zoo, bibliography, rooms.
 
 Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
 ``--check`` only names the pages that are not up to date.
@@ -19,11 +19,12 @@ from scissordyn.components.port import AXIS
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))
+from _rooms import room_chart
 from _zoo import bibliography_list, zoo_pages, zoo_table
 
 __all__ = ["PAGES", "component_keys", "component_outputs", "filled", "key_rows", "refresh"]
 
-PAGES = ("components.md", "laws.md", "gallery.md", "references.md")
+PAGES = ("components.md", "laws.md", "gallery.md", "maintain.md", "references.md")
 
 BLOCK = re.compile(r"(<!-- made from declarations: ([\w -]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
@@ -104,12 +105,13 @@ def _law_names() -> list[str]:
 
 
 def filled(what: str) -> list[str]:
-    """The lines of a table by what its comment says: "components", "component spring", "laws", "zoo", "bibliography"."""
+    """The lines of a table by what its comment says: "components", "component spring", "laws", "zoo", "bibliography", "rooms"."""
     kind, _, name = what.partition(" ")
     if kind == "component":
         outputs = component_outputs(name)
         return [*component_keys(name), *(("", outputs) if outputs else ())]
     tables = {"components": _all_components, "laws": _law_names, "zoo": zoo_table, "bibliography": bibliography_list}
+    tables["rooms"] = room_chart
     return tables[kind]()
 
 

@@ -105,7 +105,7 @@ def _law_names() -> list[str]:
 
 
 def filled(what: str) -> list[str]:
-    """The lines of a table by what its comment says: "components", "component spring", "laws", "zoo", "bibliography", "rooms"."""
+    """The lines of a table by what its comment says, such as "components", "component spring" or "rooms"."""
     kind, _, name = what.partition(" ")
     if kind == "component":
         outputs = component_outputs(name)

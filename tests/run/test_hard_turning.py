@@ -78,7 +78,7 @@ def pivot_at(least: int, m: int, hard: int) -> int:
 
 
 def test_impulses_by_pivoting():
-    """Cross-check: pivoting of every third contact and of all contacts agrees with Newton's method and the contact law.
+    """Cross-check: pivoting of every third contact, and at times of all, agrees with Newton's method and the contact law.
 
     Contacts of an eight-unit mast that stay closed are elastic, so that the solution is unique.
     """
@@ -94,7 +94,7 @@ def test_impulses_by_pivoting():
         work.closed[taking_part] = 1  # those that the step has opened too
         force, speed = np.abs(impulse).max(), np.abs(work.free).max()
         work.restless[:] = np.arange(model.which.size) % 3 == 0
-        for least in (1, 0):
+        for least in (1, 0) if k % 40 == 0 else (1,):  # all contacts: a second each
             assert pivot_at(least, m, driver.stepping.hard.address) >= 0
             np.testing.assert_allclose(work.impulse, impulse, atol=1e-6 * force)
             np.testing.assert_allclose(work.velocity, velocity, atol=1e-6 * speed)

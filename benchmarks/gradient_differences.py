@@ -165,7 +165,7 @@ class Comparison:
     def compare(self) -> Found:
         """Compare both kinds of derivatives by each parameter."""
         try:
-            check_derivable(self.tables, self.options)
+            check_derivable(self.tables)
         except InputError as refused:
             self.found.refused = refused.what
             return self.found

@@ -20,15 +20,15 @@ from scissordyn.integrate.integration import (
     make_state,
     make_work,
 )
-from scissordyn.integrate.method import tableau
-from scissordyn.integrate.tableau import Tableau
+from scissordyn.integrate.method import METHODS, tableau
+from scissordyn.integrate.tableau import EXPLICIT, Tableau
 from scissordyn.kernel import F1, I1, Entry, Handle, kernel, opener
 from scissordyn.sensitivity.replay import FOLLOWED, Replayed, Watched, follow_step
 from scissordyn.sensitivity.twin import Twin
 
 
 class Ball(NamedTuple):
-    """Gravity and restitution."""
+    """Gravity, restitution, and h gamma of a Rosenbrock step."""
 
     numbers: F1
     mode: I1
@@ -66,17 +66,21 @@ def reset(t, y, guard, address, data):
 
 @kernel
 def factorize(hg, address):
+    open_ball(address).numbers[2] = hg
     return -1
 
 
 @kernel
 def solve(r, address):
-    pass
+    hg = open_ball(address).numbers[2]
+    r[1] = hg * r[1]
+    r[0] = hg * (r[0] + r[1])
 
 
 @kernel
 def linearise(t, y, address, dy, dt):
-    pass
+    rate(t, y, address, dy)
+    dt[0] = dt[1] = 0.0
 
 
 @kernel
@@ -105,7 +109,7 @@ def no_break(now, address):
 
 
 PROBLEM = Problem(rate, linearise, factorize, solve, accept, guards, guard, reset, monitor, probe, record)
-REPLAYED = Replayed(rate, guards, accept, reset, monitor, probe, forget, no_break)
+REPLAYED = Replayed(rate, linearise, factorize, solve, guards, accept, reset, monitor, probe, record, forget, no_break)
 
 
 def step(ball: int, address: int) -> int:
@@ -126,14 +130,15 @@ def compiled(function: object, **options: object) -> ctypes._CFuncPtr:
     return found
 
 
-def test_a_bouncing_ball() -> None:
+@pytest.mark.parametrize("name", METHODS)
+def test_a_bouncing_ball(name: str) -> None:
     """Closed form: height after three bounces, and its derivatives by height, speed, gravity and restitution at the start."""
-    ball = Handle(Ball(np.array([10.0, 0.8]), np.zeros(1, np.int64)))
+    ball = Handle(Ball(np.array([10.0, 0.8, 0.0]), np.zeros(1, np.int64)))
     rows = {"memory": np.zeros(1), "mass": np.zeros(1), "reference": np.zeros(0), "history": np.zeros((0, 2))}
     state = make_state(
         np.array([5.0, -0.1]), quadratures=0, monitors=0, mode=ball.content.mode, history_length=np.zeros(1, np.int64), **rows
     )
-    method = tableau("dop853")
+    method = tableau(name)
     weights = {"atol": np.full(2, 1e-12), "rtol": np.zeros(2), "group": np.array([0, 2])}
     work = make_work(state, method, precision=np.full(1, 1e-14), crossable=np.zeros(1, np.int64), **weights)
     content = Integration(
@@ -157,7 +162,7 @@ def test_a_bouncing_ball() -> None:
         assert again(watching, dual, dual_ball, seed.ctypes.data, 1) == FOLLOWED
     assert status == loop.FINISHED
     assert int(state.counts["events"][0]) == 1
-    assert misfit[0] < 1e-14
+    assert misfit[0] < (1e-14 if method.kind == EXPLICIT else 1e-13)
     assert state.y[0] == pytest.approx(3.13991895702715, abs=1e-12)
     exact = [0.837828112891426, 0.101531721120973, -0.103906843531788, 9.09995497612619]
     assert twin.of(state.y)[0, 1:5] == pytest.approx(exact, abs=1e-11)

@@ -67,10 +67,10 @@ def test_parameters_of_a_record() -> None:
 
 
 def test_differences_are_used_with_a_reason() -> None:
-    """Contract: a run whose steps cannot be repeated in dual numbers."""
+    """Contract: a run with steps of a fixed size."""
     mechanism = bouncing()
     free = [free_parameter(mechanism, "body.ball.velocity.x")]
-    options = dataclasses.replace(OPTIONS, method="rodas5p")
+    options = dataclasses.replace(OPTIONS, step=1e-5)
     found = fit_parameters(mechanism, options, [record()], free, deviations=dict.fromkeys(record().headings, 1e-5), most=3)
     assert json.loads(found.attrs["statistics"])["derivatives"] == "differences"
-    assert any("method 'rodas5p' has no derivatives yet" in warning for warning in json.loads(found.attrs["warnings"]))
+    assert any("steps of a fixed size have no derivatives" in warning for warning in json.loads(found.attrs["warnings"]))

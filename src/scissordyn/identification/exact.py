@@ -44,12 +44,9 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
 
 def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the derivatives of the curves by the scaled free parameters, shape (times, columns, parameters)."""
-    method = "dop853" if problem.options.method == "auto" else problem.options.method
-    options = dataclasses.replace(
-        problem.options, until=float(times[-1]), samples=2, trust=False, events="located", method=method
-    )
+    options = dataclasses.replace(problem.options, until=float(times[-1]), samples=2, trust=False, events="located")
     tables, start = plan(fitted), Start(fitted, options.start)
-    check_derivable(tables, options)
+    check_derivable(tables)
     pairs = zip(problem.free, values.tolist(), strict=True)
     seeds = [derivatives(start, Parameter(free.path, value, free.scale, free.unit)) for free, value in pairs]
     slopes = []

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.errors import ScissordynError
+from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import INTEGRAL, LARGEST, STRUCK, WHEN
 from scissordyn.model.options import Options
@@ -18,10 +18,12 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
-from scissordyn.sensitivity.replay import ANOTHER_MODE, NO_ROOT, Watched
+from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, Watched
 from scissordyn.sensitivity.twin import Twin
 
 CHECK_STEPS = 2_000  # [steps] between two checks of Ctrl-C and reports of progress
+
+HISTORY_STEPS = 16_384  # [steps] Smallest length of the history of delayed signals; halved steps need more than the run has
 
 TOLERANCE_FACTOR = 100.0  # [tolerances of the values] Relative error of the derivatives that is allowed in a step
 
@@ -29,6 +31,8 @@ TOLERANCE_FACTOR = 100.0  # [tolerances of the values] Relative error of the der
 REPLAY_FAILURES = {
     ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",
     NO_ROOT: "a contact or stop closes a second time without opening in between",
+    JUMP: "a controller begins to act abruptly after its delay; expected a ramp",
+    FULL: "a controller's delay is longer than the steps that fit into its history",
 }
 """Reasons why a step cannot be repeated, by the return values of `follow`."""
 
@@ -70,6 +74,8 @@ class _Pass:
             self.driver.compare_with(ideal.table, ideal.step)
         self.driver.sample_at(times)
         self.driver.state.clock["end"] = options.until
+        while self.driver.integration.content.work.delays.size and len(self.driver.state.history) < HISTORY_STEPS:
+            self.driver.grow(loop.HISTORY_FULL)
         content = self.driver.system.content
         tables = any(name.startswith("model.") for seed in seeds for name in seed)
         pointers = {int(word) for name in POINTER_ARRAYS for word in getattr(content.model, name)}
@@ -112,6 +118,8 @@ class _Pass:
             for name, slope in seed.items():
                 if name == "y":
                     self.twin.of(state.y)[..., 1 + k] = slope
+                elif name == "delays":
+                    self.twin.of(self.driver.integration.content.work.delays)[..., 1 + k] = slope
                 elif name == "log":
                     self.twin.of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
                 else:
@@ -143,6 +151,12 @@ class _Pass:
                 old = driver.integration.content.log
                 driver.grow(status)
                 self.twin.grow(old, driver.integration.content.log)
+                self._bind()
+            elif status == loop.HISTORY_FULL:
+                old = driver.state.history
+                driver.grow(status)
+                self.twin.grow(old, driver.state.history)
+                self.system = self.twin.address(driver.system.content)
                 self._bind()
             elif status == loop.CHANGE_POINT:
                 return "derivatives across a singular position are not supported"
@@ -189,6 +203,8 @@ def forward(
     progress: Callable[[float], None] | None = None,
 ) -> Forward:
     """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails."""
+    if options.step is not None:
+        raise InputError("steps of a fixed size have no derivatives", "a run with error control, without 'step'")
     run = _Pass(plan, options, seeds, np.zeros(0) if times is None else times, integrals=integrals, ideal=ideal)
     cause = run.advance(options.until, options.most_steps, progress) or model_failure(run.driver)
     if cause:

@@ -7,6 +7,7 @@ import math
 import re
 import time as clocks
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
@@ -17,7 +18,7 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate.integration import RISE
 from scissordyn.kernel import PYTHON
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import EndTime, Options, StartKind
+from scissordyn.model.options import EndTime, Method, Options, StartKind
 from scissordyn.model.parameter_path import changed, every_number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.run.ideal_path import ideal_path
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TITLE = "scissordyn gradient"
-
-EXPLICIT_METHODS = ("dop853", "dopri5")  # Methods whose steps can be repeated in dual numbers
 
 
 class _Limit(NamedTuple):
@@ -78,7 +77,7 @@ def gradient(
     start: StartKind = Options.start,
     rtol: float = 1e-11,
     atol: float = 1e-11,
-    method: str = "dop853",
+    method: Method = Options.method,
     most_steps: int = Options.most_steps,
     change: float = 1e-3,
     progress: Callable[[float], None] | None = None,
@@ -98,10 +97,8 @@ def gradient(
         the derivatives by up to eight of them.
     until : float
         End of the simulated time [s].
-    start, rtol, atol, most_steps
+    start, rtol, atol, method, most_steps
         As for `simulate`. Contacts are located.
-    method : str
-        "dop853" or "dopri5".
     change : float
         Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
         not small: it moves a journal by a tenth of its clearance, or removes a contact.
@@ -135,7 +132,7 @@ def gradient(
     made = plan(mechanism)
     if not 0.0 < change < 1.0:
         raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
-    check_derivable(made, options)
+    check_derivable(made)
     for name, texts in (("of", of), ("by", by or ())):
         for text in texts:
             if list(texts).count(text) > 1:
@@ -163,7 +160,7 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     Raise `ScissordynError` if one of them does not exist.
     """
     made = plan(mechanism)
-    check_derivable(made, options)
+    check_derivable(made)
     for response in responses:
         check_measure(response)
     derived = _derive(made, options, responses, by, 0.0, None)  # instants until which a gradient is valid are not used
@@ -187,10 +184,11 @@ def _derive(
     ideal = ideal_path(made, options) if compared else None
     parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
     integrals = any(response.measure in INTEGRAL_MEASURES for response in responses)
-    derive = partial(forward, made, options, integrals=integrals, ideal=ideal, progress=progress)
     values, rows, misfit, runs = np.full(len(responses), math.nan), list[_Row](), 0.0, 0
     for first in range(0, len(parameters), DERIVATIVES):
-        run = derive(seeds[first : first + DERIVATIVES])
+        part = seeds[first : first + DERIVATIVES]
+        run = forward(made, options, part, integrals=integrals, ideal=ideal, progress=progress)
+        options = replace(options, method=run.driver.method)
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
         rows += _rows(run, made.mechanism, parameters[first : first + DERIVATIVES], responses, change)
@@ -212,17 +210,14 @@ def _rows(
     return rows
 
 
-def check_derivable(made: Plan, options: Options) -> None:
-    """Raise `InputError` if a part of the mechanism or the method has no derivatives yet."""
+def check_derivable(made: Plan) -> None:
+    """Raise `InputError` if a part of the mechanism has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
-    if options.method not in EXPLICIT_METHODS:
-        raise InputError(f"method '{options.method}' has no derivatives yet", " or ".join(EXPLICIT_METHODS), "method='dop853'")
     refused = {
         "hard contact": bool(made.hard_places),
         "an oil film": bool(made.lubricated),
         "bars that bend": bool(made.coordinates.natural.axes) or made.model.bar.size > 0,
-        "a controller with a delay": any(part.controller.delay > 0.0 for _, part in made.actuators),
     }
     for words, here in refused.items():
         if here:

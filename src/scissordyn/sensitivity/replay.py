@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.dense import complete, dense_value, inside_at, step_integral
+from scissordyn.integrate.dense import complete, dense_value, step_integral
+from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
     DATA,
     ENDED,
@@ -27,10 +28,12 @@ from scissordyn.integrate.integration import (
     open_integration,
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored
-from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, explicit_step, fraction, place, speed
-from scissordyn.kernel import F1, F2, I1, derivative, kernel, opener, value_of
+from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, attempt, place, speed
+from scissordyn.integrate.tableau import EXPLICIT
+from scissordyn.kernel import F1, F2, I1, derivative, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
+from scissordyn.sensitivity.peak import follow_peak
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 
@@ -42,17 +45,23 @@ class Replayed(NamedTuple):
     """
 
     rate: Any
+    linearise: Any
+    factorize: Any
+    solve: Any
     guards: Any
     accept: Any
     reset: Any
     monitor: Any
     probe: Any
+    record: Any
     forget: Any
     break_at: Any
 
 
-FOLLOWED, ANOTHER_MODE, NO_ROOT = range(3)
-"""Return values of `follow`: done; the repetition has other contact modes than the run; a guard is not zero at its event."""
+FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP = range(5)
+"""Return values of `follow`: done; the repetition has other contact modes than the run; a guard is not zero at its event; the
+history of delayed signals has no room; rates jump at a multiple of a delay that is a parameter.
+"""
 
 PARTS_MAX = 1000  # Largest number of parts into which a step is divided, rejected parts included
 PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
@@ -62,10 +71,8 @@ WEIGHT_FACTOR = 10.0
 
 ROOT_PRECISIONS = 10.0  # [precisions of located events] Largest value of a guard that counts as zero at its event
 
-SLOPE_PROBE = 1e-4  # [steps] Distance between the first two instants of the secant search for a maximum
-PEAK_MOVED_MAX = 1e-3  # [steps] Largest distance between a recorded peak and the root of its slope, for a smooth maximum
-SLOPE_TOL = 1e-3  # Largest slope at a smooth maximum, relative to the largest slope of the search; larger at a kink
-PEAK_ROOT_STEPS = 3  # Secant steps of the search for the root of the slope
+JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance of two evaluations of the rates on both sides of an instant
+JUMP_MIN = 1e-6  # [rates] Smallest difference of the rates on both sides that counts as a jump
 
 
 class Watched(NamedTuple):
@@ -145,6 +152,8 @@ def follow_step(problem, watched, address, system, seed):
     if run.counts[0].steps == counts.steps:
         return FOLLOWED
     now, first, after = run.clock[0].time, counts.events, run.counts[0].events
+    if w.delays.size > 0 and not has_room(value_of(clock.time), s, w):
+        return FULL
     w.scaling[0] = run.scaling[0]
     problem.forget(system)
     moves = now > clock.time
@@ -155,6 +164,8 @@ def follow_step(problem, watched, address, system, seed):
             for i in range(s.y.size):
                 run.misfit[0] = max(run.misfit[0], abs(value_of(s.y[i]) - run.y[i]) / max(1.0, abs(run.y[i])))
     clock.time = with_value(clock.time, now)
+    if w.delays.size > 0 and moves and not equals(clock.time, now) and jumps(problem, clock.time, s, w, system):
+        return JUMP
     for at in range(first, after):
         guard = int(run.log[at, GUARD])
         if at > first or not moves:
@@ -169,6 +180,25 @@ def follow_step(problem, watched, address, system, seed):
 
 
 @kernel
+def has_room(now, s, w):
+    """Return whether the history has room for all parts of a step; drop the steps that no delay reaches any more."""
+    rows, length = s.history, s.history_length[0]
+    if length + PARTS_MAX <= rows.shape[0]:
+        return True
+    longest = old = 0
+    for k in range(w.delays.size):
+        if w.delays[k] > w.delays[longest]:
+            longest = k
+    while old < length - 1 and rows[old, 0] + rows[old, 1] < now - (1.0 + EVENT_TOL) * w.delays[longest]:
+        old += 1
+    for k in range(old, length):
+        for i in range(rows.shape[1]):
+            rows[k - old, i] = rows[k, i]
+    s.history_length[0] = length - old
+    return length - old + PARTS_MAX <= rows.shape[0]
+
+
+@kernel
 def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     """Repeat a step, in several parts if the derivatives need shorter steps than the values."""
     clock = s.clock[0]
@@ -179,9 +209,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     size, left = whole, whole
     for _ in range(PARTS_MAX):
         if clock.prepared == 0:
-            problem.rate(clock.time, s.y, system, w.slope)
-            if clock.monitors == 1:
-                problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
+            prepare_step(problem, T, s, w, system)
         last = size >= left
         # only the first or last part, at the onset or end of a contact, uses the scaling by the square root of time
         scaling = run.scaling[0]
@@ -190,15 +218,13 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         w.scaling[0] = scaling
         t = clock.time
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
-        w.has_dense[0] = 0
-        explicit_step(problem, T, t, h, s, w, system)
-        if size > PART_MIN_FRACTION * whole and not accurate(T, h, run, s, w):
+        made = attempt(problem, T, t, h, s, w, system)
+        if size > PART_MIN_FRACTION * whole and not (made and accurate(T, h, run, s, w)):
             size = 0.5 * min(size, left)
             run.parts[0] += 1
             continue
         if last and guard >= 0:
             h = to_event(problem, T, guard, t, h, s, w, system)
-            w.has_dense[0] = 0
         reached = now if last else value_of(t + h)
         ends = last and (guard >= 0 or now == run.clock[0].end)
         use_inside(problem, T, t, h, reached, ends, run, s, w, system, samples, seed)
@@ -215,16 +241,30 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
 
 
 @kernel
+def prepare_step(problem, T, s, w, system):
+    """Compute the rates at the start of a step, and the values that an explicit or a Rosenbrock method needs besides."""
+    clock = s.clock[0]
+    clock.prepared = 1
+    if T.kind != EXPLICIT:
+        problem.linearise(clock.time, s.y, system, w.slope, w.slope_t)
+        return
+    problem.rate(clock.time, s.y, system, w.slope)
+    if clock.monitors == 1:
+        problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
+
+
+@kernel
 def accurate(T, h, run, s, w):
     """Return True if the derivatives of coordinates and rates in the last step are accurate enough.
 
     The error control of the values does not notice a kink of a law or controller, because a kink changes the derivatives much
     more than the values.
     """
+    rows, scale = (T.stages + 1, value_of(h)) if T.kind == EXPLICIT else (T.stages, 1.0)
     for which in range(1 + T.combined):
         for i in range(s.y.size):
             w.estimate[which, i] = 0.0
-        add_rows(1.0, T.error[which], T.stages + 1, w.stages, w.estimate[which])
+        add_rows(scale, T.error[which], rows, w.stages, w.estimate[which])
     for g in range(min(2, w.group.size - 1)):
         start, stop = w.group[g], w.group[g + 1]
         for k in range(run.parameters[0]):
@@ -236,7 +276,7 @@ def accurate(T, h, run, s, w):
                 weight = max(weight, value_of(w.atol[i]) + value_of(w.rtol[i]) * abs(value_of(s.y[i])))
             if T.combined == 1 and error > 0.0:
                 error = error * error / (error + 0.01 * other)
-            if value_of(h) * math.sqrt(error) > run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
+            if math.sqrt(error) > run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
                 return False
     return True
 
@@ -261,6 +301,19 @@ def fixed_instant(problem, now, run, w, system, t):
 
 
 @kernel
+def jumps(problem, t, s, w, system):
+    """Return whether the rates jump at an instant, as where a controller begins to act after its delay."""
+    scale = value_of(t) * JUMP_PROBE
+    problem.rate(t - scale, s.y, system, w.inside)
+    problem.rate(t + scale, s.y, system, w.new)
+    size = change = 0.0
+    for i in range(s.y.size):
+        size = max(size, abs(value_of(w.new[i])))
+        change = max(change, abs(value_of(w.new[i] - w.inside[i])))
+    return change > JUMP_MIN * size
+
+
+@kernel
 def to_event(problem, T, guard, t, h, s, w, system):
     """Repeat a step so that its guard stays zero at its end while the parameters change; return the size as a dual number.
 
@@ -269,7 +322,7 @@ def to_event(problem, T, guard, t, h, s, w, system):
     """
     h = h + to_root(problem, guard, t + h, w.new, w, system)
     problem.forget(system)
-    explicit_step(problem, T, t, h, s, w, system)
+    attempt(problem, T, t, h, s, w, system)
     rest = to_root(problem, guard, t + h, w.new, w, system)
     problem.rate(t + h, w.new, system, w.inside)
     for i in range(s.y.size):
@@ -305,12 +358,12 @@ def move_to_event(problem, guard, s, w, system):
 
 @kernel
 def carry_on(T, s, w):
-    """Reuse the rates, powers and monitored values at the end of a step for the start of the next one, if they are equal.
+    """Reuse the rates, powers and monitored values at the end of an explicit step for the start of the next one, if equal.
 
     They differ after a projection onto the constraints, and at the end of a contact.
     """
     s.clock[0].prepared = 0
-    if w.accepted[0] != 0.0 or w.scaling[0] == BEFORE_END:
+    if T.kind != EXPLICIT or w.accepted[0] != 0.0 or w.scaling[0] == BEFORE_END:
         return
     last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
     for i in range(s.y.size):
@@ -327,6 +380,9 @@ def carry_on(T, s, w):
 def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
     """Write samples, integrals and largest values within a step, with their derivatives."""
     counts = s.counts[0]
+    if w.delays.size > 0:
+        complete(problem, T, t, h, s, w, system)
+        keep_history(problem.record, T, t, h, s, w, system)
     for k in range(run.rows.size):
         row = run.rows[k]
         when = run.peak[row, WHEN]
@@ -345,71 +401,31 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
         for i in range(s.reference.size):
             samples.reference[counts.samples, i] = s.reference[i]
         counts.samples += 1
-    if s.clock[0].monitors == 0:
-        return
+    if s.clock[0].monitors == 1:
+        add_integrals(problem, T, t, h, s, w, system)
+
+
+@kernel
+def add_integrals(problem, T, t, h, s, w, system):
+    """Add the integrals of powers and monitored values over a step, with the weights of its stages or of Gauss nodes."""
+    points = T.stages
+    if T.kind != EXPLICIT:
+        points = T.gauss.size
+        complete(problem, T, t, h, s, w, system)
+        for node in range(points):
+            now = t + T.gauss[node] * h
+            dense_value(T.gauss[node], T.pattern, s.y, w.dense, w.inside)
+            problem.rate(now, w.inside, system, w.slope)
+            problem.monitor(now, w.inside, system, w.power[node], w.monitored[node])
     for row in range(s.peak.shape[0]):
         if is_monitored(row, s):
-            for stage in range(T.stages):
-                weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
+            for k in range(points):
+                explicit = T.kind == EXPLICIT
+                weight = h * (T.a[T.stages, k] * speed(w.scaling[0], T.nodes[k]) if explicit else T.weight[k])
                 for q in range(w.monitored.shape[2]):
-                    s.peak[row, INTEGRAL + q] += weight * w.monitored[stage, row, q]
+                    s.peak[row, INTEGRAL + q] += weight * w.monitored[k, row, q]
     for q in range(s.total.size):
         s.total[q] += step_integral(T, h, w, q)
-
-
-@kernel
-def value_at(problem, T, row, theta, t, h, s, w, system):
-    """Return a monitored value at the fraction `theta` of a step, from the dense output."""
-    inside_at(T, theta, row, s, w)
-    return probed(problem, t + fraction(w.scaling[0], theta) * h, w.inside, row, w, system)
-
-
-@kernel
-def probed(problem, t, y, row, w, system):
-    """Return the monitored value of a row at a time and state."""
-    spare = w.monitored[w.monitored.shape[0] - 1, row]
-    problem.forget(system)
-    problem.probe(t, y, row, system, w.estimate[0], spare)
-    return spare[0]
-
-
-@kernel
-def slope_at(problem, T, row, theta, t, h, s, w, system, seed):
-    """Return a monitored value at the fraction `theta` of a step, and its slope by `theta` as a plain number."""
-    moved = value_at(problem, T, row, theta + seed[0], t, h, s, w, system)
-    fixed = value_at(problem, T, row, theta, t, h, s, w, system)
-    return fixed, derivative(moved - fixed, 0)
-
-
-@kernel
-def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
-    """Write a largest value with its derivatives: at the root of its slope, or at an end of the step without such a root.
-
-    The derivatives are NaN if the value has neither.
-    """
-    complete(problem, T, t, h, s, w, system)
-    start = place(w.scaling[0], min(max((when - value_of(t)) / value_of(h), 0.0), 1.0))
-    before = start
-    found, slope_before = slope_at(problem, T, row, before, t, h, s, w, system, seed)
-    theta = start + (SLOPE_PROBE if start < 0.5 else -SLOPE_PROBE)
-    found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
-    steepest = max(abs(slope), abs(slope_before))
-    smooth = (slope - slope_before) * (theta - before) < 0.0
-    for _ in range(PEAK_ROOT_STEPS):
-        if slope == slope_before or abs(theta - start) > PEAK_MOVED_MAX:
-            break
-        root = theta - slope * (theta - before) / (slope - slope_before)
-        before, slope_before, theta = theta, slope, root
-        if abs(theta - start) <= PEAK_MOVED_MAX:
-            found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
-    if not smooth or not abs(theta - start) <= PEAK_MOVED_MAX or abs(slope) > SLOPE_TOL * steepest:
-        if when == now:
-            found = probed(problem, t + h, w.new, row, w, system)
-        elif when == value_of(t):
-            found = probed(problem, t, s.y, row, w, system)
-        else:
-            found = found + math.nan * seed[0]
-    s.peak[row, LARGEST] = found
 
 
 @kernel

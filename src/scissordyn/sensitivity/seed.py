@@ -22,6 +22,8 @@ from scissordyn.model.options import Options, StartKind
 from scissordyn.model.parameter_path import changed, number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system
+from scissordyn.run.advance.driver import fill_history
+from scissordyn.run.advance.tolerance import error_weights
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.tolerance import DATA_TOL
 
@@ -100,6 +102,9 @@ def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
     # the only work arrays that are written at the start and not again
     arrays["work.value"], arrays["work.part_weight"] = content.work.value, content.work.part_weight
     arrays["y"] = y
+    arrays["delays"] = np.array(error_weights(made, system, y, rtol=1.0, atol=1.0).delays)
+    if arrays["state.initial_history"].size:
+        fill_history(system, y)
     arrays["log"] = np.array(prepared.initial_events, float).reshape(-1, LOG_COLUMNS)
     return arrays
 

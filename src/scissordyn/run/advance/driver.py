@@ -167,7 +167,7 @@ class Driver:
         self.plan, content = plan, self.integration.content
         state, work = content.state, content.work
         if self.system.content.state.initial_history.size:
-            _fill_history(self.system, y)
+            fill_history(self.system, y)
         if self.stepping is not None:
             self.stepping.begin(plan, method.step, method.turn, located=crosses == ENDS)
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
@@ -404,7 +404,7 @@ def _rows_of(steps: StepRecord) -> list[tuple[str, np.ndarray]]:
     return [(name, getattr(steps, name)) for name in (*Samples._fields, "end")]
 
 
-def _fill_history(system: Handle, y: np.ndarray) -> None:
+def fill_history(system: Handle, y: np.ndarray) -> None:
     """Fill the history of delayed signals before the start with the constant S that satisfies S = y + R S.
 
     The right side is linear in S; its values at S = 0 and S = 1 determine the solution.

@@ -125,7 +125,6 @@ class Descent:
         old = study.options
         options = replace(
             old,
-            method="dop853" if old.method == "auto" else old.method,
             events="located",
             rtol=min(old.rtol, GRADIENT_RTOL),
             atol=min(old.atol, GRADIENT_RTOL),

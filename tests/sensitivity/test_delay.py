@@ -1,0 +1,94 @@
+"""Derivatives of runs whose controllers have a delay: the method of steps, and differences of runs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.build import hanging
+
+import scissordyn as sd
+from scissordyn.control.delayed.pyragas import Pyragas
+from scissordyn.model.parameter_path import changed
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
+from scissordyn.sensitivity import forward as pass_
+from scissordyn.sensitivity.forward import Forward, forward
+from scissordyn.sensitivity.replay import PARTS_MAX
+from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+
+TORQUE = 0.45  # Torque of `lagging` divided by the delayed angular velocity [N m s]
+INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
+
+
+@sd.element(slot="controller", delay=1.0, recorded="speed")
+def lagging(delayed):
+    """Return a torque against the angular velocity one second ago."""
+    return -0.45 * delayed
+
+
+def slope_by_inertia(t: float) -> float:
+    """Return dw/dI of I w' = -k w(t - 1), w = 1 up to t = 0, with w the sum of (-k/I)^n (t - n + 1)^n/n! over n <= t + 1."""
+    rate = TORQUE / INERTIA
+    return sum(-n / INERTIA * (-rate) ** n * (t - n + 1.0) ** n / math.factorial(n) for n in range(1, math.floor(t) + 2))
+
+
+def run_of(mechanism: sd.Mechanism, options: sd.Options, paths: list[str]) -> Forward:
+    begin = Start(mechanism, options.start)
+    return forward(plan(mechanism), options, [derivatives(begin, parameter_of(mechanism, path, 1.0)) for path in paths])
+
+
+@pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p"])
+def test_delay_equation(method: str) -> None:
+    """Closed form: the method of steps; the torque follows the angular velocity of one second ago."""
+    mechanism = hanging(spin=1.0).controlled(lagging())
+    options = sd.Options(4.7, "as-placed", 2, 1e-12, 1e-12, method)
+    run = run_of(mechanism, options, ["body.rod.inertia"])
+    (x, y, vx, vy), (dx, dy, dvx, dvy) = run.driver.state.y, run.state[:, 0]
+    size, turning = x * x + y * y, x * vy - y * vx  # a direction times the root of the inertia, and its rate
+    by_scale = (dx * vy + x * dvy - dy * vx - y * dvx) / size - 2.0 * turning * (x * dx + y * dy) / size**2
+    assert by_scale / mechanism.bodies[0].inertia == pytest.approx(slope_by_inertia(4.7), rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_delay_and_gain(method: str) -> None:
+    """Cross-check: derivatives by delay, gain and initial speed beside differences of eighth order; the onset is one delay."""
+    spring = sd.TorsionSpring("spring", "rod", stiffness=3.0, damping=0.02)
+    mechanism = hanging(spring, spin=1.0).controlled(Pyragas(0.6, 0.31, recorded="speed", ramp=0.2))
+    options = sd.Options(2.0, "as-placed", 2, 1e-12, 1e-12, method)
+    name = mechanism.components[-1].name
+    paths = [f"{name}.controller.delay", f"{name}.controller.gain", "body.rod.angular_velocity"]
+    run = run_of(mechanism, options, paths)
+    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+    for k, path in enumerate(paths):
+        parameter, ends = parameter_of(mechanism, path, 1.0), np.zeros(4)
+        for place, weight in weights.items():
+            for sign in (1.0, -1.0):
+                moved = changed(mechanism, path, parameter.value + sign * place * 1e-2 * parameter.scale)
+                driver, _, _ = make_driver(plan(moved), options)
+                advance(driver, options.until)
+                ends += sign * weight / 1e-2 * driver.state.y
+        assert run.state[:, k] == pytest.approx(ends, abs=1e-8 * np.max(np.abs(ends)))
+
+
+def test_steps_that_no_delay_reaches_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cross-check: with a history that is full again and again the derivatives are the same."""
+    mechanism = hanging(spin=1.0).controlled(lagging())
+    options = sd.Options(12.0, "as-placed", 2, 1e-11, 1e-11, "rodas4p")
+    long = run_of(mechanism, options, ["body.rod.inertia"])
+    monkeypatch.setattr(pass_, "HISTORY_STEPS", 0)
+    assert int(long.driver.state.counts["steps"][0]) > PARTS_MAX
+    assert run_of(mechanism, options, ["body.rod.inertia"]).state == pytest.approx(long.state, rel=1e-13)
+
+
+def test_a_controller_that_begins_abruptly() -> None:
+    """Contract: the derivative by the delay is refused if the torque jumps after it; that by the gain exists."""
+    spring = sd.TorsionSpring("spring", "rod", stiffness=3.0)
+    mechanism = hanging(spring, spin=1.0).controlled(Pyragas(0.6, 0.31, recorded="speed"))
+    options = sd.Options(0.6, "as-placed", 2, 1e-9, 1e-9, "dop853")
+    name = mechanism.components[-1].name
+    run_of(mechanism, options, [f"{name}.controller.gain"])
+    with pytest.raises(sd.ScissordynError, match="begins to act abruptly after its delay; expected a ramp"):
+        run_of(mechanism, options, [f"{name}.controller.delay"])

@@ -206,7 +206,7 @@ MODULES: dict[str, dict[str, tuple[str, ...]]] = {
         "analysis.lyapunov": ("exponent_from_growth",),
     },
     "Kernels": {
-        "kernel": ("kernel",),
+        "kernel": ("kernel", "equals"),
     },
     "Pictures": {
         "record.accessor": ("RunAccessor",),

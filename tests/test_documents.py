@@ -78,7 +78,8 @@ SLOW = (
         "cluster.md",
         "control.md",
     ),
-    *("design_study.md", "files.md", "fit_measured_data.md", "gallery.md", "gradients.md", "studies.md", "wear.md"),
+    *("design_study.md", "files.md", "fit_measured_data.md", "gallery.md", "gradients.md", "own_elements.md", "studies.md"),
+    "wear.md",
 )
 """Pages that take more than some seconds."""
 
@@ -235,6 +236,64 @@ def test_commands_are_understood(page: Path) -> None:
         assert tomllib.loads(table)
 
 
+def inline_commands(text: str) -> list[list[str]]:
+    """Return the words of each command with arguments in a line of prose or in a table."""
+    spans = re.findall(
+        r"`(scissordyn [^`\n]+)`", "".join(part for part in re.split(r"^ *```.*?^ *```", text, flags=re.M | re.S))
+    )
+    return [words for words in (shlex.split(one) for one in spans) if len(words) > 2]
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=name)
+def test_options_in_prose_exist(page: Path) -> None:
+    """Contract: commands that are named in a sentence or in a table exist, and so do their options."""
+    for words in inline_commands(page.read_text(encoding="utf-8")):
+        command = app.get_command(None, words[1])
+        assert command is not None, words
+        known = {option for parameter in command.params for option in parameter.opts}
+        assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known, words
+
+
+ANSWERS = DOCS / "answers.md"
+DRAWING = """
+import ezdxf
+
+drawing = ezdxf.new()
+space = drawing.modelspace()
+space.add_line((0, 0), (800, 600))
+space.add_point((0, 0), dxfattribs={"layer": "ground"})
+drawing.saveas("linkage.dxf")
+"""
+ASSUMED = """
+case = "case.toml"
+set = ["run.until=10 ms"]
+require = ["peak_force < 100 kN"]
+
+[vary]
+"A.clearance" = "0.05..0.4 mm, 2 values"
+
+[uncertain]
+"A.damping.restitution" = "0.7..0.9"
+
+[sampling]
+samples = 2
+"""
+WITHOUT_ARGUMENTS = ("scissordyn motor", "scissordyn modes")  # Names of commands in the page, which need arguments
+
+
+@pytest.mark.slow
+def test_commands_of_the_answers_page(tmp_path: Path, say: Say) -> None:
+    """Contract: each command of the tables runs in a folder with the files that the page names."""
+    exec(DRAWING, {})
+    (tmp_path / "study.toml").write_text(ASSUMED, encoding="utf-8")
+    typed = re.findall(r"`(scissordyn [^`]+)`", ANSWERS.read_text(encoding="utf-8"))
+    assert len(typed) > 20
+    for line in (one for one in dict.fromkeys(typed) if one not in WITHOUT_ARGUMENTS):
+        words = shlex.split(line)
+        # the last rows import a drawing over the case of the others
+        assert say([*words[:-1], "other.toml"] if words[1] == "import" else words) or ">" in words, line
+
+
 def write_tables(page: Path, folder: Path) -> None:
     """Write the tables of a page whose first line is the name of a file, as in "# study.toml"."""
     for table in blocks(page.read_text(encoding="utf-8"), "toml"):
@@ -334,6 +393,14 @@ def test_task_says_what_its_commands_say(tmp_path: Path, say: Say) -> None:
     mechanism = read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
     run = sd.simulate(mechanism.ideal(), until=3.0, samples=301)
     assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
+
+
+def test_printed_blocks_of_the_task(reader: Reader) -> None:
+    """Cross-check: what the commands of the page on the task print, where the page shows it."""
+    shown = [block for block in typed_blocks(TASK.read_text(encoding="utf-8")) if block.printed]
+    assert len(shown) == 2
+    for block in shown:
+        reader._command(block)
 
 
 def test_task_of_one_unit_goes_from_new_to_a_design(tmp_path: Path, say: Say) -> None:

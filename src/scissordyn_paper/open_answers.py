@@ -107,7 +107,7 @@ def _page(found: Found, answers: Sequence[Change], pictures: Mapping[str, Sequen
     """Return the report as a page in HTML."""
     middle, largest = _spread(found)
     parts = [
-        cited(TITLE, f"The open question of: {SOURCE}", DOI),
+        cited(TITLE, SOURCE, DOI),
         section(
             "Answers",
             "answers",

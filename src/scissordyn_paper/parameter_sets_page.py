@@ -34,6 +34,14 @@ TITLE = "The paper with other parameters"  # Title of the page
 
 STATEMENT_ODDS = 3.0  # Ratio of the likelihoods of two parameter sets, one of which agrees with one check more
 
+CAPTIONS = {
+    "checks": "Left: fraction of the quasi-random sets for which each check agrees; the circle is the set chosen before, the "
+    "cross the best one. Right: number of checks that agree for a set.",
+    "parameters": "Left: information that the checks give about each open parameter; the tick is what chance shows. Right: "
+    "largest number of agreeing checks as sets were added.",
+}
+"""Captions of the pictures by name."""
+
 SHOWN_SETS = 5  # Number of parameter sets in the table: those with which most checks agree
 
 
@@ -141,7 +149,9 @@ def _draw_parameters(judged: Judged, information: Mapping[str, tuple[float, floa
 def _titled(drawn: Sequence[Axes], titles: Sequence[str]) -> Figure:
     for axes, title in zip(drawn, titles, strict=True):
         axes.set_title(title, loc="left", fontsize=normal())
-        axes.legend(frameon=False, fontsize=normal() - 1.0, loc="center right" if axes is drawn[0] else "best")
+        # in the left panel between short bars, and left of the marks at 1
+        place = {"loc": "center right", "bbox_to_anchor": (0.95, 0.56)} if axes is drawn[0] else {"loc": "best"}
+        axes.legend(frameon=False, fontsize=normal() - 1.0, **place)
     figure = drawn[0].get_figure(root=True)
     assert figure is not None
     return figure
@@ -162,9 +172,18 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
         ),
     ]
     parts = [
-        cited(TITLE, f"Of: {SOURCE}", DOI),
+        cited(TITLE, SOURCE, DOI),
+        paragraph(
+            "The paper's tables of parameters are not public. Every value and every choice that its text leaves open was drawn "
+            "anew for each set. A check is one part of a statement of the paper that can be answered by yes or no; each set of "
+            "parameters is judged by all checks."
+        ),
         tally(counts),
-        section("Checks", "checks", [picture(pictures[0], "", ""), _checks(judged, half, leading, default)]),
+        section(
+            "Checks",
+            "checks",
+            [picture(pictures[0], "Agreement", CAPTIONS["checks"]), _checks(judged, half, leading, default)],
+        ),
         section("Best parameter sets", "best", [_best(leading)]),
         section(
             "Open parameters",
@@ -176,7 +195,7 @@ def _page(judged: Judged, leading: Judged, default: np.ndarray, pictures: Sequen
                     "The checks say less than one bit of a factor "
                     "where its levels stay nearly as likely as they were drawn."
                 ),
-                picture(pictures[1], "", ""),
+                picture(pictures[1], "Open parameters", CAPTIONS["parameters"]),
                 _parameters(judged, half),
             ],
         ),

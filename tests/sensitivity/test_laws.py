@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,3 +73,25 @@ def test_contacts_of_many_laws() -> None:
                 slope += sign * weight / STEP * driver.state.y[: 2 * n]
         for part in (slice(n), slice(n, 2 * n)):
             assert run.state[part, k] == pytest.approx(slope[part], abs=2e-7 * np.max(np.abs(slope[part])))
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md"
+
+
+@pytest.mark.parametrize("question", ["equals(exponent, 2.0)", "exponent == 2.0"])
+def test_formula_for_one_value_of_a_parameter(question: str, tmp_path: Path) -> None:
+    """Closed form: the page's law keeps the derivative of the largest force by its exponent; a comparison by value loses it."""
+    (code,) = re.findall(r"^```python\n# power\.py\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    assert "equals(exponent, 2.0)" in code
+    file = tmp_path / "power.py"
+    file.write_text(code.replace("equals(exponent, 2.0)", question), encoding="utf-8")
+    stiffness, speed, n = 1e11, 0.5, 2.0
+    law = sd.law("stiffness", f"{file}:power")(stiffness, n)
+    wall = sd.Clearance(1e-3, stiffness=law, damping=sd.Flores(1.0), friction=sd.NoFriction())
+    ball = sd.Body("ball", 1.0, 1e-3, {"centre": (0.0, 0.0)}, (0.0, 0.0), velocity=(speed, 0.0))
+    hole = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=wall)
+    free = sd.Mechanism(bodies=(ball,), joints=(hole,), ground=(("middle", (0.0, 0.0)),), gravity=0.0)
+    found = sd.gradient(free, of=["hole.peak_force"], by=["hole.stiffness.exponent"], until=3e-3, start="as-placed")
+    energy = (n + 1.0) * speed**2 / (2.0 * stiffness)
+    exact = n * (math.log(energy) / (n + 1.0) ** 2 + n / (n + 1.0) ** 2)
+    assert found["elasticity"].item() == (pytest.approx(exact, rel=1e-6) if "equals" in question else 0.0)

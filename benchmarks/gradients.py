@@ -78,12 +78,10 @@ def journal(speed: float) -> sd.Mechanism:
 
 def draw() -> None:
     """Draw docs/gradients.png: a grazing contact with tangents, and the growth of derivatives in a run with many contacts."""
-    from matplotlib.figure import Figure
+    from scissordyn.plot.file import figure_of
+    from scissordyn.plot.style import BLUE, VERMILION, legend, panels
 
-    from scissordyn.plot.style import BLUE, VERMILION
-
-    figure = Figure(figsize=(9.0, 3.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    left, right = drawn = panels(None, 1, 2, size=(9.0, 3.4), share=False)
     speeds = np.sort(np.append(np.linspace(0.40, 0.52, 61), 0.44295 + np.geomspace(1e-5, 2e-3, 8)))
     of, by = ["hole.first_contact"], ["body.ball.velocity.y"]
     results = [sd.gradient(journal(float(v)), of=of, by=by, until=0.15, start="as-placed") for v in speeds]
@@ -94,7 +92,7 @@ def draw() -> None:
         left.plot(speeds[part], 1e3 * instants[part], color=BLUE)
     for k in (5, 15, apart + 4, apart + 10, apart + 25):
         reach = np.array([-0.006, 0.006])
-        left.plot(speeds[k] + reach, 1e3 * (instants[k] + slopes[k] * reach), color=VERMILION, linewidth=1.0)
+        left.plot(speeds[k] + reach, 1e3 * (instants[k] + slopes[k] * reach), color=VERMILION, linewidth=1.0, label="tangents")
     left.set(xlabel="speed at the start [m/s]", ylabel="first contact [ms]", ylim=(20.0, 110.0))
     case = sd.read_case(EXAMPLES / "slider_crank.toml")
     options = sd.Options(0.024, case.run.start, 2, TOLERANCE, TOLERANCE, "dop853", events="located")
@@ -102,8 +100,9 @@ def draw() -> None:
     found = forward(plan(case.mechanism), options, [seed])
     log = found.driver.log
     right.semilogy(1e3 * log["time"], 1e6 * np.abs(found.log[:, 0, 0]) * 1e-2, ".", color=BLUE)
-    right.set(xlabel="instant of contact or separation [ms]", ylabel="its shift by 1 % of clearance [us]")
-    figure.savefig(DECISIONS.parent / "gradients.png", dpi=110, metadata={"Software": ""})
+    right.set(xlabel="instant of contact or separation [ms]", ylabel="its shift by 1 % of the clearance [µs]")
+    legend([left])
+    figure_of(drawn).savefig(DECISIONS.parent / "gradients.png", dpi=150, metadata={"Software": ""})
 
 
 def measure(quick: bool) -> str:

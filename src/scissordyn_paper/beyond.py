@@ -39,7 +39,7 @@ MERITS: tuple[tuple[str, str, float, str], ...] = (
     ("in_contact_from", "in contact from [s]", 1.0, ".3g"),
     ("peak_force", "peak force [kN]", 1e-3, ".3g"),
     ("peak_torque", "peak torque [kN m]", 1e-3, ".3g"),
-    ("energy_used", "energy used [J]", 1.0, ".4g"),
+    ("energy_used", "energy used [J]", 1.0, ".0f"),
     ("tracking_error", "angle error [mrad]", 1e3, ".3g"),
     ("position_error", "position error [mm]", 1e3, ".3g"),
     ("synchronisation_error", "synchronisation error [mm]", 1e3, ".3g"),
@@ -92,7 +92,7 @@ def _regular_row(case: PaperCase, one: Regularity) -> list[str | Cell]:
     together = f"{one.agreeing} of {one.members}" if one.members > 1 else "1"
     numbers = (
         "–" if math.isnan(one.growth) else f"{one.growth:.2f}",
-        f"{one.exponent:z.1f} ± {one.exponent_error:.1f}",
+        f"{one.exponent:z.1f} ± {one.exponent_error:.1f}".replace("-", "−"),
         f"{100.0 * one.contact_fraction:.4g}",
         f"{one.impacts:.2f}",
         f"{one.trusted_cycles}" if one.trusted_cycles < one.followed_cycles else f"not in {one.followed_cycles}",
@@ -159,7 +159,7 @@ def _merit_row(name: str, found: Mapping[str, float], change: str = "") -> list[
         "never" if name == "in_contact_from" and math.isnan(found[name]) else format(factor * found[name], form)
         for name, _, factor, form in MERITS
     ]
-    return [name, *(Cell(text, "number") for text in (*cells, change))]
+    return [Cell(name, "name"), *(Cell(text, "number") for text in (*cells, change))]
 
 
 def _control_words(
@@ -309,7 +309,8 @@ def first_contacts_section(run: xr.Dataset) -> list[str]:
     """Return the section that compares the first contacts at 0.5 mm without friction with a second program."""
     rows: list[Sequence[str | Cell]] = []
     for name, *numbers in event_table(run):
-        rows.append([name, *(Cell(text, "number") for text in numbers)])
+        values, difference = (text.replace("-", "−") for text in numbers[:2]), numbers[2]
+        rows.append([name, *(Cell(text, "number") for text in (*values, difference))])
     return [
         paragraph(
             "The run at 0.5 mm and 150 rpm without friction, compared with a second program that integrates Lagrange's "

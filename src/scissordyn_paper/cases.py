@@ -6,6 +6,7 @@ import dataclasses
 import math
 import tomllib
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -271,3 +272,8 @@ def contact_starts(choice: Choice) -> tuple[PaperCase, ...]:
 def _number(value: float) -> str:
     """Return a number as text of a case file with twelve digits, without the round-off of conversions."""
     return f"{value:.12g}"
+
+
+def three_digits(value: float) -> str:
+    """Return a number rounded to three digits as text, without a power of ten."""
+    return f"{Decimal(f'{value:.3g}'):f}"

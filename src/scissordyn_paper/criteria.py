@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scissordyn_paper.cases import CONTROLLED, SPEEDS, Choice, PaperCase
+from scissordyn_paper.cases import CONTROLLED, SPEEDS, Choice, PaperCase, three_digits
 from scissordyn_paper.verdict import Finding
 
 VISIBLE_FRACTION = 0.01  # Smallest visible difference as a fraction of a curve's range: a line's width in a printed figure
@@ -165,7 +165,7 @@ def early(choice: Choice, measured: Measured) -> Finding:
     """Answer check 1c: speeds and accelerations differ more in the first 5 ms than afterwards (root mean square)."""
     deviations = measured[PaperCase(choice=choice)].deviations
     words = ", ".join(
-        f"{text} {deviations[name].before:.3g} and {deviations[name].after:.3g} {unit}"
+        f"{text} {three_digits(deviations[name].before)} and {three_digits(deviations[name].after)} {unit}"
         for name, (text, unit) in OSCILLATING.items()
     )
     return Finding(

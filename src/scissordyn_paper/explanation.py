@@ -38,14 +38,14 @@ STATEMENTS = {
     4: Statement(
         "A smaller clearance gives smaller forces and torques, and more impacts",
         "4a 4b",
-        "Forces agree: a smaller gap leaves less way to gain speed. Impacts differ: rebounds across a smaller gap end sooner, "
-        "and after 30 ms contact lasts at every clearance.",
+        "Agrees: a smaller gap leaves less way to gain speed, so forces and torques fall. Differs: rebounds across a smaller "
+        "gap end sooner, and after 30 ms contact lasts at every clearance.",
     ),
     5: Statement(
         "The motion is regular at 0.4 mm, and irregular at other clearances",
         "5b 5c",
-        "Differs: all measures change steadily with the clearance, and nothing in the mechanics singles out 0.4 mm. The "
-        "journal rebounds at each clearance before it stays in contact.",
+        "Agrees: free flight is frequent at the other clearances. Differs: all measures change steadily with the clearance, "
+        "and nothing in the mechanics singles out 0.4 mm. The journal rebounds at each clearance before it stays in contact.",
     ),
     6: Statement(
         "Friction makes contact continuous and the motion regular",
@@ -56,8 +56,8 @@ STATEMENTS = {
     7: Statement(
         "Control keeps contact and needs a higher torque",
         "7a",
-        "Contact agrees. The torque differs: with a constant eccentricity the bars move as with ideal joints, so the motor "
-        "needs the ideal torque and is spared the impacts.",
+        "Agrees: the ideal reaction presses the journal to one side. Differs: with a constant eccentricity the bars move as "
+        "with ideal joints, so the motor needs the ideal torque and is spared the impacts.",
     ),
 }
 """Summaries of the paper's statements, by number."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DRIVEN_BAR_TEXTS, FRICTION, SPEEDS, Choice, PaperCase
+from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DRIVEN_BAR_TEXTS, FRICTION, SPEEDS, Choice, PaperCase, three_digits
 from scissordyn_paper.page import Cell, table
 
 STATED_PARAMETERS = (
@@ -41,38 +41,33 @@ class Parameter:
     value: Callable[[Choice], str]  # Function from a choice to the text of the value
 
 
-def _digits(value: float) -> str:
-    """Return a number as text with three digits."""
-    return f"{value:.3g}"
-
-
 def _materials(choice: Choice) -> str:
     return choice.material if not choice.bearing_material else f"{choice.material} in {choice.bearing_material}"
 
 
 def _integrator(choice: Choice) -> str:
-    step = f", fixed step of {_digits(1e6 * choice.step)} µs" if choice.step else ", step size by error control"
+    step = f", fixed step of {three_digits(1e6 * choice.step)} µs" if choice.step else ", step size by error control"
     return f"{choice.method}, tolerance {choice.tolerance:g}{step}"
 
 
 PARAMETERS = (
     Parameter("driven bar", "", lambda choice: DRIVEN_BAR_TEXTS[choice.driven_bar].removesuffix(" driven")),
     Parameter("motion of the driven bar", "", lambda choice: f"its angle is {choice.travel}"),
-    Parameter("angle at the start", "deg", lambda choice: _digits(math.degrees(choice.angle))),
-    Parameter("gravity", "m/s²", lambda choice: _digits(choice.gravity)),
+    Parameter("angle at the start", "deg", lambda choice: three_digits(math.degrees(choice.angle))),
+    Parameter("gravity", "m/s²", lambda choice: three_digits(choice.gravity)),
     Parameter("start of the journal", "", lambda choice: choice.start),
-    Parameter("journal radius", "mm", lambda choice: _digits(1e3 * choice.journal_radius)),
-    Parameter("bearing length", "mm", lambda choice: _digits(1e3 * choice.bearing_length)),
+    Parameter("journal radius", "mm", lambda choice: three_digits(1e3 * choice.journal_radius)),
+    Parameter("bearing length", "mm", lambda choice: three_digits(1e3 * choice.bearing_length)),
     Parameter("materials", "", _materials),
     Parameter("contact stiffness", "", lambda choice: STIFFNESS_TEXTS[choice.stiffness]),
     Parameter("contact damping", "", lambda choice: DAMPING_TEXTS.get(choice.damping, choice.damping)),
-    Parameter("restitution coefficient", "1", lambda choice: _digits(choice.restitution)),
+    Parameter("restitution coefficient", "1", lambda choice: three_digits(choice.restitution)),
     Parameter("sliding speed taken at", "", lambda choice: choice.slip.replace("-", " ")),
-    Parameter("static over kinetic friction", "1", lambda choice: _digits(choice.static)),
-    Parameter("Stribeck speed", "mm/s", lambda choice: _digits(1e3 * choice.stribeck_speed)),
-    Parameter("bristle stiffness over normal force", "1/m", lambda choice: f"{choice.bristle_stiffness:.3g}"),
-    Parameter("bristle damping over normal force", "s/m", lambda choice: _digits(choice.bristle_damping)),
-    Parameter("viscous friction over normal force", "s/m", lambda choice: _digits(choice.viscous)),
+    Parameter("static over kinetic friction", "1", lambda choice: three_digits(choice.static)),
+    Parameter("Stribeck speed", "mm/s", lambda choice: three_digits(1e3 * choice.stribeck_speed)),
+    Parameter("bristle stiffness over normal force", "1/m", lambda choice: three_digits(choice.bristle_stiffness)),
+    Parameter("bristle damping over normal force", "s/m", lambda choice: three_digits(choice.bristle_damping)),
+    Parameter("viscous friction over normal force", "s/m", lambda choice: three_digits(choice.viscous)),
     Parameter("integrator", "", _integrator),
 )
 

@@ -78,7 +78,8 @@ class Regularity:
     def words(self) -> str:
         """Text of the verdict with K and the Lyapunov exponent."""
         growth = "" if math.isnan(self.growth) else f"K = {self.growth:.2f}, "
-        return f"{self.name} ({growth}λ = {self.exponent:z.1f} ± {self.exponent_error:.1f} 1/s)"
+        exponent = f"{self.exponent:z.1f}".replace("-", "−")
+        return f"{self.name} ({growth}λ = {exponent} ± {self.exponent_error:.1f} 1/s)"
 
 
 def examine(case: PaperCase) -> xr.Dataset:

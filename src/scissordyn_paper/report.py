@@ -32,6 +32,7 @@ from scissordyn_paper.page import (
 )
 from scissordyn_paper.parameters import parameter_table
 from scissordyn_paper.results import BEST, BEST_OF, Results
+from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding, Verdict
 
 TITLE = "Scissor structures with a clearance joint: a paper reproduced"
@@ -39,7 +40,8 @@ TITLE = "Scissor structures with a clearance joint: a paper reproduced"
 INTRODUCTION = (
     "The paper computes how a planar array of two scissor units moves in 50 ms, driven at 150 rpm, when the pin of one joint "
     "(A) has a radius 0.5 mm smaller than its hole. The pin then leaves the surface of the hole and hits it again. This report "
-    "computes the paper's figures anew, answers each of its statements by yes or no with the computed value, and says why."
+    f"computes the paper's figures anew. It splits the paper's {len(STATEMENTS)} statements into {len(CHECKS)} checks, answers "
+    "each by yes or no with the computed value, and says why."
 )
 
 SOURCE = (
@@ -107,9 +109,9 @@ def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
     counts = [(f"{len(agreeing)} of {len(verdicts)}", "checks agree on the paper's single stroke")]
     if periodic:
         holding = sum(finding.holds for finding in periodic)
-        counts.append((f"{holding} of {len(periodic)}", "agree under a periodic drive, once the motion has settled"))
+        counts.append((f"{holding} of {len(periodic)}", "checks on lasting motion agree under a periodic drive"))
     met = sum(finding.holds for finding in best)
-    counts.append((f"{met} of {len(best)}", f"agree with the best of {BEST_OF:,} parameter sets".replace(",", " ")))
+    counts.append((f"{met} of {len(best)}", f"checks agree with the best of {BEST_OF:,} parameter sets".replace(",", " ")))
     rows: list[Sequence[str | Cell]] = []
     for number in dict.fromkeys(verdict.check.statement for verdict in verdicts):
         ours = [verdict for verdict in verdicts if verdict.check.statement == number]
@@ -119,10 +121,9 @@ def _summary(verdicts: Sequence[Verdict], best: Sequence[Finding]) -> list[str]:
         tally(counts),
         table(("Statement of the paper", "Checks that agree", "What agrees, what differs, and why"), rows),
         paragraph(
-            "A check is one part of a statement that can be answered by yes or no; 4c is the third part of statement 4. A "
-            "parameter set is one choice of the parameters whose tables are not public. This report uses a set that was chosen "
-            "before its agreement was known. The best set was chosen afterwards, for its agreement, which does not prove that "
-            "the paper used it.",
+            "Check 4c is the third part of statement 4. A parameter set is one choice of the parameters whose tables are not "
+            "public. This report uses a set that was chosen before its agreement was known. The best set was chosen "
+            "afterwards, for its agreement, which does not prove that the paper used it.",
             "soft",
         ),
     ]
@@ -149,6 +150,7 @@ def _statement(
         [
             table(("", "The paper says", "Answer", "Computed here", "Why", "Best set"), rows),
             *([paragraph(note, "soft")] if doubtful else []),
+            *([] if number in FIGURES_OF else [paragraph("The first picture of this report shows both forces.")]),
             *(picture(pictures[figure], f"Figure {figure}", FIGURES[figure].caption) for figure in FIGURES_OF.get(number, ())),
         ],
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle as repeated
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -93,6 +94,12 @@ def profile(
     labels = [f"{scale.factor * deepest * tick:.3g}" for tick in ticks]
     axes.set_yticks(1.0 + depth_fraction * ticks, labels, fontsize=small(), color=GREY)
     axes.tick_params(labelsize=small())
+    # between the labels of the angles, where the bearing is worn least
+    between = np.pi / 8.0 * np.arange(1, 16, 2)
+    polar: Any = axes
+    polar.set_rlabel_position(float(np.degrees(between[np.argmin(np.interp(between, angle[:-1], depths[at[-1]]))])))
+    for label in axes.yaxis.get_ticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.8})
     axes.grid(linewidth=0.4)
     factor = depth_fraction * float(here["bearing_radius"]) / deepest
     axes.set_title(

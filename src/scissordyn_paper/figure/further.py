@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from scissordyn.analysis.scatter import velocity_acceleration
 from scissordyn.plot.file import figure_of
@@ -39,10 +40,13 @@ def draw_maps(
     runs: Mapping[PaperCase, xr.Dataset], settled: Mapping[PaperCase, xr.Dataset], cases: Sequence[PaperCase]
 ) -> Figure:
     """Draw the paper's picture of the stroke of each case, and below it the map once in each period of the drive."""
-    columns = len(cases)
-    drawn = panels(None, 2, columns, size=(2.6 * columns, 5.8), share=False)
+    columns = 3 if len(cases) > 4 else 4
+    rows = 2 * -(-len(cases) // columns)
+    drawn = panels(None, rows, columns, size=(9.0, 2.6 * rows), share=False)
+    strokes, maps = [], []
     for k, case in enumerate(cases):
-        above, below = drawn[k], drawn[columns + k]
+        row, column = divmod(k, columns)
+        above, below = (drawn[(2 * row + place) * columns + column] for place in (0, 1))
         stroke = PaperCase(case.clearance, friction=case.friction)
         ideal = velocity_acceleration(runs[stroke.ideal])
         scatter(velocity_acceleration(runs[stroke]), ideal, axes=above)
@@ -54,16 +58,19 @@ def draw_maps(
         below.set(xlabel="velocity [m/s]", ylabel="acceleration [m/s²]")
         below.set_title(_sentence(regularity_of(settled[case]).name), loc="left", fontsize=normal())
         for axes in (above, below):
-            if k:
+            axes.xaxis.set_major_locator(MaxNLocator(3))
+            if column:
                 axes.set_ylabel("")
-    for row in (drawn[:columns], drawn[columns:]):
-        _share_limits(row, margin=0.05)
+        strokes.append(above)
+        maps.append(below)
+    for alike in (strokes, maps):
+        _share_limits(alike, margin=0.05)
     # the same range for all, otherwise the round-off of a periodic motion would fill its panel
-    widths = [axes.get_xlim() for axes in drawn[columns:]]
+    widths = [axes.get_xlim() for axes in maps]
     half = 0.55 * max(high - low for low, high in widths)
-    for axes, (low, high) in zip(drawn[columns:], widths, strict=True):
+    for axes, (low, high) in zip(maps, widths, strict=True):
         axes.set_xlim(0.5 * (low + high) - half, 0.5 * (low + high) + half)
-    legend(drawn[:columns], above=True)
+    legend(drawn, above=True)
     return figure_of(drawn)
 
 

@@ -41,6 +41,8 @@ def draw_overview(runs: Mapping[PaperCase, xr.Dataset]) -> Figure:
         (loads, f"force in joint {JOINT}"),
     ):
         axes.set_title(title, loc="left", fontsize=normal())
+    for axes in (array, path):
+        axes.set_anchor("N")  # titles of all panels on one line
     dress(path)
     draw_scale_bar(path, factor=scale.factor)
     loads.annotate("ideal joint", (0.62, 0.155), xycoords="axes fraction", fontsize=small(), color=BLACK)

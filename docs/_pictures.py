@@ -47,7 +47,7 @@ PATIENCE = 600.0  # Longest time that the run of an example may take on a busy m
 FILM, FILM_RATE = 4.0, 15  # Length of a film of the zoo [s], and its frames per second
 
 STILLS = 0.0, 0.4, 0.8
-"""Instants of the stills of the zoo, as fractions of the run; a crank is not at the same place at two of them."""
+"""Instants of stills as fractions of the run; a crank is not at the same place at two of them."""
 
 ACROSS, TILE_DOTS = 3, 110  # Components in a row of their picture, and dots of each per inch
 COLOURS = 128  # Of a screenshot: drawings need no more, and files are a quarter as large
@@ -57,7 +57,10 @@ def example(name: str) -> None:
     """Draw the stills of one example."""
     case = read_case(ROOT / "examples" / f"{name}.toml")
     run = simulate(case.mechanism, **case.run.keywords | {"samples": "auto"})
-    write(structure(run, case.mechanism), HERE / "examples" / f"{name}.png")
+    position = run["position"].values
+    returns = abs(position[-1] - position[0]).max() < 0.05 * (position.max() - position.min())
+    instants = [part * float(run["time"][-1]) for part in (STILLS if returns else (0.0, 0.5, 1.0))]
+    write(structure(run, case.mechanism, times=instants), HERE / "examples" / f"{name}.png")
 
 
 def zoo(name: str) -> None:

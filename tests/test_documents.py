@@ -259,6 +259,7 @@ DRAWING = """
 import ezdxf
 
 drawing = ezdxf.new()
+drawing.header["$INSUNITS"] = 4
 space = drawing.modelspace()
 space.add_line((0, 0), (800, 600))
 space.add_point((0, 0), dxfattribs={"layer": "ground"})

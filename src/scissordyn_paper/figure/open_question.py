@@ -21,8 +21,12 @@ DRAWN_RATIO_MIN = 1e-3  # Smallest ratio on the axis; smaller and negative ratio
 def draw_ratios(answers: Sequence[Change]) -> Figure:
     """Draw the ratios of measures with and without each change: a row per change, a panel per measure, a dot per pair."""
     names = list(dict.fromkeys(one.what for one in answers))
-    drawn = panels(None, 1, len(COMPARED), size=(15.0, 1.2 + 0.32 * len(names)), share=False)
-    for axes, (measure, title) in zip(drawn, COMPARED.items(), strict=True):
+    columns = 3
+    rows = -(-len(COMPARED) // columns)
+    drawn = panels(None, rows, columns, size=(10.0, (1.2 + 0.32 * len(names)) * rows), share=False)
+    for spare in drawn[len(COMPARED) :]:
+        spare.remove()
+    for column, (axes, (measure, title)) in enumerate(zip(drawn, COMPARED.items(), strict=False)):
         for one in answers:
             if one.measure != measure or not one.ratios:
                 continue
@@ -36,7 +40,7 @@ def draw_ratios(answers: Sequence[Change]) -> Figure:
         axes.axvline(1.0, color="0.6", lw=0.8)
         axes.set_xscale("log")
         axes.set_title(title, loc="left", fontsize=normal())
-        axes.set_yticks(range(len(names)), names if axes is drawn[0] else [])
+        axes.set_yticks(range(len(names)), [] if column % columns else names)
         axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_xlabel("ratio to rigid and dry")
         number_decades(axes.xaxis)

@@ -207,7 +207,9 @@ def test_summary_of_both_parameter_sets():
     best = [finding] * 3 + [Finding(False, "words", {})] * (len(CHECKS) - 3)
     text = " ".join(_summary(verdicts, best))
     assert f"<strong>{len(CHECKS)} of {len(CHECKS)}</strong>" in text
-    assert f"<strong>3 of {len(CHECKS)}</strong><span>checks agree with the best of {BEST_OF // 1000} 000 parameter sets" in text
+    assert (
+        f"<strong>3 of {len(CHECKS)}</strong><span>checks agree with the best of {BEST_OF // 1000} 000 parameter sets" in text
+    )
     assert "chosen before its agreement was known" in text
     assert "chosen afterwards" in text
 

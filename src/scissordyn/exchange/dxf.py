@@ -40,7 +40,7 @@ from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import checked
 from scissordyn.warning import LISTED_MAX
 
-GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"  # Layers with fixed pins, guides and the driven bar
+GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"  # DXF layers of fixed pins, guides and the driven bar
 
 UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
@@ -155,8 +155,8 @@ def _other_layouts(document: Any) -> Iterator[str]:
 class _Pins:
     """Pins of a drawing with generated names; positions within a tolerance are one pin."""
 
-    def __init__(self, near: float) -> None:
-        self.near = near
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance = tolerance
         self.places: dict[str, Point] = {}
         self._cells: dict[tuple[int, int], list[str]] = {}
 
@@ -171,12 +171,12 @@ class _Pins:
         i, j = self._cell(place)
         for cell in ((i + k, j + m) for k in (-1, 0, 1) for m in (-1, 0, 1)):
             for name in self._cells.get(cell, ()):
-                if math.dist(self.places[name], place) <= self.near:
+                if math.dist(self.places[name], place) <= self.tolerance:
                     return name
         return ""
 
     def _cell(self, place: Point) -> tuple[int, int]:
-        return math.floor(place[0] / self.near), math.floor(place[1] / self.near)
+        return math.floor(place[0] / self.tolerance), math.floor(place[1] / self.tolerance)
 
 
 class _Bar(NamedTuple):
@@ -211,11 +211,11 @@ class _Linkage:
         self.size = math.hypot(np.ptp(x), np.ptp(y))
         if tolerance is not None and not tolerance > 0.0:
             raise InputError(f"tolerance = {tolerance:g} m", "a length above 0", "--tolerance '5 um'")
-        self.near = DATA_TOL * self.size if tolerance is None else tolerance
-        if not self.near > 0.0:
+        self.tolerance = DATA_TOL * self.size if tolerance is None else tolerance
+        if not self.tolerance > 0.0:
             raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
         self._name_heights(found.shapes)
-        self.pins = _Pins(self.near)
+        self.pins = _Pins(self.tolerance)
         self.bars = self._bars(drawn)
         for mark in self.marks:
             self.pins.add(mark.places[0])
@@ -255,7 +255,7 @@ class _Linkage:
         shapes = list(shapes)
         middle = float(np.median([z for shape in shapes for z in shape.heights]))
         heights = [(max(abs(z - middle) for z in shape.heights), shape.label) for shape in shapes]
-        away = [label for height, label in heights if height > self.near]
+        away = [label for height, label in heights if height > self.tolerance]
         if away:
             self.notes.append(
                 f"z left out of {listed(away)}, up to {self._length(max(heights)[0])} above or below the others: the drawing "
@@ -265,14 +265,14 @@ class _Linkage:
     def _bars(self, drawn: list[Shape]) -> list[_Bar]:
         bars, short = list[_Bar](), list[str]()
         for shape in drawn:
-            if max(math.dist(shape.places[0], place) for place in shape.places) <= self.near:
+            if max(math.dist(shape.places[0], place) for place in shape.places) <= self.tolerance:
                 short.append(f"{shape.label} at {self._at(shape.places[0])}")
                 continue
             for place in shape.places:
                 self.pins.add(place)
             path = [self.pins.find(place) for place in (*shape.places, *shape.places[: shape.closed])]
             corners = tuple(pin for k, pin in enumerate(path) if k == 0 or pin != path[k - 1])
-            bars.append(_Bar(f"bar {len(bars) + 1}", shape, corners, _sides(corners, self.pins.places, self.near)))
+            bars.append(_Bar(f"bar {len(bars) + 1}", shape, corners, _sides(corners, self.pins.places, self.tolerance)))
         if short:
             self.notes.append(f"{listed(short)} left out: no length")
         if not bars:
@@ -289,7 +289,7 @@ class _Linkage:
         for bar in self.bars:
             touched = np.zeros(len(self.names), bool)
             for a, b in bar.sides:
-                touched |= _distances(self.xy, self.xy[number[a]], self.xy[number[b]])[0] <= self.near
+                touched |= _distances(self.xy, self.xy[number[a]], self.xy[number[b]])[0] <= self.tolerance
             own = dict.fromkeys(bar.corners)
             if bar.corners[0] == bar.corners[-1]:
                 inside = marked & _inside(self.xy, self.xy[[number[pin] for pin in bar.corners]])
@@ -326,7 +326,7 @@ class _Linkage:
         for shape in shapes:
             for start, end in pairwise(shape.places):
                 distance, part = _distances(self.xy, np.array(start), np.array(end))
-                for k in np.flatnonzero((distance <= self.near) & (part > 0.0) & (part < 1.0)).tolist():
+                for k in np.flatnonzero((distance <= self.tolerance) & (part > 0.0) & (part < 1.0)).tolist():
                     if self.names[k] in self.used and self.names[k] not in fixed:
                         passed.append(
                             f"{self._pin(k)} is on {shape.label} of layer '{GROUND_LAYER}' and is not fixed: draw a point "
@@ -370,15 +370,15 @@ class _Linkage:
         for shape in guides:
             start, end = _extremes(shape.places)
             where = f"guide {shape.label} at {self._at(shape.places[0])} left out"
-            if math.dist(start, end) <= self.near:
+            if math.dist(start, end) <= self.tolerance:
                 self.notes.append(f"{where}: it has no length, so no direction")
                 continue
             distance, _ = _distances(np.array(shape.places), np.array(start), np.array(end))
-            if distance.max() > self.near:
+            if distance.max() > self.tolerance:
                 self.notes.append(f"{where}: it bends, and a guide is straight")
                 continue
             direction = math.atan2(end[1] - start[1], end[0] - start[0])
-            on = _distances(self.xy, np.array(start), np.array(end))[0] <= self.near
+            on = _distances(self.xy, np.array(start), np.array(end))[0] <= self.tolerance
             led = [self.names[k] for k in np.flatnonzero(on) if self.names[k] in first]
             if not led:
                 self.notes.append(f"{where}: no pin is on it")
@@ -410,7 +410,7 @@ def _no_bars(found: Entities) -> InputError:
     )
 
 
-def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> tuple[tuple[str, str], ...]:
+def _sides(corners: tuple[str, ...], places: dict[str, Point], tolerance: float) -> tuple[tuple[str, str], ...]:
     """Return the sides of a polyline without overlaps; each side is divided at the corners on it."""
     own = list(dict.fromkeys(corners))
     if len(own) == 2:
@@ -419,7 +419,7 @@ def _sides(corners: tuple[str, ...], places: dict[str, Point], near: float) -> t
     sides: dict[frozenset[str], tuple[str, str]] = {}
     for a, b in pairwise(corners):
         distance, part = _distances(xy, np.array(places[a]), np.array(places[b]))
-        on = np.flatnonzero(distance <= near)
+        on = np.flatnonzero(distance <= tolerance)
         path = [own[k] for k in on[np.argsort(part[on], kind="stable")]]
         sides |= {frozenset(pair): pair for pair in pairwise(path)}
     return tuple(sides.values())

@@ -32,11 +32,11 @@ END_NAMES = ("body", "joint", "point")  # Columns of force tables that identify 
 
 
 SECTION_TEXT = re.compile(r"\s*([\d.]+)\s*x\s*([\d.]+)\s*(mm|cm|m)\s*")  # Rectangular section, such as "20x30 mm"
-UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length unit [m]
+UNIT_METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}  # Length of each unit [m]
 
 
 class End(NamedTuple):
-    """A body at one of its joints, guides or welds, where a force acts on the body."""
+    """Body and one of its joints, guides or welds, which exerts a force on the body."""
 
     body: str
     joint: str

@@ -27,10 +27,10 @@ from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.exchange.xml_element import Element, is_true, numbers, parse
 from scissordyn.units import checked, rpm
 
-EXAMPLE = "scissordyn import crane.linkage2 -o case.toml"
-UNIT = 0.0254 / 96.0  # [m] length unit of the file
-MECHANISM_LAYER = 16  # Bit of the layers of parts that move; other parts are decoration
-GEOMETRY_TOL = 1e-6 * UNIT  # [m] the file has six decimals
+EXAMPLE = "scissordyn import crane.linkage2 -o case.toml"  # Correct command, which error texts show
+LENGTH_UNIT = 0.0254 / 96.0  # [m] length unit of .linkage2 files, 1/96 inch
+MECHANISM_LAYER_BIT = 16  # Bit of the attribute `layer` that marks parts of the mechanism; parts without it are decoration
+GEOMETRY_TOL = 1e-6 * LENGTH_UNIT  # [m] largest distance of points at one place; coordinates in the file have six decimals
 
 
 @checked
@@ -64,11 +64,11 @@ def read_linkage2(text: str, *, linear_density: float = LINEAR_DENSITY) -> Impor
 
 
 class _Linkage:
-    """Connectors and links of a file."""
+    """Connectors and links of a .linkage2 file."""
 
     def __init__(self, root: Element, density: float, notes: list[str]) -> None:
         self.density, self.notes = density, notes
-        parts = [part for part in root.children if part.tag in ("connector", "Link", "element") and _moves(part)]
+        parts = [part for part in root.children if part.tag in ("connector", "Link", "element") and _is_in_mechanism(part)]
         if len(parts) > POINTS_MAX:
             raise InputError(f"the file has {len(parts)} parts", f"at most {POINTS_MAX}", EXAMPLE)
         for part in parts:
@@ -81,10 +81,10 @@ class _Linkage:
         self.pins = dict(zip(self.connectors, _names(self.connectors.values(), "pin"), strict=True))
         self.places = {self.pins[key]: _place(part) for key, part in self.connectors.items()}
         links = [part for part in parts if part.tag != "connector"]
-        self.on = dict(zip(_names(links, "link"), map(self._pins_of, links), strict=True))
+        self.link_pins = dict(zip(_names(links, "link"), map(self._pins_of, links), strict=True))
         self.fixed = {self.pins[key] for key, part in self.connectors.items() if is_true(part.attributes.get("anchor", ""))}
         # a link between anchors is part of the ground
-        self.bars = {name: on for name, on in self.on.items() if len(on) > 1 and not self.fixed.issuperset(on)}
+        self.bars = {name: pins for name, pins in self.link_pins.items() if len(pins) > 1 and not self.fixed.issuperset(pins)}
 
     def _pins_of(self, link: Element) -> tuple[str, ...]:
         keys = [_identifier(child) for child in link.children if child.tag == "connector"]
@@ -95,7 +95,7 @@ class _Linkage:
 
     def drawing(self) -> Drawing:
         """Return the linkage with its sliders and inputs."""
-        bars = tuple(uniform(name, on, self.places, self.density) for name, on in self.bars.items())
+        bars = tuple(uniform(name, pins, self.places, self.density) for name, pins in self.bars.items())
         if not bars:
             raise InputError("the file contains no link that moves", "links between connectors", EXAMPLE)
         sliders = {key: part for key, part in self.connectors.items() if is_true(part.attributes.get("slider", ""))}
@@ -110,7 +110,7 @@ class _Linkage:
         for first, second in combinations(self.places, 2):
             if math.dist(self.places[first], self.places[second]) <= GEOMETRY_TOL:
                 self.notes.append(f"'{first}' and '{second}' are at one place, but not joined")
-        used = {pin for on in self.bars.values() for pin in on} | {block.pin for block in blocks}
+        used = {pin for pins in self.bars.values() for pin in pins} | {block.pin for block in blocks}
         return Drawing(
             pins={pin: place for pin, place in self.places.items() if pin in used},
             fixed=tuple(pin for pin in self.places if pin in self.fixed & used),
@@ -120,7 +120,7 @@ class _Linkage:
         )
 
     def _slider(self, key: str, part: Element) -> Block | None:
-        """Return the slide of a connector along the line between two others; None if nothing moves there."""
+        """Return the guided block of a connector that slides along the line through two others; None if it cannot move."""
         pin = self.pins[key]
         limits = [_identifier(child) for child in part.children if child.tag == "slidelimit"]
         if len(limits) != 2 or not all(limit in self.pins for limit in limits):
@@ -131,24 +131,26 @@ class _Linkage:
         off = abs(math.cos(along) * (place[1] - y) - math.sin(along) * (place[0] - x))
         if off > GEOMETRY_TOL:
             self.notes.append(f"'{pin}' is {off:.3g} m beside its slide, which is moved to it")
-        carriers = [name for name, on in self.on.items() if first in on and second in on and pin not in on]
+        carriers = [name for name, pins in self.link_pins.items() if first in pins and second in pins and pin not in pins]
         carrier = next((name for name in carriers if name in self.bars), GROUND)
         if carrier == GROUND and not {first, second} <= self.fixed:
-            raise InputError(f"slider {part.shown} slides between two links", "two connectors of one link", EXAMPLE)
+            raise InputError(
+                f"slider {part.shown} slides between connectors of two links", "two connectors of one link", EXAMPLE
+            )
         on = [name for name, pins in self.bars.items() if pin in pins]
         if (carrier == GROUND and pin in self.fixed) or not (on or pin in self.fixed):
             return None
         self.notes.append(f"'{pin}' slides along a line without ends")
         if on and pin not in self.fixed:
             return Block("", pin, along, carrier=carrier, follower=on[0], guide=f"slide of {pin}")
-        # the block is an anchor: its mass has no effect
-        return Block(f"block of {pin}", pin, along, self.density * UNIT, carrier, guide=f"slide of {pin}")
+        # the pin of the block is fixed, so that its mass has no effect
+        return Block(f"block of {pin}", pin, along, self.density * LENGTH_UNIT, carrier, guide=f"slide of {pin}")
 
     def _input(self, pin: str, part: Element) -> dict[str, ConstantSpeed]:
-        """Return the drive of the link that an anchor turns; none if it is operated by hand or turns to and fro."""
-        turning = [name for name, on in self.bars.items() if pin in on]
+        """Return the constant speed of the link at an input, by link name; empty for an input by hand or to and fro."""
+        turning = [name for name, pins in self.bars.items() if pin in pins]
         given: dict[str, Any] = part.attributes
-        speed = _number(part, "rpm", "15")  # default of the program
+        speed = _number(part, "rpm", "15")  # the Linkage program assumes 15 rpm if the file has no speed
         reason = (
             f"{len(turning)} links are at it"
             if len(turning) != 1
@@ -167,14 +169,14 @@ class _Linkage:
         return {turning[0]: ConstantSpeed(-rpm(speed))}
 
 
-def _moves(part: Element) -> bool:
-    """Return False for a part that is only drawn."""
+def _is_in_mechanism(part: Element) -> bool:
+    """Return True for a part of the mechanism, False for decoration."""
     layers = part.attributes.get("layer", "")
-    return not layers.isdecimal() or int(layers[:9]) in (0, MECHANISM_LAYER) or bool(int(layers[:9]) & MECHANISM_LAYER)
+    return not layers.isdecimal() or int(layers[:9]) in (0, MECHANISM_LAYER_BIT) or bool(int(layers[:9]) & MECHANISM_LAYER_BIT)
 
 
 def _check_supported(part: Element) -> None:
-    """Raise `InputError` for a part that this reader cannot hold."""
+    """Raise `InputError` for an actuator, a gear, a fastened part or a curved slide."""
     given = part.attributes
     kinds = [f"{name}s" for name in ("actuator", "gear") if is_true(given.get(name, ""))]
     kinds += ["fastened parts"] * any(name in given for name in ("fasten", "fastenlink", "fastenconnector"))
@@ -195,7 +197,7 @@ def _identifier(part: Element) -> str:
 
 
 def _names(parts: Any, kind: str) -> list[str]:
-    """Return unique names for parts: those of the file, or their kind and identifier."""
+    """Return a unique name for each part: its name in the file, or its kind and identifier, such as "pin 7"."""
     names: list[str] = []
     for part in parts:
         names.append(plain_name(part.attributes.get("name") or f"{kind} {_identifier(part)[:SHOWN_LENGTH_MAX]}", names))
@@ -203,4 +205,4 @@ def _names(parts: Any, kind: str) -> list[str]:
 
 
 def _place(part: Element) -> Point:
-    return UNIT * _number(part, "x", ""), UNIT * _number(part, "y", "")
+    return LENGTH_UNIT * _number(part, "x", ""), LENGTH_UNIT * _number(part, "y", "")

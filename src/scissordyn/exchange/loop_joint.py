@@ -68,7 +68,7 @@ class Pose(NamedTuple):
 
 
 def pose(values: tuple[float, ...] = (0.0,) * 6) -> Pose:
-    """Return the pose for x, y, z [m] and roll, pitch, yaw [rad], which are rotations about the fixed axes x, y, z in turn."""
+    """Return the pose at x, y, z [m] with roll, pitch, yaw [rad]: rotations about the fixed axes x, y, z, in this order."""
     return Pose(np.array(values[:3]), Rotation.from_euler("xyz", values[3:]))
 
 

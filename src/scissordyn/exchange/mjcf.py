@@ -107,7 +107,7 @@ class _Reader(MotorReader):
             self._at(int(self.model.site_bodyid[k]), self.data.site_xpos[k], name)
         for k in range(self.model.neq):
             self._equality(k)
-        self._motors()
+        self._add_motors()
         touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
         if touching:
             self.notes.append(f"{touching} geoms with contact: only their masses are kept, because bodies do not collide here")
@@ -230,20 +230,20 @@ class _Reader(MotorReader):
 
     def _slide(self, j: int, index: int, parent: int) -> None:
         """Add the spring and damping of a slide as a bushing; add its limits as end stops if it slides on the ground."""
-        joint, name, line = self.model.joint(j), self._joint_name(j), self._line(j)
-        label, size = plain_name(name, ()), float(np.hypot(*line.measure))
+        joint, name, line = self.model.joint(j), self._joint_name(j), self._slide_line(j)
+        label, size = plain_name(name, ()), float(np.hypot(*line.gradient))
         stiffness, damping = self._spring(joint, name, "m")
         if stiffness or damping:
             self._add_bushing(f"spring of {label}", line, stiffness, damping, float(joint.qpos_spring[0]))
         if parent:
             self.notes += [f"limits of joint '{name}': left out"] if joint.limited[0] else []
         else:
-            reached = float(line.measure @ self._flat(line.place))
-            for side, limit in reversed(self._limits(joint, name, line.position, "m", "a travel_stop")):
+            reached = float(line.gradient @ self._flat(line.point))
+            for side, limit in reversed(self._limits(joint, name, line.coordinate, "m", "a travel_stop")):
                 sign = 1.0 if side == "upper" else -1.0
-                point = self._at(index, line.place, label)
-                towards = math.atan2(sign * line.measure[1], sign * line.measure[0])
-                stop = sign * (reached + limit - line.position) / size
+                point = self._at(index, line.point, label)
+                towards = math.atan2(sign * line.gradient[1], sign * line.gradient[0])
+                stop = sign * (reached + limit - line.coordinate) / size
                 self.components.append(TravelStop(f"{side} limit of {label}", point, towards, stop))
         if self._friction(joint, name):
             self.notes.append(f"dry friction of joint '{name}': left out")

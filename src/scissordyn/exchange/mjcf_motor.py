@@ -1,4 +1,4 @@
-"""Read actuators of a MuJoCo model on hinges and slides, and motors that a URDF names, as torques, forces and servos.
+"""Convert the actuators of a MuJoCo model on hinges and slides, and the motors of a URDF, to torques, forces and servos.
 
 Source: MuJoCo's documentation, "Actuation model". The force of an actuator is affine in its input, length and speed.
 The length is gear times the position of the joint, and gear times the force acts on the joint.
@@ -22,45 +22,45 @@ from scissordyn.exchange.mjcf_frame import ModelFrames
 
 
 class SlideLine(NamedTuple):
-    """Slide at the start: a displacement `d` of the point changes its coordinate by `measure @ d`."""
+    """Line of a slide joint at the start: a displacement d of `point` in the plane changes the coordinate by gradient @ d."""
 
-    joint: int
-    ends: tuple[int, int]  # Body and parent
-    place: np.ndarray
-    along: np.ndarray
-    measure: np.ndarray
-    position: float  # Coordinate [m]
-    has_hinge: bool
+    joint: int  # Index of the joint
+    ends: tuple[int, int]  # Indices of the sliding body and its parent
+    point: np.ndarray  # Point of the body on the line, in space [m]
+    axis: np.ndarray  # Unit vector of the line, in space
+    gradient: np.ndarray  # Derivative of the joint's coordinate by the position of `point` in the plane
+    coordinate: float  # Coordinate of the joint at the start [m]
+    has_hinge: bool  # True if the body also has a hinge
 
 
-class Drive(NamedTuple):
-    """Force of an actuator on its joint: constant - stiffness q - damping q', within bounds."""
+class ActuatorForce(NamedTuple):
+    """Force or torque of an actuator at coordinate q of its joint: constant - stiffness q - damping q', within bounds."""
 
     name: str
-    input: float
-    constant: float
-    stiffness: float
-    damping: float
-    bounds: tuple[float, float]
+    input: float  # Input of the actuator at the start
+    constant: float  # [N m or N]
+    stiffness: float  # [N m/rad or N/m]
+    damping: float  # [N m s/rad or N s/m]
+    bounds: tuple[float, float]  # Smallest and largest force [N m or N]
 
 
 class MotorReader(ModelFrames):
     """Reader of the actuators of a MuJoCo model."""
 
-    components: list[Any]
-    fixed_angle: set[int]
+    components: list[Any]  # Components of the mechanism, to which actuators are added
+    fixed_angle: set[int]  # Indices of bodies that slide in two directions without a hinge
 
-    def _motors(self) -> None:
-        """Add the actuators of the model, and the motors of a URDF."""
+    def _add_motors(self) -> None:
+        """Add the actuators of the model, and the motors of a URDF, to the components."""
         for k in range(self.model.nu):
             name = plain_name(self.model.actuator(k).name or f"actuator {k + 1}", [part.name for part in self.components])
             j = int(self.model.actuator_trnid[k, 0])
-            if reason := self._unread_motor(k, j):
+            if reason := self._reason_left_out(k, j):
                 self.notes.append(f"actuator '{name}': left out; {reason}")
             elif j in self.hinged:
-                self._motor_of_hinge(j, self._drive(k, j, name))
+                self._add_hinge_motor(j, self._actuator_force(k, j, name))
             else:
-                self._motor_of_slide(self._line(j), self._drive(k, j, name))
+                self._add_slide_motor(self._slide_line(j), self._actuator_force(k, j, name))
         hinges, torques = {self._joint_name(j): j for j in self.hinged}, dict[str, str]()
         for motor in self.motors:
             if motor.joint not in hinges:
@@ -76,11 +76,12 @@ class MotorReader(ModelFrames):
             self.notes.append(f"{motor.shown}: {said}{most}{motor.facts}")
 
     def _ends(self, j: int) -> tuple[str, str]:
+        """Return the names of the body and the parent that joint j connects."""
         index = int(self.model.jnt_bodyid[j])
         return self.names[index], self.names[self._parent(index)]
 
-    def _unread_motor(self, k: int, j: int) -> str:
-        """Return the reason why an actuator is left out; empty if it is read."""
+    def _reason_left_out(self, k: int, j: int) -> str:
+        """Return the reason why actuator k on joint j is left out; empty if it is read."""
         model, trn, gain, bias, dyn = (
             self.model,
             *(getattr(self.mujoco, f"mjt{kind}") for kind in ("Trn", "Gain", "Bias", "Dyn")),
@@ -98,15 +99,15 @@ class MotorReader(ModelFrames):
                 return reason
         if j not in self.hinged and j not in self.sliding:
             return "its joint is not a hinge or a slide"
-        drive = self._drive(k, j, "")
-        if min(drive.stiffness, drive.damping) < 0.0:
+        actuator = self._actuator_force(k, j, "")
+        if min(actuator.stiffness, actuator.damping) < 0.0:
             return "its force grows with the position or the speed"
-        if j in self.sliding and self._parent(int(model.jnt_bodyid[j])) and self._line(j).has_hinge:
+        if j in self.sliding and self._parent(int(model.jnt_bodyid[j])) and self._slide_line(j).has_hinge:
             return "it pushes a turning body along a moving one"
         return ""
 
-    def _drive(self, k: int, j: int, name: str) -> Drive:
-        """Return the force of an actuator on its joint, with the input at the start."""
+    def _actuator_force(self, k: int, j: int, name: str) -> ActuatorForce:
+        """Return the force of actuator k on joint j, with the actuator's input at the start."""
         model, gear = self.model, float(self.model.actuator_gear[k, 0])
         value = float(self.data.ctrl[int(getattr(model, "actuator_ctrladr", range(model.nu))[k])])
         if model.actuator_ctrllimited[k] and not self._disabled("CLAMPCTRL"):
@@ -125,43 +126,47 @@ class MotorReader(ModelFrames):
                 self.notes.append(f"actuator '{name}': the force range of its joint limits each actuator there, not their sum")
         if name and model.actuator_dyntype[k] != int(self.mujoco.mjtDyn.mjDYN_NONE):
             self.notes.append(f"actuator '{name}': the filter of its input is left out")
-        return Drive(name, value, gear * constant, 0.0 - gear * gear * by_length, 0.0 - gear * gear * by_speed, (low, high))
+        return ActuatorForce(
+            name, value, gear * constant, 0.0 - gear * gear * by_length, 0.0 - gear * gear * by_speed, (low, high)
+        )
 
-    def _motor_of_hinge(self, j: int, drive: Drive) -> None:
-        """Add a constant torque, or a servo about the angle or speed at which its torque is zero."""
-        sense, (body, base), (low, high) = self._sense(j), self._ends(j), drive.bounds
-        what = f"actuator '{drive.name}': its input is held at {drive.input:g}"
-        if not (drive.stiffness or drive.damping):
-            torque = sense * min(max(drive.constant, low), high) + 0.0  # no -0
-            self.components.append(Torque(drive.name, body, torque, base))
+    def _add_hinge_motor(self, j: int, actuator: ActuatorForce) -> None:
+        """Add a constant torque, or a servo whose reference is the angle or speed of zero actuator torque."""
+        sense, (body, base), (low, high) = self._sense(j), self._ends(j), actuator.bounds
+        what = f"actuator '{actuator.name}': its input is held at {actuator.input:g}"
+        if not (actuator.stiffness or actuator.damping):
+            torque = sense * min(max(actuator.constant, low), high) + 0.0  # no -0
+            self.components.append(Torque(actuator.name, body, torque, base))
             self.notes.append(f"{what}, so its torque is {torque:g} N m")
             return
         limit = max(-low, high)
         if -low != high:
-            self.notes.append(f"actuator '{drive.name}': its limits {low:g} and {high:g} N m are {limit:g} N m in both senses")
-        reference: Any = ConstantSpeed(sense * drive.constant / drive.damping) if drive.damping else None
-        gains = f"{drive.damping:g} N m s/rad"
-        if drive.stiffness:
+            self.notes.append(
+                f"actuator '{actuator.name}': its limits {low:g} and {high:g} N m are {limit:g} N m in both senses"
+            )
+        reference: Any = ConstantSpeed(sense * actuator.constant / actuator.damping) if actuator.damping else None
+        gains = f"{actuator.damping:g} N m s/rad"
+        if actuator.stiffness:
             index = int(self.model.jnt_bodyid[j])
-            turn = drive.constant / drive.stiffness - float(self.data.joint(j).qpos[0])
+            turn = actuator.constant / actuator.stiffness - float(self.data.joint(j).qpos[0])
             reference = Polynomial((self._angle(index) - self._angle(self._parent(index)) + sense * turn,))
-            gains = f"{drive.stiffness:g} N m/rad and {gains}"
-        controller = PID(drive.stiffness, drive.damping, limit=limit if limit < math.inf else None)
-        self.components.append(Actuator(drive.name, body, controller, base, reference))
+            gains = f"{actuator.stiffness:g} N m/rad and {gains}"
+        controller = PID(actuator.stiffness, actuator.damping, limit=limit if limit < math.inf else None)
+        self.components.append(Actuator(actuator.name, body, controller, base, reference))
         self.notes.append(f"{what}; it is a servo of {gains}")
 
-    def _motor_of_slide(self, line: SlideLine, drive: Drive) -> None:
-        """Add a bushing about the position at which the force is zero, or a constant force."""
-        what = f"actuator '{drive.name}': its input is held at {drive.input:g}"
-        if drive.stiffness or drive.damping:
-            rest = drive.constant / drive.stiffness if drive.stiffness else line.position
-            self._add_bushing(drive.name, line, drive.stiffness, drive.damping, rest)
-            what += f"; it is a bushing of {drive.stiffness:g} N/m and {drive.damping:g} N s/m"
-            if any(map(math.isfinite, drive.bounds)):
-                self.notes.append(f"actuator '{drive.name}': its force limits are left out")
-        if not drive.stiffness:
-            force = min(max(drive.constant, drive.bounds[0]), drive.bounds[1])
-            self._add_force(drive.name, line, force)
+    def _add_slide_motor(self, line: SlideLine, actuator: ActuatorForce) -> None:
+        """Add a bushing, relaxed where the actuator's force is zero; without stiffness, also a constant force."""
+        what = f"actuator '{actuator.name}': its input is held at {actuator.input:g}"
+        if actuator.stiffness or actuator.damping:
+            rest = actuator.constant / actuator.stiffness if actuator.stiffness else line.coordinate
+            self._add_bushing(actuator.name, line, actuator.stiffness, actuator.damping, rest)
+            what += f"; it is a bushing of {actuator.stiffness:g} N/m and {actuator.damping:g} N s/m"
+            if any(map(math.isfinite, actuator.bounds)):
+                self.notes.append(f"actuator '{actuator.name}': its force limits are left out")
+        if not actuator.stiffness:
+            force = min(max(actuator.constant, actuator.bounds[0]), actuator.bounds[1])
+            self._add_force(actuator.name, line, force)
             what += f", so its force is {force:g} N"
         self.notes.append(what)
 
@@ -171,39 +176,39 @@ class MotorReader(ModelFrames):
             if not index:
                 continue
             follows = line.ends[1] != 0
-            x, y = sign * force * line.measure
+            x, y = sign * force * line.gradient
             turn = -self._angle(index) if follows else 0.0
             turned = math.cos(turn) * x - math.sin(turn) * y, math.sin(turn) * x + math.cos(turn) * y
             label = plain_name(name if sign > 0.0 else f"reaction of {name}", [part.name for part in self.components])
-            self.components.append(Force(label, self._at(index, line.place, name), turned, follows=follows))
+            self.components.append(Force(label, self._at(index, line.point, name), turned, follows=follows))
 
-    def _line(self, j: int) -> SlideLine:
-        """Return the line of a slide at the start."""
+    def _slide_line(self, j: int) -> SlideLine:
+        """Return the line of slide joint j at the start."""
         index = int(self.model.jnt_bodyid[j])
         hinges, others = ([i for i in self._joints_of(index) if i in kind and i != j] for kind in (self.hinged, self.sliding))
-        joint, along = self.model.joint(j), self.data.xaxis[j]
-        measure = np.array(self._flat(along))
+        joint, axis = self.model.joint(j), self.data.xaxis[j]
+        gradient = np.array(self._flat(axis))
         if others:
             # motion along one slide does not change the coordinate of the other
             x, y = self._flat(self.data.xaxis[others[0]])
-            measure = np.array([-y, x]) / float(np.array([-y, x]) @ measure)
+            gradient = np.array([-y, x]) / float(np.array([-y, x]) @ gradient)
         q = float(self.data.joint(j).qpos[0])
         # the anchor of a hinge does not move when the body turns; the anchor of a slide moves with the joint
-        moved = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * along
-        place = self.data.xanchor[hinges[0]] if hinges else moved
+        moved = self.data.xanchor[j] + (q - float(joint.qpos0[0])) * axis
+        point = self.data.xanchor[hinges[0]] if hinges else moved
         if index in self.fixed_angle:  # a body that does not turn is held at its mass centre; all its points move alike
-            place = self.data.xipos[index]
-        return SlideLine(j, (index, self._parent(index)), place, along, measure, q, bool(hinges))
+            point = self.data.xipos[index]
+        return SlideLine(j, (index, self._parent(index)), point, axis, gradient, q, bool(hinges))
 
     def _add_bushing(self, name: str, line: SlideLine, stiffness: float, damping: float, rest: float) -> None:
-        """Add stiffness and damping along a slide, with zero force at the coordinate `rest`."""
+        """Add stiffness and damping along a slide, with zero spring force at the coordinate `rest` [m]."""
         index, parent = line.ends
-        size, direction = float(np.hypot(*line.measure)), math.atan2(line.measure[1], line.measure[0])
+        size, direction = float(np.hypot(*line.gradient)), math.atan2(line.gradient[1], line.gradient[0])
         turned = direction - self._angle(parent)
         cos, sin = size * math.cos(turned), size * math.sin(turned)
         point = plain_name(self._joint_name(line.joint), ())
-        ends = self._at(parent, line.place + (rest - line.position) * line.along, f"rest of {name}")
+        ends = self._at(parent, line.point + (rest - line.coordinate) * line.axis, f"rest of {name}")
         part = {"x": cos**2, "y": sin**2, "xy": cos * sin}
         numbers: dict[str, Any] = {f"stiffness_{axis}": stiffness * share for axis, share in part.items()}
         numbers |= {f"damping_{axis}": damping * share for axis, share in part.items()}
-        self.components.append(Bushing(name, ends, self._at(index, line.place, point), **numbers))
+        self.components.append(Bushing(name, ends, self._at(index, line.point, point), **numbers))

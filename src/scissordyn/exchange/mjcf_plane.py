@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.errors import InputError
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-EXAMPLE = "scissordyn import model.xml -o case.toml"
+EXAMPLE = "scissordyn import model.xml -o case.toml"  # Correct command, which error texts show
 
 TILT_MAX = 0.01  # [rad] Largest accepted tilt of an axis; rounded angles (1.57, 0.707) accumulate along a chain
 
@@ -19,7 +19,7 @@ Axes = Sequence[tuple[str, np.ndarray]]  # Names of joints and their unit vector
 
 
 def plane_of(hinges: Axes, slides: Axes, gravity: np.ndarray, notes: list[str]) -> np.ndarray:
-    """Return the unit vectors of the plane's x, y and normal as rows; add notes about joint axes that are tilted."""
+    """Return the unit vectors along x, y and the normal of the mechanism's plane, in rows; note tilted joint axes."""
     if hinges:
         name, first = hinges[0]
         for other, axis in hinges:
@@ -52,9 +52,9 @@ def _sine_angle(sine: Any) -> float:
 
 
 def _normal_of_slides(slides: list[np.ndarray], gravity: np.ndarray) -> np.ndarray:
-    """Return a normal of the plane of the slides.
+    """Return the unit normal of the plane that contains all slides.
 
-    Parallel slides leave one direction free: the plane then contains gravity, or otherwise its normal is near y.
+    Parallel slides are in many planes: the one with gravity is chosen, or else the one whose normal is near y.
     """
     across = max((np.cross(a, b) for a in slides[:1] for b in slides), key=lambda vector: float(np.linalg.norm(vector)))
     if np.linalg.norm(across) <= TILT_MAX:

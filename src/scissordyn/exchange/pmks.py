@@ -37,7 +37,7 @@ from scissordyn.model.coupling import Drive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import checked, rpm
 
-PIN_TOL = 0.5e-3  # [length units] A force this close to a pin acts on the pin; half the last digit of a position
+PIN_TOL = 0.5e-3  # [length units] largest distance of a force from the pin on which it acts; half the last digit of positions
 
 
 @checked
@@ -180,12 +180,12 @@ def _drives(
     return driven
 
 
-def _with_loads(drawing: Drawing, near: float) -> Drawing:
-    """Return the drawing with each load on a pin of its bar; a load far from all pins gets a new pin on its bar."""
+def _with_loads(drawing: Drawing, tolerance: float) -> Drawing:
+    """Move each load to the pin of its bar within `tolerance` [m]; give a load without such a pin a new pin on its bar."""
     pins, bars, loads = dict(drawing.pins), {bar.name: bar for bar in drawing.bars}, []
     for load in drawing.loads:
         bar = bars[load.bar]
-        pin = next((pin for pin in bar.pins if math.dist(pins[pin], load.place) <= near), "")
+        pin = next((pin for pin in bar.pins if math.dist(pins[pin], load.place) <= tolerance), "")
         if not pin:
             pin = plain_name(f"point of {load.name}", pins)
             pins[pin] = load.place

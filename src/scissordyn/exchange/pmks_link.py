@@ -24,16 +24,16 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import Load, plain_name
 
 BASE64_DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a link
-EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"
+EXAMPLE = "scissordyn import 'https://app.pmksplus.com/?...' -o case.toml"  # Correct command, which error texts show
 EXPECTED_LINK = "a link from 'Share' in PMKS+"  # Expected value in errors about damaged links
 SUPPORTED_LINKS = "links of bars, pins and forces; open the link in PMKS+, and share it again"
 """Expected value in errors about links of the earlier format."""
 
 
-PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint
-CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings of a link
+PRISMATIC, INPUT, GROUNDED, WELDED, _, SEALED = range(6)  # Bit positions in the flags of a joint in a PMKS+ link
+CLOCKWISE, GRAVITY = 0, 1  # Bit positions in the settings of a drawing: input turns clockwise, gravity acts
 
-TRUE_TEXTS = ("t", "true")  # Texts that mean true in the earlier format
+TRUE_TEXTS = ("t", "true")  # Texts that mean true in the earlier format of PMKS+ links
 
 LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1.0), ("m", 1.0, 1.0, 1.0))
 """Length unit with its length [m], and the mass [kg] and force [N] that are the units of drawings with this length unit."""

@@ -27,8 +27,8 @@ from scissordyn.exchange.xml_element import (
     with_includes,
 )
 
-ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")
-COUNT = re.compile(r"[0-9]{1,9}")  # Number of copies that a <replicate> element makes
+ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")  # XML attribute: name, and value in quotes
+COUNT = re.compile(r"[0-9]{1,9}")  # Attribute `count` of a <replicate> element, an integer of at most nine digits
 NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")  # Text of a number that is not finite
 BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))  # Translates all bytes but line breaks to blanks
 
@@ -38,10 +38,10 @@ TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "li
 }
 """Attributes of MJCF whose values are texts, not numbers."""
 
-PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"
+PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"  # Attributes of MJCF elements with a position
 
 ACTUATORS = ("motor", "position", "velocity", "damper", "general")
-"""Actuators of MJCF that are read."""
+"""MJCF elements of the actuators that are read."""
 
 ACTUATOR_ATTRIBUTES = (
     "name class group joint jointinparent gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv dampratio "
@@ -72,7 +72,7 @@ ATTRIBUTES = {
 }
 """Attributes that the import uses, by the MJCF element that has them; "*" means all attributes."""
 
-TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"
+TREE_ELEMENTS = "body frame replicate inertial joint freejoint geom site"  # MJCF elements that a body can contain
 
 CHILDREN = {
     "mujoco": "compiler default option worldbody equality keyframe asset actuator tendon sensor contact deformable",
@@ -132,15 +132,15 @@ BODY_GENERATORS = ("attach", "composite", "flexcomp")  # MJCF elements that gene
 
 
 class NamedMotor(NamedTuple):
-    """Motor of a joint that a URDF names."""
+    """Motor that a URDF names for a joint."""
 
-    joint: str
+    joint: str  # Name of the joint
     shown: str  # Name and line for messages
-    facts: str  # Interface and reduction for messages
+    facts: str  # Interface and gear reduction, for messages
 
 
 class Source(NamedTuple):
-    """Text of a model that MuJoCo can read, and facts about the text that the user gave."""
+    """Text of a model for MuJoCo, and properties of the user's text from which it was made."""
 
     text: str
     notes: list[str]
@@ -179,8 +179,8 @@ class _UsedPart:
         self.lost: list[str] = []
         self.loops: list[LoopJoint] = []
         self.motors: list[NamedMotor] = []
-        self.actuators: list[tuple[int, bool]] = []  # Start and whether each is read
-        self.joints: set[str] = set()  # Names of joints
+        self.actuators: list[tuple[int, bool]] = []  # First byte of each actuator's element, and True if it is read
+        self.joints: set[str] = set()  # Names of the joints in the model
         self.first_key: Element | None = None
         self.has_copies = False  # True if the model has <replicate>
 
@@ -216,7 +216,7 @@ class _UsedPart:
                     self._leave_out(child)
 
     def _is_unused(self, child: Element, parent: Element) -> bool:
-        """Return True if an element is not used within its parent, although its kind is supported."""
+        """Return True if this element is not used inside this parent, although the import reads elements of its kind."""
         given = parent.tag in ("body", "link") and any(
             sibling.tag == "inertial" and (not self.is_urdf or any(part.tag == "mass" for part in sibling.children))
             for sibling in parent.children
@@ -241,7 +241,7 @@ class _UsedPart:
         return child.tag == "collision" and given
 
     def _blank_inputs(self, key: Element) -> None:
-        """Blank the inputs of actuators that are not read; all inputs if their number is not that of the actuators."""
+        """Blank the inputs of unread actuators in a keyframe; blank all inputs if their count is not that of the actuators."""
         read = [is_read for _, is_read in sorted(self.actuators)]
         given = next((found for found in self._attributes(key) if found[1] == b"ctrl"), None)
         if given is None or (read and all(read)):
@@ -332,7 +332,7 @@ class _UsedPart:
 
 
 def _named_motors(element: Element) -> list[NamedMotor]:
-    """Return the motors of joints in a `<transmission>` or `<ros2_control>` element; none in any other."""
+    """Return the motors that a `<transmission>` or `<ros2_control>` element names; none for any other element."""
     found = []
     if element.tag not in ("transmission", "ros2_control"):
         return []

@@ -29,7 +29,7 @@ class Edge(NamedTuple):
 
     @property
     def order(self) -> int:
-        """Rank of the joint: joints of the highest ranks close loops, which are balls and then pins without forces."""
+        """Rank from 0 (weld) to 4 (ball) for the choice of the tree; joints with the highest ranks close the loops."""
         if self.type == "ball":
             return 4
         return {"fixed": 0, "prismatic": 1}.get(self.type, 2 if self.attributes else 3)

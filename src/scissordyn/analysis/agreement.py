@@ -19,7 +19,7 @@ CONTACT_VARIABLES = ("normal_force", "indentation", "friction_force")
 
 @dataclass(frozen=True)
 class Measured:
-    """Uninterrupted record of one or several quantities.
+    """Record of one or several measured quantities over time, without gaps.
 
     Parameters
     ----------
@@ -73,14 +73,14 @@ class Measured:
         return self._of(slice(first, last))
 
     def every(self, step: int) -> Measured:
-        """Return the record reduced to every `step`-th row."""
+        """Return a record of every `step`-th row, from the first row."""
         return self._of(slice(None, None, step))
 
     def _of(self, part: slice) -> Measured:
         return replace(self, time=self.time[part], values=self.values[part])
 
     def segments(self, duration: float) -> list[Measured]:
-        """Divide the record into parts with equal numbers of instants (at least two), each about `duration` long [s]."""
+        """Divide the record into parts of about equally many instants, two or more, each about `duration` long [s]."""
         parts = max(1, round((self.time[-1] - self.time[0]) / duration))
         cuts = np.linspace(0, self.time.size, min(parts, self.time.size // 2) + 1).round().astype(int)
         return [self.rows(a, b) for a, b in pairwise(cuts.tolist())]
@@ -136,7 +136,7 @@ def agreement(run: xr.Dataset, record: Measured) -> xr.Dataset:
 
 
 def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> tuple[float, float] | None:
-    """Return the largest contact force that the integrator located in a time span, and its time; None for other quantities."""
+    """Return the largest normal force of a joint between the samples, and its time; None for any other quantity."""
     if column.variable != "normal_force" or "peak_normal_force" not in run:
         return None
     joint = str(run["joint"].values[column.index[0]])
@@ -149,16 +149,19 @@ def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> 
 
 
 def _measures(
-    time: np.ndarray, measured: np.ndarray, shown: np.ndarray, variable: str, own: tuple[float, float] | None
+    time: np.ndarray, measured: np.ndarray, shown: np.ndarray, variable: str, located_peak: tuple[float, float] | None
 ) -> dict[str, float]:
-    """Return the measures of agreement of one quantity, by name (see `agreement`)."""
+    """Return the measures of agreement of one quantity by name, as `agreement` defines them."""
     difference = shown - measured
     spread, span = measured - measured.mean(), float(np.ptp(measured))
     square = float(spread @ spread)
     covariance, of_run = float(spread @ (shown - shown.mean())), float(np.sum((shown - shown.mean()) ** 2))
     rmse = math.sqrt(float(np.mean(difference**2)))
     at, mine = int(np.argmax(np.abs(measured))), int(np.argmax(np.abs(shown)))
-    peak, run_peak = float(abs(measured[at])), (float(abs(shown[mine])), float(time[mine])) if own is None else own
+    peak, run_peak = (
+        float(abs(measured[at])),
+        (float(abs(shown[mine])), float(time[mine])) if located_peak is None else located_peak,
+    )
     level = (
         0.05 * float(np.max(measured)) if variable in CONTACT_VARIABLES else float(0.5 * (np.max(measured) + np.min(measured)))
     )
@@ -181,7 +184,7 @@ def _measures(
 
 
 def rises(time: np.ndarray, values: np.ndarray, level: float) -> np.ndarray:
-    """Return the times at which a piecewise linear curve rises above a level [s]."""
+    """Return the times at which a curve, linear between its samples, rises above a level [s]."""
     k = np.flatnonzero((values[:-1] <= level) & (values[1:] > level))
     part = (level - values[k]) / (values[k + 1] - values[k])
     return np.asarray(time[k] + part * (time[k + 1] - time[k]))

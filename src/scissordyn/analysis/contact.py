@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.analysis.variable import Variable, described, window
+from scissordyn.analysis.variable import Variable, dataset_variable, window
 from scissordyn.casefile.configuration import ATTRIBUTE, read_configuration
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
@@ -64,11 +64,10 @@ def contact_statistics(
         * `damping_loss`, `friction_loss`, `dissipated_energy` (their sum), `dissipated_power`.
 
         Sums and quantiles of contacts include those that start in the window. A value is NaN without contact, or if the table
-        has no such column. Quantiles of peak forces and impulses, with one value per contact, are linear between the sorted
-        values
-        (definition 7 of Hyndman and Fan 1996, doi:10.1080/00031305.1996.10473566). A quantile of the contact force is the
-        smallest
-        sampled force that is not exceeded for the fraction of the contact time (definition 1, samples weighted by time).
+        lacks the column. Quantiles of peak forces and impulses, with one value per contact, are linear between the sorted
+        values (definition 7 of Hyndman and Fan 1996, doi:10.1080/00031305.1996.10473566). A quantile of the contact force is
+        the smallest sampled force that is not exceeded for the fraction of the contact time (definition 1, samples weighted
+        by time).
 
     Raises
     ------
@@ -85,7 +84,7 @@ def contact_statistics(
     variables: dict[str, Variable] = {}
     for name, (units, text) in CONTACT_STATISTICS.items():
         values = np.array([column[name] for column in columns])
-        variables[name] = described(("joint", "quantile")[: values.ndim], values, units, text)
+        variables[name] = dataset_variable(("joint", "quantile")[: values.ndim], values, units, text)
     coordinates = {"joint": joints, "quantile": list(QUANTILES)}
     frame = "bearing" if bearings else "fixed"
     statistics = xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end, "arc_frame": frame})
@@ -175,9 +174,9 @@ def _measures_of_samples(
     }
 
 
-def _column(run: xr.Dataset, name: str, begun: np.ndarray) -> np.ndarray:
-    """Return a column of the table of contacts, for the selected contacts; a single NaN if the table has no such column."""
-    return run[name].values[begun] if name in run else np.full(1, math.nan)
+def _column(run: xr.Dataset, name: str, selected: np.ndarray) -> np.ndarray:
+    """Return the entries `selected` of a column in the table of contacts; a single NaN if the table lacks the column."""
+    return run[name].values[selected] if name in run else np.full(1, math.nan)
 
 
 def _quantiles(values: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
@@ -197,14 +196,14 @@ def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]
     """Return the angle of each joint's bearing over time; empty if the run does not contain its mechanism."""
     if ATTRIBUTE not in run.attrs:
         return {}
-    described = read_configuration(run).mechanism.joints
-    bodies = {joint.name: joint.bearing[0] for joint in described if joint.name in joints}
+    dataset_variable = read_configuration(run).mechanism.joints
+    bodies = {joint.name: joint.bearing[0] for joint in dataset_variable if joint.name in joints}
     still = np.zeros(run.sizes["time"])
     return {name: still if body == GROUND else run["angle"].sel(body=body).values for name, body in bodies.items()}
 
 
 def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike | None = None) -> float:
-    """Return the smallest arc with a given fraction of the weight of points on a circle.
+    """Return the smallest arc of a circle that contains a given fraction of the total weight of points on the circle.
 
     With the angles sorted around the circle and w_i their weights, it is the smallest a_j - a_i with
 
@@ -234,7 +233,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     return float(np.min(twice[last] - twice[first]))
 
 
-ARRAY_BAR = re.compile(r"unit (\d+)/(bar \d+)")  # Name of a bar in an array of scissor units: unit number and bar
+ARRAY_BAR = re.compile(r"unit (\d+)/(bar \d+)")  # Name of a bar in an array of scissor units, such as "unit 2/bar 1"
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:
@@ -273,8 +272,8 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
     def extremes(name: str, values: np.ndarray, units: str, text: str) -> None:
         dims = ("body",) if values.ndim > 1 else ()
         mean_square = time_mean(np.square(values), times[inside])
-        variables[f"{name}_max"] = described(dims, np.max(np.abs(values), axis=0), units, f"largest {text}")
-        variables[f"{name}_rms"] = described(dims, np.sqrt(mean_square), units, f"root mean square {text}")
+        variables[f"{name}_max"] = dataset_variable(dims, np.max(np.abs(values), axis=0), units, f"largest {text}")
+        variables[f"{name}_rms"] = dataset_variable(dims, np.sqrt(mean_square), units, f"root mean square {text}")
 
     apart = np.linalg.norm(difference("position", "body", "axis"), axis=-1)
     extremes("position_error", apart, "m", "error of position")
@@ -283,18 +282,18 @@ def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: 
         extremes("output_error", difference("slider_position"), "m", "error of the output")
     elif output_body in bodies:
         extremes("output_error", apart[:, bodies.index(output_body)], "m", "error of the output")
-    if units := _units(bodies):
+    if units := _equal_bars(bodies):
         turned = np.mod(difference("angle", "body") + np.pi, 2.0 * np.pi) - np.pi
         spread = np.max([np.ptp(turned[:, columns], axis=1) for columns in units], axis=0)
         text = "spread between units of the error of a bar's angle"
-        variables["synchronisation_error"] = described(("time",), spread, "rad", text)
+        variables["synchronisation_error"] = dataset_variable(("time",), spread, "rad", text)
         extremes("synchronisation_error", spread, "rad", text)
-    coordinates = {"body": bodies, "time": described(("time",), times[inside], "s", "time")}
+    coordinates = {"body": bodies, "time": dataset_variable(("time",), times[inside], "s", "time")}
     return xr.Dataset(variables, coords=coordinates, attrs={"after": start, "until": end})
 
 
-def _units(bodies: list[str]) -> list[list[int]]:
-    """Return body indices of each bar that every unit of an array has, one list per bar; empty for a single unit."""
+def _equal_bars(bodies: list[str]) -> list[list[int]]:
+    """Return one list for each bar of a scissor unit: its body indices in all units; empty for a single unit."""
     parts: dict[str, list[int]] = {}
     for column, name in enumerate(bodies):
         if matched := ARRAY_BAR.fullmatch(name):

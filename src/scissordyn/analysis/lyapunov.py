@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.analysis.variable import described
+from scissordyn.analysis.variable import dataset_variable
 from scissordyn.errors import InputError
 
 
@@ -73,11 +73,15 @@ def exponent_from_growth(
     running = np.cumsum(np.mean(growth, axis=1)) / elapsed
     return xr.Dataset(
         {
-            "running": described(("interval",), running, unit, "largest Lyapunov exponent so far"),
-            "exponent": described((), running[-1], unit, "largest Lyapunov exponent"),
-            "standard_error": described((), error, unit, "standard error of the exponent"),
-            "member_exponent": described(("member",), members, unit, "largest Lyapunov exponent of one trajectory"),
+            "running": dataset_variable(("interval",), running, unit, "largest Lyapunov exponent so far"),
+            "exponent": dataset_variable((), running[-1], unit, "largest Lyapunov exponent"),
+            "standard_error": dataset_variable((), error, unit, "standard error of the exponent"),
+            "member_exponent": dataset_variable(("member",), members, unit, "largest Lyapunov exponent of one trajectory"),
         },
-        coords={"time": described(("interval",), elapsed, "s" if unit == "1/s" else "1", "time since the discarded intervals")},
+        coords={
+            "time": dataset_variable(
+                ("interval",), elapsed, "s" if unit == "1/s" else "1", "time since the discarded intervals"
+            )
+        },
         attrs={"discard": discard, "blocks": rates.size},
     )

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from scissordyn.analysis.variable import described
+from scissordyn.analysis.variable import dataset_variable
 from scissordyn.annotation import is_number, shown
 from scissordyn.casefile.configuration import number_attribute, read_configuration
 from scissordyn.components.actuator import Actuator
@@ -22,7 +22,7 @@ from scissordyn.record.joint_force import clearance_joints, largest_force
 from scissordyn.record.sampling import time_mean
 from scissordyn.units import checked
 
-EXAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"
+EXAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"  # Correct call, which error texts show
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class MotorCurve:
             raise InputError(f"the gear ratio is {self.ratio:g}", "a number > 0", "ratio=50.0")
 
     def available(self, speed: np.ndarray) -> np.ndarray:
-        """Return the available torque at the joint [N m] for speeds of the joint [rad/s]; 0 beyond the curve."""
+        """Return the torque available at the joint, after the gear [N m], at joint speeds [rad/s]; 0 beyond the curve."""
         return np.asarray(self.ratio * np.interp(self.ratio * np.abs(speed), self.speeds, self.torques, right=0.0))
 
     def fraction(self, needed: xr.Dataset) -> np.ndarray:
@@ -165,9 +165,9 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
             torque = np.insert(torque, after, sign * size)
     return xr.Dataset(
         {
-            "torque": described(("time",), torque, "N m", "torque"),
-            "speed": described(("time",), speed, "rad/s", "speed"),
-            "power": described(("time",), torque * speed, "W", "power"),
+            "torque": dataset_variable(("time",), torque, "N m", "torque"),
+            "speed": dataset_variable(("time",), speed, "rad/s", "speed"),
+            "power": dataset_variable(("time",), torque * speed, "W", "power"),
         },
         coords={"time": ("time", time, {"units": "s"})},
         attrs={"of": of or next(iter(sources)), "body": body},
@@ -216,7 +216,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
     torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
-    # the integrator has located the largest torque between samples, of each source over the whole run
+    # the integrator has located the largest torque of each source between samples, but only over the whole run
     located = len(sources) == 1 and after <= time[0]
     peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))
     (angle, place), (ideal_angle, ideal_place) = (
@@ -239,9 +239,9 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
             "largest distance of the output body from its ideal position at the same angle",
         ),
     }
-    figures = {name: described((), float(value), units, text) for name, (value, units, text) in single.items()}
+    figures = {name: dataset_variable((), float(value), units, text) for name, (value, units, text) in single.items()}
     joints = clearance_joints(run)
-    rows = np.array([_contact(run, joint, after) for joint in joints]).reshape(-1, 4)
+    rows = np.array([_contact_figures(run, joint, after) for joint in joints]).reshape(-1, 4)
     named = (
         ("contact_fraction", "1", "fraction of the time in contact"),
         ("separations", "1", "contacts that ended"),
@@ -249,12 +249,15 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         ("peak_force", "N", "largest force that the joint transmits"),
     )
     for column, (name, units, text) in enumerate(named):
-        figures[name] = described(("joint",), rows[:, column], units, text)
+        figures[name] = dataset_variable(("joint",), rows[:, column], units, text)
     return xr.Dataset(figures, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
 
 
-def _contact(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Return of one joint: fraction of time in contact, separations, start of the contact at the end, largest force."""
+def _contact_figures(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
+    """Return a joint's fraction of time in contact, count of separations, start of its last contact [s], and peak force [N].
+
+    The start is NaN if the run does not end in contact.
+    """
     end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
-from scissordyn.analysis.variable import described, finite_numbers
+from scissordyn.analysis.variable import dataset_variable, finite_numbers
 from scissordyn.errors import InputError
 
 
@@ -87,17 +87,19 @@ def recurrence(
     pairs = (count - apart) * (count - apart + 1) // 2
     return xr.Dataset(
         {
-            "recurrent": described(("first", "second"), recurrent, "1", "recurrence"),
-            "recurrence_rate": described((), points / pairs, "1", "fraction of the pairs of samples that recur"),
-            "determinism": described((), on_lines / points if points else math.nan, "1", "fraction of recurrences on lines"),
-            "longest_line": described((), int(np.max(lines, initial=0)), "1", "points of the longest line"),
+            "recurrent": dataset_variable(("first", "second"), recurrent, "1", "recurrence"),
+            "recurrence_rate": dataset_variable((), points / pairs, "1", "fraction of the pairs of samples that recur"),
+            "determinism": dataset_variable(
+                (), on_lines / points if points else math.nan, "1", "fraction of recurrences on lines"
+            ),
+            "longest_line": dataset_variable((), int(np.max(lines, initial=0)), "1", "points of the longest line"),
         },
         attrs={"threshold": near, "dimension": dimension, "delay": delay, "shortest": shortest, "apart": apart},
     )
 
 
 def _lines(recurrent: np.ndarray, apart: int) -> np.ndarray:
-    """Return the lengths in points of all diagonal lines, single points included, whose indices differ by at least `apart`."""
+    """Return the lengths of all diagonal lines [points], `apart` or more from the main diagonal; single points are lines."""
     lengths = []
     for offset in range(apart, len(recurrent)):
         diagonal = np.diagonal(recurrent, offset)

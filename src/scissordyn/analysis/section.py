@@ -10,13 +10,14 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import BPoly, PPoly
 
-from scissordyn.analysis.variable import Variable, described
+from scissordyn.analysis.variable import Variable, dataset_variable
 from scissordyn.errors import InputError, did_you_mean, whole_number
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL
 from scissordyn.units import checked
 
 Direction = Literal["both", "rising", "falling"]
-DIRECTION_SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}  # Signs of the rate
+DIRECTION_SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), "falling": (-1,)}
+"""Signs of the variable's rate at the crossings that each direction selects."""
 
 
 @checked
@@ -79,12 +80,12 @@ def section(
     crossings = xr.Dataset(
         {
             **_interpolate(run, when[kept], "crossing"),
-            "direction": described(("crossing",), way[kept], "1", "1 rising, -1 falling"),
+            "direction": dataset_variable(("crossing",), way[kept], "1", "1 rising, -1 falling"),
         },
         coords={name: run[name] for name in run.coords if name != "time"},
         attrs=attributes,
     )
-    return crossings.assign_coords(time=described(("crossing",), when[kept], "s", "time"))
+    return crossings.assign_coords(time=dataset_variable(("crossing",), when[kept], "s", "time"))
 
 
 def _cubics(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> BPoly:
@@ -163,7 +164,7 @@ def stroboscopic(run: xr.Dataset, *, period: float, phase: float = 0.0, skip: in
     inside = np.clip(when, time[0], time[-1])
     coordinates = {name: run[name] for name in run.coords if name != "time"}
     samples = xr.Dataset(_interpolate(run, inside, "strobe"), coords=coordinates)
-    return samples.assign_coords(time=described(("strobe",), when, "s", "time")).assign_attrs(
+    return samples.assign_coords(time=dataset_variable(("strobe",), when, "s", "time")).assign_attrs(
         {**attributes, "source": "interpolated"}
     )
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import signal
 
-from scissordyn.analysis.variable import described, finite_numbers
+from scissordyn.analysis.variable import dataset_variable, finite_numbers
 from scissordyn.errors import InputError
 from scissordyn.units import checked
 
@@ -94,11 +94,11 @@ def spectrum(
     per = f"({unit})^2 s" if spacing != 1.0 else f"({unit})^2"
     return xr.Dataset(
         {
-            "power_density": described(("frequency",), density, per, "power spectral density"),
-            "dominant_frequency": described(("peak",), (where + shift) * frequency[1], pitch, "dominant frequency"),
-            "dominant_density": described(("peak",), density[where], per, "power density at a dominant frequency"),
-            "flatness": described((), flatness, "1", "spectral flatness"),
+            "power_density": dataset_variable(("frequency",), density, per, "power spectral density"),
+            "dominant_frequency": dataset_variable(("peak",), (where + shift) * frequency[1], pitch, "dominant frequency"),
+            "dominant_density": dataset_variable(("peak",), density[where], per, "power density at a dominant frequency"),
+            "flatness": dataset_variable((), flatness, "1", "spectral flatness"),
         },
-        coords={"frequency": described(("frequency",), frequency, pitch, "frequency")},
+        coords={"frequency": dataset_variable(("frequency",), frequency, pitch, "frequency")},
         attrs={"spacing": spacing, "segments": segments, "window": window},
     )

@@ -14,7 +14,7 @@ from scissordyn.errors import InputError
 Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]
 
 
-def described(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
+def dataset_variable(dims: tuple[str, ...], values: ArrayLike, units: str, long_name: str) -> Variable:
     """Return dimensions, values and attributes of a Dataset variable with a unit and a long name."""
     return dims, np.asarray(values), {"units": units, "long_name": long_name}
 

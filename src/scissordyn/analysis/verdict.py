@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scissordyn.analysis.contact import contact_spans, contact_statistics
 from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.variable import described, finite_numbers
+from scissordyn.analysis.variable import dataset_variable, finite_numbers
 from scissordyn.analysis.zero_one import zero_one_test
 from scissordyn.casefile.configuration import ATTRIBUTE, number_attribute, read_configuration
 from scissordyn.errors import InputError
@@ -25,8 +25,8 @@ from scissordyn.units import checked
 Kind = Literal["continuous contact", "periodic", "quasi-periodic", "irregular", "transient only"]
 
 
-REGULAR, CHAOTIC = 0.2, 0.8
-"""Limits of K of the 0-1 test: regular motion below 0.2, irregular above 0.8; in between a longer run is needed."""
+REGULAR_K_MAX, IRREGULAR_K_MIN = 0.2, 0.8
+"""Limits of the result K of the 0-1 test: regular motion below 0.2, irregular above 0.8; in between K does not decide."""
 
 
 @dataclass(frozen=True)
@@ -208,14 +208,14 @@ def _classify_aperiodic(
     measures["K"], measures["samples_per_oscillation"] = growth, per_oscillation
     measures["flatness"] = float(spectrum(widest, spacing=1.0, peaks=0)["flatness"])
     evidence.append(
-        f"0-1 test: K = {growth:.3f} with {len(scaled)} samples (regular < {REGULAR:g}, irregular > {CHAOTIC:g}); "
-        f"spectral flatness {measures['flatness']:.2g}."
+        f"0-1 test: K = {growth:.3f} with {len(scaled)} samples (regular < {REGULAR_K_MAX:g}, "
+        f"irregular > {IRREGULAR_K_MIN:g}); spectral flatness {measures['flatness']:.2g}."
     )
     if per_oscillation > 10.0:
         evidence.append(f"An oscillation has {per_oscillation:.3g} samples; with so many K is too small.")
-    if growth > CHAOTIC:
+    if growth > IRREGULAR_K_MIN:
         return "irregular"
-    if growth < REGULAR:
+    if growth < REGULAR_K_MAX:
         evidence.append(f"A period above {longest} cannot be distinguished from quasi-periodic motion.")
         return "quasi-periodic"
     evidence.append(f"K is undecided: {test.attrs.get('undecided', 'a longer run is needed')}.")
@@ -223,9 +223,9 @@ def _classify_aperiodic(
 
 
 def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str], measures: dict[str, float]) -> None:
-    """Add the fraction `trusted` of the motion before the predictability horizon [s] to the numbers.
+    """Add `trusted` to the measures: the fraction of the motion before the predictability horizon [s].
 
-    If it is below 1, a sentence that begins with `beyond` and names the horizon is added to the evidence.
+    If `trusted` is below 1, add a sentence to the evidence; it begins with `beyond` and ends with the horizon.
     """
     if math.isnan(horizon):
         evidence.append("The reproducible part of the trajectory has not been determined: repeat the run with trust=True.")
@@ -235,7 +235,7 @@ def _add_horizon(horizon: float, trusted: float, beyond: str, evidence: list[str
         evidence.append(f"{beyond} the predictability horizon of {horizon:.6g} s. Compare an ensemble beyond it.")
 
 
-MAP_DIMENSIONS = ("strobe", "cycle")  # Dimension of a map from `stroboscopic`, and of the cycles of a periodic run
+MAP_DIMENSIONS = ("strobe", "cycle")  # Dimensions with one sample per drive period: of `stroboscopic`, of a long periodic run
 
 
 @checked
@@ -330,7 +330,7 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
 
 
 def _exact_zero(fraction: float) -> float:
-    """Return zero for a fraction that is only round-off in the sum of contact times, otherwise the fraction."""
+    """Return zero for a fraction below 1e-12, which is round-off in a sum of contact times; otherwise the fraction."""
     return 0.0 if fraction < 1e-12 else fraction
 
 
@@ -413,7 +413,7 @@ def _deviation(values: list[float]) -> float:
     return float(np.std(values, ddof=1)) if len(values) > 1 else math.nan
 
 
-MEMBER_STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {  # Function, unit and meaning
+MEMBER_STATISTICS: dict[str, tuple[Callable[[list[float]], float], str, str]] = {  # Statistics: function, unit, meaning
     "mean": (np.mean, "of the measure", "mean over the members"),
     "deviation": (_deviation, "of the measure", "standard deviation over the members"),
     "least": (min, "of the measure", "smallest of the members"),
@@ -471,7 +471,7 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
         counts={names[pair]: number for pair, number in counts},
         measures=xr.Dataset(
             {
-                name: described(("measure",), [statistic(values) for values in measured.values()], units, text)
+                name: dataset_variable(("measure",), [statistic(values) for values in measured.values()], units, text)
                 for name, (statistic, units, text) in MEMBER_STATISTICS.items()
             },
             coords={"measure": list(measured)},

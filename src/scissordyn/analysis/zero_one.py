@@ -7,7 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy import fft
 
-from scissordyn.analysis.variable import described, finite_numbers
+from scissordyn.analysis.variable import dataset_variable, finite_numbers
 from scissordyn.errors import InputError, whole_number
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
@@ -78,26 +78,33 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
     crossings = int(np.sum(np.diff(np.signbit(centred).astype(np.int8)) != 0))
     return xr.Dataset(
         {
-            "K": described((), np.nan if unknown else float(np.median(correlation)), "1", "growth of the 0-1 test, median"),
-            "correlation": described(("angle",), correlation, "1", "growth of the 0-1 test at one angle"),
-            "p": described(("step",), path[shown].real, "1", "translation p"),
-            "q": described(("step",), path[shown].imag, "1", "translation q"),
-            "mean_square_displacement": described(("lag",), displacement[shown], "1", "modified mean square displacement"),
-            "samples_per_oscillation": described(
+            "K": dataset_variable(
+                (), np.nan if unknown else float(np.median(correlation)), "1", "growth of the 0-1 test, median"
+            ),
+            "correlation": dataset_variable(("angle",), correlation, "1", "growth of the 0-1 test at one angle"),
+            "p": dataset_variable(("step",), path[shown].real, "1", "translation p"),
+            "q": dataset_variable(("step",), path[shown].imag, "1", "translation q"),
+            "mean_square_displacement": dataset_variable(
+                ("lag",), displacement[shown], "1", "modified mean square displacement"
+            ),
+            "samples_per_oscillation": dataset_variable(
                 (), 2.0 * numbers.size / crossings if crossings else np.inf, "1", "samples per oscillation"
             ),
         },
         coords={
-            "angle": described(("angle",), chosen, "rad", "angle c"),
-            "step": described(("step",), np.arange(1, numbers.size + 1), "1", "sample"),
-            "lag": described(("lag",), lags, "1", "lag"),
+            "angle": dataset_variable(("angle",), chosen, "rad", "angle c"),
+            "step": dataset_variable(("step",), np.arange(1, numbers.size + 1), "1", "sample"),
+            "lag": dataset_variable(("lag",), lags, "1", "lag"),
         },
         attrs={"seed": seed, "shown_angle": float(chosen[shown]), **({"undecided": UNDECIDED} if unknown else {})},
     )
 
 
 def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
-    """Return values minus mean, zero if only round-off; and True if they vary by no more than `noise` times the largest."""
+    """Return the values minus their mean, and True if they vary by at most `noise` times the largest value.
+
+    Variations by round-off are set to zero.
+    """
     centred = values - np.mean(values)
     varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
     if varying <= ROUND_OFF_TOL * size:

@@ -7,7 +7,7 @@ import pytest
 
 import scissordyn as sd
 from reference.kernels import at_start, touching
-from scissordyn.equilibrium.rest import At, constraint_slopes, free_directions
+from scissordyn.equilibrium.rest import StaticPosition, constraint_slopes, free_directions
 from scissordyn.integrate.integration import RESET_DATA
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
@@ -85,7 +85,7 @@ def onset(handle, state, guard):
 def allowed(mechanism, handle, state):
     """Return an orthonormal basis of the motions that the constraints allow."""
     functions.rate(0.0, state, handle.address, np.zeros(state.size))
-    gradients, _ = constraint_slopes(At(plan(mechanism), handle, state), handle.content.work.multiplier)
+    gradients, _ = constraint_slopes(StaticPosition(plan(mechanism), handle, state), handle.content.work.multiplier)
     return free_directions(gradients) if gradients.size else np.eye(handle.content.model.n)
 
 

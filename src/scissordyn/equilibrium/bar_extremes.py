@@ -12,9 +12,9 @@ from scissordyn.record.trajectory import Trajectory
 
 
 def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Variables:
-    """Return the largest forces, stresses, deflections and buckling ratios of each flexible bar over the samples.
+    """Return variables with each flexible bar's largest forces, stresses, deflections and buckling ratios over the samples.
 
-    They are computed when one of them is first read.
+    All values are computed when one of them is first read.
     """
     mechanism, samples = path.plan.mechanism, path.samples
     bars = bars_of(mechanism)
@@ -28,7 +28,7 @@ def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Vari
 
 
 def largest_along_bars(path: Trajectory, record: Record) -> Variables:
-    """Return `bar_extremes` of a motion whose other variables are not needed."""
+    """Return `bar_extremes` of a motion; compute only the variables that it needs."""
     plan = path.plan
     variables = {
         "body": labels("body", [body.name for body in plan.bodies]),

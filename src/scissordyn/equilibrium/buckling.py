@@ -16,7 +16,8 @@ from scissordyn.components.force import Force
 from scissordyn.components.port import FRAME, LINE
 from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.rest import (
-    At,
+    StaticPosition,
+    activate_closed_gaps,
     component_maps,
     constraint_slopes,
     count_turns,
@@ -24,9 +25,8 @@ from scissordyn.equilibrium.rest import (
     force_slopes,
     free_directions,
     stiffness,
-    touch_closed,
 )
-from scissordyn.equilibrium.small_motion import placed
+from scissordyn.equilibrium.small_motion import equilibrium_pair
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle
@@ -86,12 +86,12 @@ def buckling(
     ideal = with_mode_counts(mechanism).ideal()
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
         raise InputError("buckling of a mechanism without loads", "gravity, forces or torques")
-    at, _ = placed(plan_at_rest(plan(_with_loads(ideal, 0.0))), "concentric", None)
+    at, _ = equilibrium_pair(plan_at_rest(plan(_with_loads(ideal, 0.0))), "concentric", None)
     slopes, allowed = stiffness(at)
     rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
         raise InputError("buckling of a mechanism that is not stable without loads", "a drive, springs or flexible bars")
-    loads = placed(plan_at_rest(plan(_with_loads(ideal, 1.0))), "concentric", None)[0]
+    loads = equilibrium_pair(plan_at_rest(plan(_with_loads(ideal, 1.0))), "concentric", None)[0]
     change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)
@@ -114,27 +114,27 @@ def _with_loads(mechanism: Mechanism, factor: float) -> Mechanism:
     )
 
 
-class Forces(NamedTuple):
-    """Axial forces of a bar over time, shape (nt, places), and the distances of the places from its first end."""
+class AxialForces(NamedTuple):
+    """Axial forces at several places along a bar, over time."""
 
     bar: Bar
-    axial: np.ndarray
-    places: np.ndarray
+    axial: np.ndarray  # (samples, places) [N], tension positive
+    places: np.ndarray  # Distances of the places from the first end of the bar [m]
 
     @property
     def severity(self) -> np.ndarray:
-        """Largest compression along the bar at each instant, divided by bending stiffness over length squared."""
+        """Ratio of the largest compression along the bar to EI/L^2, at each sample."""
         slenderness = self.bar.length**2 / min(part.bending_stiffness for part in self.bar.parts)
         return np.asarray(np.maximum(-self.axial, 0.0).max(axis=1) * slenderness)
 
 
 def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Mapping[str, Variable]) -> np.ndarray:
-    """Return each bar's largest compression as a fraction of the one at which the mechanism would buckle.
+    """Return each bar's largest compression as a fraction of the compression at which the mechanism would buckle.
 
     The samples are divided into five parts. In each part, the position with the most severe compression is taken, with drives,
-    servos and free motions locked and with ideal joints. There K a = factor G a is solved. K is the stiffness of the material,
-    G the geometric stiffness of the largest compression (or least tension) at each place during the part. The ratio is the
-    largest 1/factor of the modes in which a bar takes part; it is 0 without compression.
+    servos and free motions locked and with ideal joints. There (K - factor G) a = 0 is solved. K is the stiffness of the
+    material, G the geometric stiffness of the largest compression (or least tension) at each place during the part. The ratio
+    is the largest 1/factor of the modes in which a bar takes part; it is 0 without compression.
     """
     bars = bars_of(plan.mechanism)
     ratio = np.zeros(len(bars))
@@ -152,20 +152,20 @@ def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Map
     return ratio
 
 
-def _axial_forces(bar: Bar, variables: Mapping[str, Variable]) -> Forces:
+def _axial_forces(bar: Bar, variables: Mapping[str, Variable]) -> AxialForces:
     """Return the axial forces of a bar from the variables of a run."""
     names = variables["beam"].values.astype(str).tolist()
     columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
     ends = bar.boundaries
     if not bar.whole:
-        return Forces(bar, variables["beam_axial_force"].values[:, columns], ends[:-1])
+        return AxialForces(bar, variables["beam_axial_force"].values[:, columns], ends[:-1])
     parts = [variables[f"beam_{at}axial_force"].values[:, columns] for at in ("start_", "", "end_")]
     places = np.stack([ends[:-1], 0.5 * (ends[1:] + ends[:-1]), ends[1:]], axis=1)
-    return Forces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
+    return AxialForces(bar, np.stack(parts, axis=2).reshape(len(parts[0]), -1), places.ravel())
 
 
 class _IdealPositions:
-    """Ideal mechanism, placed at positions of a run."""
+    """Mechanism with ideal joints at positions of a run, for the buckling of its bars."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan, self.ideal = plan, plan.ideal
@@ -174,9 +174,9 @@ class _IdealPositions:
         self.shapes = shapes_by_coordinate(self.ideal)
         self.number = {part.name: i for i, part in enumerate(self.ideal.acting)}
 
-    def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[Forces, np.ndarray]]) -> np.ndarray:
-        """Return the buckling ratios of all bars at sample k for given axial forces along them."""
-        at = self._placed(k, samples, record)
+    def ratios(self, k: int, samples: Samples, record: Record, forces: list[tuple[AxialForces, np.ndarray]]) -> np.ndarray:
+        """Return the buckling ratio of each bar at sample k for given axial forces along the bars."""
+        at = self._ideal_position(k, samples, record)
         stiffness = force_slopes(at, float(samples.time[k]))
         geometric, strains = [], self._other_stiffness()
         present = Record(*(part[k : k + 1] for part in record))
@@ -204,7 +204,7 @@ class _IdealPositions:
         least = np.minimum(0.1 * np.sum(np.maximum(shares, 0.0), axis=0), shares.max(axis=0))
         return np.asarray(np.max(np.where((shares >= least) & (works > 0.0), works, 0.0), axis=1, initial=0.0))
 
-    def _placed(self, k: int, samples: Samples, record: Record) -> At:
+    def _ideal_position(self, k: int, samples: Samples, record: Record) -> StaticPosition:
         """Return the ideal mechanism at the position of sample k of the run."""
         content, time = self.system.content, float(samples.time[k])
         turned = {body.name: float(record.angle[k, b] - body.placed_angle) for b, body in enumerate(self.plan.bodies)}
@@ -212,11 +212,13 @@ class _IdealPositions:
         natural = np.asarray(self.plan.coordinates.matrix @ record.X[k])
         position = self.ideal.coordinates.nearest(basis_at_start(content, time)[0], natural)
         state = whole_state(content, position)
-        touch_closed(self.system, state)
-        return At(self.ideal, self.system, state)
+        activate_closed_gaps(self.system, state)
+        return StaticPosition(self.ideal, self.system, state)
 
-    def _bar_stiffness(self, motion: BarMotion, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the geometric stiffness of a bar for its present and for given axial forces, and its strain gradients."""
+    def _bar_stiffness(
+        self, motion: BarMotion, force: AxialForces, axial: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the geometric stiffness of a bar for its actual and for given axial forces, and its strain gradients."""
         bar: Any = force.bar.whole
         axis, by = self.axes[bar.name], self.shapes[bar.name]
         vectors, (points, weights) = motion.vectors[0], axis.shapes.quadrature
@@ -229,8 +231,8 @@ class _IdealPositions:
         strain = moved - np.einsum("npa,pa->n", moved, normal)[:, None, None] * normal
         return now, added, strain.reshape(len(strain), -1).T / np.linalg.norm(tangent)
 
-    def _chain_stiffness(self, force: Forces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the same matrices for a chain of beam elements."""
+    def _chain_stiffness(self, force: AxialForces, axial: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the matrices of `_bar_stiffness` for a bar that is a chain of beam elements."""
         content = self.system.content
         now, added = np.zeros((2, content.model.n, content.model.n))
         strains = []
@@ -245,7 +247,7 @@ class _IdealPositions:
         return now, added, np.vstack(strains) / force.bar.length
 
     def _other_stiffness(self) -> list[np.ndarray]:
-        """Return the stiffness rows of components that are not bars, scaled to a largest entry of 1."""
+        """Return the stiffness matrices of components other than bars, stacked, and scaled to a largest entry of 1."""
         content = self.system.content
         n = content.model.n
         rows = np.zeros((0, n))
@@ -258,7 +260,7 @@ class _IdealPositions:
         return [rows / max(float(np.abs(rows).max(initial=0.0)), np.finfo(float).tiny)]
 
     def _servo_gradients(self) -> list[np.ndarray]:
-        """Return the gradients of the angles that servos hold; their stiffness is not that of the material."""
+        """Return the gradients of the angles that servos hold; these motions are locked for buckling."""
         gradients = []
         for part in self.ideal.acting:
             if isinstance(part, Actuator):
@@ -270,8 +272,11 @@ class _IdealPositions:
 COMPLEX_STEP = 1e-30  # Imaginary step of a complex-step derivative; no subtraction, so no cancellation
 
 
-def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndarray) -> np.ndarray:
-    """Return the stiffness of the forces that loads cause to first order, in the free coordinates, shape (n, n)."""
+def geometric_stiffness(at: StaticPosition, loaded: StaticPosition, slopes: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """Return the geometric stiffness of the internal forces that loads cause, to first order, in the free coordinates (n, n).
+
+    `at` and `loaded` are the position without and with loads, `slopes` its stiffness, `allowed` a basis of allowed motions.
+    """
     n = at.plan.coordinates.free
     loaded = loaded._replace(state=at.state)
     added = force_slopes(loaded)  # follower loads turn with their bodies
@@ -289,14 +294,17 @@ def geometric_stiffness(at: At, loaded: At, slopes: np.ndarray, allowed: np.ndar
 
 
 class _InternalForces:
-    """Internal forces of a displacement `moved`, shape (n,), to first order, and their geometric stiffness."""
+    """Internal forces that a small displacement `moved`, shape (n,), causes, and their geometric stiffness."""
 
-    def __init__(self, at: At, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
+    def __init__(self, at: StaticPosition, moved: np.ndarray, gravity: np.ndarray, load: float) -> None:
         self.at, self.moved, self.gravity, self.least = at, moved, gravity, 1e-9 * load  # smaller forces are round-off
         self.axes, self.shapes = at.plan.coordinates.natural.axes, shapes_by_coordinate(at.plan)
 
     def stiffness(self, reaction: np.ndarray, uncertain: float) -> np.ndarray:
-        """Return the stiffness of all parts and of the reaction, whose round-off is `uncertain`, shape (n, n)."""
+        """Return the geometric stiffness of all internal forces and reactions, shape (n, n).
+
+        `reaction` is the constraint force, `uncertain` its round-off.
+        """
         content = self.at.system.content
         work, n = content.work, self.moved.size
         matrix = np.zeros((n, n))
@@ -328,10 +336,10 @@ class _InternalForces:
         return np.asarray(matrix + constraint_slopes(self.at, multiplier)[1])
 
     def _geometric_of_bar(self, axis: Axis, pushed: list[tuple[float, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Return int N w'^2 ds of a bar by modes, with N from the equilibrium of the part before each place.
+        """Return the geometric stiffness int N w'^2 ds of a modal bar; N follows from equilibrium of the bar up to each place.
 
-        The second result is the generalised force that keeps unit directions within the bar at unit length. It is part of N
-        and does not act on other parts.
+        The second result is the generalised force of the constraints that keep direction vectors inside the bar at unit
+        length. It is contained in N and does not act on other parts.
         """
         bar, shapes, by, count = axis.bar, axis.shapes, self.shapes[axis.bar.name], len(axis.bar.sections)
         vectors = axis.vectors(self.at.natural)
@@ -359,7 +367,7 @@ class _InternalForces:
         return stiffness_of_bar(axis, vectors, by, at, axial * np.outer(half, weights).ravel()), stretch
 
     def _geometric_of_line(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Return the stiffness of a force along a line: tension over length, across the line."""
+        """Return the geometric stiffness of a force along a line: its tension over its length, for displacements across it."""
         length = np.hypot(*maps[:2])
         if not length > 0.0:
             return np.zeros((self.moved.size, self.moved.size))
@@ -368,12 +376,12 @@ class _InternalForces:
         return np.asarray(tension / length * np.outer(across, across))
 
     def _geometric_of_frame(self, maps: np.ndarray, rows: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Return the stiffness of a force on the end that turns with the start's body."""
+        """Return the geometric stiffness of a force that acts on a component's end and turns with the body of its start."""
         fx, fy, _ = np.linalg.lstsq((frame_gradients(maps) @ rows).T, change)[0]
         return _stiffness_of_turning_force(fx, fy, rows)
 
     def _geometric_of_element(self, beam: Beam, maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Return int N w'^2 ds of a beam element, w cubic from the axis of its start, and of its force as that turns."""
+        """Return the geometric stiffness of a beam element under its axial force: tension times `stiffness_of_element`."""
         along = maps[:2] / np.hypot(*maps[:2])
         rigidity, strained = beam.axial_stiffness / beam.length, along @ rows[:2]
         tension = rigidity * float(strained @ self.moved)
@@ -383,7 +391,7 @@ class _InternalForces:
         return tension * stiffness_of_element(maps, rows)
 
     def _geometric_of_roller(self, roller: Any, axis: Axis, place: float, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the force on the bar and its stiffness: the force turns with the bar, towards the motion of the point."""
+        """Return the force of a roller on its bar, which stays normal to the bar, and the geometric stiffness of the force."""
         vectors, by = axis.vectors(self.at.natural), self.shapes[axis.bar.name]
         value, slope = shapes_beyond(axis, np.array([place]))[0], axis.shapes.at(np.clip([place], 0.0, axis.bar.length), 1)[0]
         tangent = slope @ vectors / np.linalg.norm(slope @ vectors)
@@ -398,14 +406,17 @@ class _InternalForces:
 
 
 def shapes_by_coordinate(plan: Plan) -> dict[str, np.ndarray]:
-    """Return the derivatives of the vectors of each bar by the free coordinates, shape (n, count, 2)."""
+    """Return the derivatives of each bar's shape vectors by the free coordinates, shape (n, vectors, 2), by bar name."""
     coordinates, n = plan.coordinates, plan.coordinates.free
     by_column = np.asarray(coordinates.matrix @ np.eye(n + coordinates.basis)[:, :n]).T
     return {axis.bar.name: axis.vectors(by_column) for axis in coordinates.natural.axes}
 
 
 def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.ndarray, axial: np.ndarray) -> np.ndarray:
-    """Return int N w'^2 ds of a bar by modes from N ds at places; `by` (n, count, 2) are derivatives of its vectors."""
+    """Return the geometric stiffness int N w'^2 ds of a modal bar, shape (n, n).
+
+    `axial` are the products N ds at the distances `at` along the bar, `by` the derivatives of its shape vectors `vectors`.
+    """
     slopes = axis.shapes.at(at, 1)
     tangent = slopes @ vectors
     size = np.linalg.norm(tangent, axis=1)
@@ -415,7 +426,10 @@ def stiffness_of_bar(axis: Axis, vectors: np.ndarray, by: np.ndarray, at: np.nda
 
 
 def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return int w'^2 ds of a beam element, w cubic from the axis of its start, plus a unit tension as that turns."""
+    """Return the geometric stiffness of a beam element under unit tension, which acts along the axis of its start.
+
+    It is int w'^2 ds with a cubic deflection w from that axis, plus the stiffness of the tension as the axis turns.
+    """
     chord, frame = np.hypot(*maps[:2]), frame_gradients(maps) @ rows
     cos, sin = np.array([[maps[4], maps[5]], [-maps[5], maps[4]]]) @ maps[:2] / chord
     turned = (cos * frame[1] - sin * frame[0]) / chord
@@ -423,7 +437,7 @@ def stiffness_of_element(maps: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-    """Return int w'^2 ds of a beam element with a cubic deflection w, as a quadratic form of the free coordinates.
+    """Return int w'^2 ds of a beam element with a cubic deflection w, as a matrix in the free coordinates.
 
     `chord` is its length; `turned`, `first` and `last` are the derivatives of the rotation of the chord, and of the rotations
     of both ends relative to it.
@@ -439,7 +453,7 @@ def frame_gradients(maps: np.ndarray) -> np.ndarray:
 
 
 def _stiffness_of_turning_force(fx: float, fy: float, rows: np.ndarray) -> np.ndarray:
-    """Return the stiffness of a force (fx, fy) on the end that turns with the start's body, in the free coordinates.
+    """Return the geometric stiffness of a force (fx, fy) on a component's end that turns with the body of its start (n, n).
 
     `rows` are the derivatives of the maps u, a and b.
     """

@@ -21,7 +21,7 @@ from scissordyn.tolerance import SINGULAR_VALUE_MIN
 
 
 def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float) -> np.ndarray:
-    """Return the columns [x; b(t)], shape (n + nb,): free coordinates of a state and directions of the drives at a time."""
+    """Return the vector [x; b(t)], shape (n + nb,): free coordinates of a state, then direction vectors of the drives."""
     numbers, work = system.parameters, system.work
     basis = np.empty_like(work.basis)
     prescribe(time, time, numbers.motion, numbers.motion_start, basis, work.function_value)
@@ -29,7 +29,7 @@ def full_coordinates(plan: Plan, system: System, state: np.ndarray, time: float)
 
 
 def describe_jam(plan: Plan, system: Handle) -> str:
-    """Describe why reactions with friction could not be computed; empty if they could."""
+    """Return the reason why reactions with friction could not be computed; empty if they could."""
     friction = system.content.friction
     if friction.fault[0] == 0:
         return ""
@@ -42,7 +42,7 @@ def describe_jam(plan: Plan, system: Handle) -> str:
 
 
 def describe_singular_position(plan: Plan, system: Handle, state: np.ndarray, time: float) -> str:
-    """Describe the constraints of a singular position nearby; empty if there is none."""
+    """Return a text with the constraints that make a position singular; empty if the position is regular."""
     content: System = system.content
     inactive = content.work.inactive.tolist()
     active = [constraint for constraint, off in zip(plan.coordinates.constraints, inactive, strict=True) if off == 0.0]
@@ -61,7 +61,7 @@ def describe_singular_position(plan: Plan, system: Handle, state: np.ndarray, ti
 
 
 def describe_failed_latch(plan: Plan, system: Handle) -> str:
-    """Describe the latch that could not lock; empty if there is none."""
+    """Return a text with the latch that could not lock; empty if there is none."""
     content: System = system.content
     for (_, _, component), latch in zip(content.model.latch.tolist(), plan.mechanism.latches, strict=True):
         if math.isnan(content.state.memory[content.model.component_guard[component]]):
@@ -69,8 +69,8 @@ def describe_failed_latch(plan: Plan, system: Handle) -> str:
     return ""
 
 
-def check_springs(plan: Plan, full: np.ndarray) -> None:
-    """Raise `InputError` for a component along a line of zero length at the start, where [x; b] is `full`."""
+def check_zero_lengths(plan: Plan, full: np.ndarray) -> None:
+    """Raise `InputError` for a spring or other line component that has zero length at the start, where [x; b] is `full`."""
     components: tuple[Any, ...] = plan.components
     for part in components:
         if part.declaration.port is not LINE:
@@ -84,7 +84,7 @@ def check_springs(plan: Plan, full: np.ndarray) -> None:
 
 
 def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
-    """Return the names of clearance joints that cannot move because everything else is rigid.
+    """Return the names of clearance joints whose journal the other joints hold at rest in its bearing.
 
     A journal moves relative to its bearing by E x', with D x' = 0 for the gradients D of the constraints. It cannot move if E
     vanishes on the null space of D.
@@ -105,7 +105,7 @@ def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
 
 
 def _held_fraction(matrix: Any, moves: Any) -> np.ndarray:
-    """Return the squared lengths of the projections of some rows onto the row space of a matrix."""
+    """Return the squared lengths of the rows of `moves`, each projected onto the row space of `matrix`."""
     if not isinstance(matrix, np.ndarray):
         import scipy.sparse as sp
         from scipy.sparse.linalg import splu  # imported here: it takes a tenth of a second

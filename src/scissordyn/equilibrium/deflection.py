@@ -16,7 +16,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import bends
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import still_at
+from scissordyn.plan.rest import lock_drives
 from scissordyn.plan.system import make_system
 from scissordyn.units import Quantity, checked
 
@@ -46,8 +46,8 @@ def magnified_deflection(
     straight, turned = where.copy(), angle.copy()
     for k in range(len(where)) if samples is None else samples:
         turns = dict(zip(names, (angle[k] - placed).tolist(), strict=True))
-        still = still_at(ideal, float(run["time"].values[k]), turns)
-        straight[k], turned[k] = _straight(still, where[k], angle[k])
+        locked = lock_drives(ideal, float(run["time"].values[k]), turns)
+        straight[k], turned[k] = _straight_position(locked, where[k], angle[k])
     apart = np.remainder(angle - turned + math.pi, 2.0 * math.pi) - math.pi
     moved = run.copy()
     dims = ("time", "body", "axis")
@@ -58,26 +58,26 @@ def magnified_deflection(
     return moved.assign_attrs(magnified=factor)
 
 
-def _straight(still: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass centres and angles of the nearest position with straight bars."""
-    system, offsets = make_system(still).content, still.coordinates.natural.offsets
-    natural = np.array(still.coordinates.placed[0])
-    for b, body in enumerate(still.bodies):
+def _straight_position(locked: Plan, where: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mass centres [m] and angles [rad] in the position with straight bars that is nearest to a given one."""
+    system, offsets = make_system(locked).content, locked.coordinates.natural.offsets
+    natural = np.array(locked.coordinates.placed[0])
+    for b, body in enumerate(locked.bodies):
         p = offsets[body.name]
         natural[p : p + 2] = where[b] - _turned(body.centre, angle[b])
-        if still.coordinates.natural.rotates(body.name):
+        if locked.coordinates.natural.rotates(body.name):
             natural[p + 2 : p + 4] = math.cos(angle[b]), math.sin(angle[b])
-    still.coordinates.natural.deflect_statically(natural)
-    start = assembled_near(still, system, natural, straight=True)
-    return places(still, natural_state(still, system, start)[0])
+    locked.coordinates.natural.deflect_statically(natural)
+    start = assembled_near(locked, system, natural, straight=True)
+    return places(locked, natural_state(locked, system, start)[0])
 
 
-def places(still: Plan, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def places(locked: Plan, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return mass centres [m] and angles from -pi to pi [rad] of the bodies, from their natural coordinates."""
-    where, angle = np.zeros((len(still.bodies), 2)), np.zeros(len(still.bodies))
-    for b, body in enumerate(still.bodies):
-        p = still.coordinates.natural.offsets[body.name]
-        angle[b] = still.coordinates.natural.angle_of(body.name, natural)
+    where, angle = np.zeros((len(locked.bodies), 2)), np.zeros(len(locked.bodies))
+    for b, body in enumerate(locked.bodies):
+        p = locked.coordinates.natural.offsets[body.name]
+        angle[b] = locked.coordinates.natural.angle_of(body.name, natural)
         where[b] = natural[p : p + 2] + _turned(body.centre, angle[b])
     return where, angle
 

@@ -9,15 +9,15 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.equilibrium.deflection import places
-from scissordyn.equilibrium.rest import At, stiffness
-from scissordyn.equilibrium.small_motion import Position, along, placed, released
+from scissordyn.equilibrium.rest import StaticPosition, stiffness
+from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
-from scissordyn.plan.rest import frictionless, plan_at_rest, still_at
+from scissordyn.plan.rest import frictionless, lock_drives, plan_at_rest
 from scissordyn.units import Quantity, checked
 
 Joints = Literal["ideal", "contact"]
@@ -81,8 +81,8 @@ def modes(
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
-        at, place = placed(plan_at_rest(plan(taken)), position, None)
-        return _modes_at(at, place, count, position, released_drive)
+        at, with_ideal_joints = equilibrium_pair(plan_at_rest(plan(taken)), position, None)
+        return _modes_at(at, with_ideal_joints, count, position, released_drive)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
         raise InputError(
@@ -92,8 +92,8 @@ def modes(
     if inputs.count == 0:
         raise InputError("modes at several times of a mechanism without a drive", "a drive, or modes without times")
     whole = plan(frictionless(taken))
-    rests = along(lambda time, turned: still_at(whole, time, turned), inputs, instants.tolist(), position)
-    datasets = [_modes_at(at, place, count, position, released_drive) for at, place in rests]
+    rests = equilibria_along_motion(lambda time, turned: lock_drives(whole, time, turned), inputs, instants.tolist(), position)
+    datasets = [_modes_at(at, ideal, count, position, released_drive) for at, ideal in rests]
     joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"
     )
@@ -102,11 +102,11 @@ def modes(
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
 
 
-def _modes_at(at: At, place: At, count: int, position: Position, released_drive: bool) -> xr.Dataset:
-    """Return the modes at one position."""
-    still = at.plan
+def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: Position, released_drive: bool) -> xr.Dataset:
+    """Return the `count` lowest modes at one position; `place` is the equilibrium with ideal joints."""
+    locked = at.plan
     if released_drive:
-        at = released(at)
+        at = release_drives(at)
     matrix, allowed = stiffness(at)
     if allowed.shape[1] == 0:
         raise InputError("the mechanism cannot move and has no modes", 'flexible bars, springs, or drive = "released"')
@@ -118,7 +118,7 @@ def _modes_at(at: At, place: At, count: int, position: Position, released_drive:
     largest = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1)
     scale = np.where(largest > 0.0, 1.0 / np.where(largest > 0.0, largest, 1.0), 1.0)
     where = places(at.plan, at.natural)[0]
-    angle = np.array([body.placed_angle + place.turned[body.name] for body in still.bodies])
+    angle = np.array([body.placed_angle + ideal.turned[body.name] for body in locked.bodies])
     vector, scalar = ("mode", "body", "axis"), ("mode", "body")
     variables = {
         "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),
@@ -128,16 +128,16 @@ def _modes_at(at: At, place: At, count: int, position: Position, released_drive:
         "position": (("body", "axis"), where, {"units": "m", "long_name": "mass centre"}),
         "angle": ("body", angle, {"units": "rad", "long_name": "angle"}),
     }
-    coordinates = {"mode": np.arange(1, squares.size + 1), "body": [body.name for body in still.bodies], "axis": ["x", "y"]}
+    coordinates = {"mode": np.arange(1, squares.size + 1), "body": [body.name for body in locked.bodies], "axis": ["x", "y"]}
     contacts = _contacts(at)
     if contacts:
-        coordinates["contact"] = [contact.name for contact in still.contacts]
+        coordinates["contact"] = [contact.name for contact in locked.contacts]
     attributes = {"title": "scissordyn modes", "position": position}
     return xr.Dataset(variables | contacts, coordinates, attributes)
 
 
-def _contacts(at: At) -> dict[str, Any]:
-    """Return force and stiffness of the clearance joints; empty if all joints are ideal."""
+def _contacts(at: StaticPosition) -> dict[str, Any]:
+    """Return the variables `contact_force` and `contact_stiffness` of clearance joints; empty if all joints are ideal."""
     content = at.system.content
     if not at.plan.contacts:
         return {}
@@ -147,7 +147,7 @@ def _contacts(at: At) -> dict[str, Any]:
     states, start = at.state[2 * content.model.n :], content.model.state_start
 
     def frozen_force(j: int, depth: float) -> float:
-        """Return the normal force of contact j at a depth, with its relaxing states frozen."""
+        """Return the normal force of contact j at an indentation [N], with the contact's internal states held constant."""
         law = numbers.law[j]
         frozen = states[start[j] + law["bristles"] : start[j + 1]]
         elastic = elastic_force(law["stiffness"], depth, numbers.elastic[j])
@@ -163,13 +163,13 @@ def _contacts(at: At) -> dict[str, Any]:
     }
 
 
-def _shapes(at: At, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacements of the mass centres and rotations, by mode and body."""
-    still, content = at.plan, at.system.content
-    n, maps, work = content.model.n, still.maps, content.work
-    moved = np.zeros((vectors.shape[1], len(still.bodies), 4))
-    direction = np.zeros((len(still.bodies), 2))
-    for b in range(len(still.bodies)):
+def _shapes(at: StaticPosition, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the displacements of mass centres, shape (modes, bodies, 2), and the rotations, shape (modes, bodies)."""
+    locked, content = at.plan, at.system.content
+    n, maps, work = content.model.n, locked.maps, content.work
+    moved = np.zeros((vectors.shape[1], len(locked.bodies), 4))
+    direction = np.zeros((len(locked.bodies), 2))
+    for b in range(len(locked.bodies)):
         part = slice(maps.start[b], maps.start[b + 1])
         columns, rows = maps.column[part], maps.row[:, part]
         free = columns < n

@@ -26,18 +26,18 @@ from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values
 
-STEP_MAX = 1e4  # [s] largest step size of the descent, at which its steps are those of Newton's method
-STEP_MIN = 1e-9  # [s] step size below which the descent is given up
-STEPS_MAX = 5000  # Largest number of steps of a descent
-DISPLACEMENT_MAX = 100.0  # [mechanism sizes] displacement of a descent above which nothing holds the mechanism
-STEP_DISPLACEMENT_MAX = 0.3  # Largest displacement in one step, as a fraction of the mechanism's size
+STEP_MAX = 1e4  # [s] largest step size of the descent to equilibrium; steps of this size are those of Newton's method
+STEP_MIN = 1e-9  # [s] step size below which the descent to equilibrium has failed
+STEPS_MAX = 5000  # Largest number of steps in a descent to equilibrium; more steps have failed
+DISPLACEMENT_MAX = 100.0  # [mechanism sizes] a mechanism that moves farther in its descent to equilibrium is held by nothing
+STEP_DISPLACEMENT_MAX = 0.3  # [mechanism sizes] largest displacement in one step of the descent to equilibrium
 
 UNLOADED_ROUND_OFF_FACTOR = 100.0
-"""Factor on the round-off of forces in a mechanism without loads, in which angles and references are rounded too."""
+"""Factor on the estimated round-off of forces if no load acts: angles and servo references then add round-off."""
 
 
-class At(NamedTuple):
-    """Mechanism at rest, evaluated at a position."""
+class StaticPosition(NamedTuple):
+    """Mechanism at rest in a position, with its plan and its system of equations."""
 
     plan: Plan
     system: Handle
@@ -51,7 +51,7 @@ class At(NamedTuple):
 
     @property
     def turned(self) -> dict[str, float]:
-        """Angle by which each body has turned [rad]."""
+        """Angle by which each body has turned since its placement, by name [rad]."""
         return turns(self.plan, self.system.content)
 
     def record(self) -> Record:
@@ -61,8 +61,8 @@ class At(NamedTuple):
         return record(self.plan.maps, self.system, Samples(np.zeros(1), self.state[None], np.zeros((1, 0)), *rows))
 
 
-def stiffness(at: At) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stiffness in the free coordinates, shape (n, n), and an orthonormal basis of the allowed motions."""
+def stiffness(at: StaticPosition) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stiffness in the free coordinates, shape (n, n), and a basis of the motions that constraints allow, (n, m)."""
     matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
     matrix += curved
@@ -76,8 +76,8 @@ def free_directions(gradients: np.ndarray) -> np.ndarray:
     return basis[rank:].T
 
 
-def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
-    """Return minus the derivatives of the forces by the free coordinates, after evaluating the position."""
+def force_slopes(at: StaticPosition, time: float = 0.0) -> np.ndarray:
+    """Return the stiffness of the forces, -df/dx by the free coordinates, shape (n, n), without that of the constraints."""
     content = at.system.content
     n, contacts = content.model.n, content.parameters.contact.size
     y = at.state.copy()
@@ -96,14 +96,20 @@ def force_slopes(at: At, time: float = 0.0) -> np.ndarray:
 
 
 def element_block(content: System, e: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coordinates of an element and the derivatives of its forces by them; contacts come first."""
+    """Return the coordinate indices of force element e, and the derivatives of its forces by these coordinates.
+
+    Elements are the contacts, followed by the components.
+    """
     model, start = content.model, content.model.block_start[e]
     columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
     return columns, content.work.block_x[start : start + columns.size**2].reshape(columns.size, columns.size)
 
 
 def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return u and both directions of component i, shape (6,), and their derivatives by the free coordinates, (6, n)."""
+    """Return the vector (u, a, b) of component i, shape (6,), and its derivatives by the free coordinates, shape (6, n).
+
+    The vector u connects the ends; a and b are the directions of both bodies.
+    """
     model, X = content.model, content.work.X
     e = content.parameters.contact.size + i
     first, last = model.element_start[e], model.element_start[e + 1]
@@ -112,8 +118,8 @@ def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
     return rows @ X, rows[:, : model.n]
 
 
-def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the gradients of the constraints at an evaluated position, and the stiffness of given multipliers."""
+def constraint_slopes(at: StaticPosition, multiplier: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the constraint gradients at an evaluated position, and the stiffness of constraint forces with `multiplier`."""
     model, work, n = at.system.content.model, at.system.content.work, at.system.content.model.n
     gradients, curved = np.zeros((multiplier.size, n)), np.zeros((n, n))
     for p in range(model.part_constraint.size):
@@ -127,21 +133,22 @@ def constraint_slopes(at: At, multiplier: np.ndarray) -> tuple[np.ndarray, np.nd
     return gradients, curved
 
 
-class Rest(NamedTuple):
+class StaticEquilibrium(NamedTuple):
     """Static equilibrium."""
 
     position: np.ndarray  # (n,) Free coordinates
-    load: float  # Load with which unbalanced forces were compared
-    growth: float  # Growth rate of the fastest motion away from the equilibrium [rad/s]; 0 if it is stable
+    load: float  # Size of the loads, to which the remaining unbalanced force was compared
+    growth: float  # Rate at which the fastest motion away from the equilibrium grows [1/s]; 0 for a stable equilibrium
 
 
-def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> Rest:
-    """Find a stable equilibrium by descent from a position; an unstable one if no side is preferred.
+def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> StaticEquilibrium:
+    """Find a stable equilibrium by descent from a position.
 
     The method is pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method. The step size
     grows while the steps converge, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy
-    and therefore lead to a stable equilibrium, except for long steps. At an unstable equilibrium the descent continues to the
-    side it came from. If it fails, it is repeated with thin bars of smaller axial stiffness.
+    and therefore lead to a stable equilibrium, except for long steps. From an unstable equilibrium the descent continues to
+    the side from which it came; if it came from neither side, the unstable equilibrium is returned. A descent that fails is
+    repeated with reduced axial stiffness of thin bars.
 
     References
     ----------
@@ -158,7 +165,7 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
         rows[rubbing, :2] = coefficients
 
 
-def _find_equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> Rest:
+def _find_equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> StaticEquilibrium:
     reference = handle.content.state.reference.copy()
     try:
         descent = _descend(plan, handle, position, load)
@@ -183,11 +190,11 @@ def _find_equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: fl
             handle.content.state.reference[:] = reference
             break
     functions.accept(0.0, descent.state, handle.address, np.zeros(2))
-    return Rest(descent.state[: descent.free].copy(), descent.load, _growth(plan, handle, descent.state)[0])
+    return StaticEquilibrium(descent.state[: descent.free].copy(), descent.load, _growth(plan, handle, descent.state)[0])
 
 
 def _descend(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _Descent:
-    """Descend to equilibrium from a position; raise `InputError` if there is none."""
+    """Take steps from a position to an equilibrium; raise `InputError` if none is found."""
     descent, step = _Descent(plan, handle, position, load), 1e-3
     for _ in range(STEPS_MAX):
         outcome = descent.implicit_step(step)
@@ -198,14 +205,14 @@ def _descend(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _
         if step < STEP_MIN or descent.displacement > DISPLACEMENT_MAX:
             break
     raise InputError(
-        f"start = 'static': {descent.failure(step)}",
+        f"start = 'static': {descent.describe_failure(step)}",
         "a mechanism that gravity, springs and drives keep in equilibrium",
         "start = 'concentric'",
     )
 
 
 def _descend_with_soft_bars(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> _Descent | None:
-    """Descend with thin bars of reduced axial stiffness, raised step by step; None if no bar is thin."""
+    """Descend repeatedly while the reduced axial stiffness of thin bars is raised to its value; None if no bar is thin."""
     rows = handle.content.parameters.component
     bars = [(i, part) for i, part in enumerate(plan.components) if isinstance(part, Beam | FlexibleBar)]
     thinness = np.array([part.bending_stiffness / (part.axial_stiffness * part.length**2) for _, part in bars])
@@ -227,8 +234,8 @@ def _descend_with_soft_bars(plan: Plan, handle: Handle, position: np.ndarray, lo
 
 
 def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the growth rate of the fastest motion away from equilibrium [rad/s], 0 if stable, and its unit vector."""
-    at = At(plan, handle, state)
+    """Return the growth rate of the fastest motion away from equilibrium [1/s], 0 if stable, and the motion's unit vector."""
+    at = StaticPosition(plan, handle, state)
     matrix, allowed = stiffness(at)
     if allowed.shape[1] == 0:
         return 0.0, np.zeros(state.size)[: allowed.shape[0]]
@@ -238,7 +245,7 @@ def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.nd
 
 
 class _Descent:
-    """Descent of a mechanism to equilibrium."""
+    """Descent of a mechanism from a first position to static equilibrium."""
 
     def __init__(self, plan: Plan, handle: Handle, position: np.ndarray, load: float) -> None:
         self.handle, self.free, self.first = handle, plan.coordinates.free, position
@@ -259,12 +266,12 @@ class _Descent:
         functions.accept(0.0, self.state, handle.address, np.zeros(2))  # turns are counted from the first position
 
     def implicit_step(self, step: float, max_corrections: int = 40) -> str:
-        """Take an implicit Euler step from rest; return "rest", "solved", or "left" if it was undone."""
+        """Take an implicit Euler step from rest; return "rest" at equilibrium, "solved", or "rejected" if it was undone."""
         n, state = self.free, self.state
         base, turns, before, solved = state[:n].copy(), self.system.state.reference.copy(), self.force, False
         downhill: np.ndarray | None = None
         for _ in range(max_corrections):
-            left = self.unbalanced(base, step)
+            left = self.residual(base, step)
             downhill = left if downhill is None else downhill
             moved = float(np.linalg.norm(state[:n] - base))
             turned = float(np.abs(self.system.state.reference - turns).max(initial=0.0))
@@ -274,10 +281,10 @@ class _Descent:
             applied = float(np.linalg.norm(self.system.work.force[:n]))
             if not self.load:  # without weight the load is that of springs and forces at the first position
                 self.load = applied
-                if applied > self.rounding():
+                if applied > self.force_round_off():
                     self.stiff, self.roundings = self.bars, 1.0
             self.scale = self.load + applied
-            resting = self.force <= max(1e-9 * self.scale, self.rounding())  # tolerance: round-off of a stiff contact
+            resting = self.force <= max(1e-9 * self.scale, self.force_round_off())  # tolerance: round-off of a stiff contact
             if (resting or solved) and float(downhill @ (state[:n] - base)) < -1e-3 * float(np.linalg.norm(downhill)) * moved:
                 break  # a step against its initial forces, towards an unstable equilibrium
             if resting:
@@ -295,14 +302,14 @@ class _Descent:
             solved = bool(np.linalg.norm(change) <= 0.01 * moved)
         state[:n], self.force = base, before
         self.system.state.reference[:] = turns
-        return "left"
+        return "rejected"
 
-    def unbalanced(self, base: np.ndarray, step: float) -> np.ndarray:
-        """Project the state to the constraints and return the residual of an implicit step from `base`."""
+    def residual(self, base: np.ndarray, step: float) -> np.ndarray:
+        """Move the state onto the constraints and return the residual of an implicit Euler step from coordinates `base`."""
         n, state, answer = self.free, self.state, np.zeros(2)
         rate, by_time = np.zeros(state.size), np.zeros(state.size)
         functions.accept(0.0, state, self.handle.address, answer)
-        touch_closed(self.handle, state)
+        activate_closed_gaps(self.handle, state)
         functions.linearise(0.0, state, self.handle.address, rate, by_time)
         # no derivative gains: at rest they do not act, and would shorten Newton's corrections of a light cross-section
         blocks = self.system.model.block_start
@@ -317,35 +324,35 @@ class _Descent:
         state[n : 2 * n] = 0.0
         return np.asarray(left)
 
-    def correction(self, left: np.ndarray, step: float) -> np.ndarray | None:
-        """Return Newton's correction of the coordinates; None if the matrix is singular."""
-        change = np.concatenate([np.zeros(self.free), left, np.zeros(self.internal)])
+    def correction(self, residual: np.ndarray, step: float) -> np.ndarray | None:
+        """Return Newton's correction of the free coordinates for a residual; None if the matrix is singular."""
+        change = np.concatenate([np.zeros(self.free), residual, np.zeros(self.internal)])
         if functions.factorize(step, self.handle.address) >= 0:
             return None
         functions.solve(change, self.handle.address)
         return change[: self.free]
 
     def polish(self, step: float, max_steps: int = 10, corrections: int = 3) -> None:
-        """Continue with longer steps while each at least halves the unbalanced force."""
+        """Refine the equilibrium by longer steps, as long as each step at least halves the unbalanced force."""
         state, place = self.state, self.state[: self.free]
         for _ in range(max_steps):
             before, force, turns = place.copy(), self.force, self.system.state.reference.copy()
             step = min(STEP_MAX, 3.0 * step)
-            left = self.unbalanced(before, step)
+            left = self.residual(before, step)
             for _ in range(corrections):
                 change = self.correction(left, step)
                 if change is None or not np.linalg.norm(change) <= STEP_DISPLACEMENT_MAX * self.size:
                     break
                 place += change
-                left = self.unbalanced(before, step)
+                left = self.residual(before, step)
             if not self.force < 0.5 * force:
                 place[:], self.force = before, force
                 self.system.state.reference[:] = turns
                 functions.accept(0.0, state, self.handle.address, np.zeros(2))
                 return
 
-    def rounding(self) -> float:
-        """Return the round-off of the forces of elements [N]; with a load, only of bars, by far the stiffest elements."""
+    def force_round_off(self) -> float:
+        """Return the round-off of the element forces [N]: with loads, of bars only, which are by far the stiffest."""
         X = self.system.work.X
         error = np.zeros(X.size)
         for e in self.stiff:
@@ -358,7 +365,7 @@ class _Descent:
         """Distance from the first position, in mechanism sizes."""
         return float(np.linalg.norm(self.state[: self.free] - self.first)) / self.size
 
-    def failure(self, step: float) -> str:
+    def describe_failure(self, step: float) -> str:
         """Describe why no equilibrium was found."""
         if self.displacement > DISPLACEMENT_MAX:
             return (
@@ -381,7 +388,7 @@ class _Descent:
 
 
 def turns(plan: Plan, system: System) -> dict[str, float]:
-    """Return the angle by which each body has turned from its placement, including full turns [rad]."""
+    """Return the angle by which each body has turned since its placement, full turns included, by name [rad]."""
     maps, placed = plan.maps, plan.angles
     change = np.append(system.state.reference - placed, 0.0)[: len(plan.coordinates.families)]
     angles = dict.fromkeys((GROUND, *(body.name for body in plan.bodies)), 0.0)
@@ -392,9 +399,9 @@ def turns(plan: Plan, system: System) -> dict[str, float]:
 
 
 def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None:
-    """Set the reference angles from which a system counts full turns, for bodies that have turned by `turned` (see `turns`).
+    """Set a system's count of full turns for bodies that have turned by the angles `turned` [rad].
 
-    Angles are known up to full turns, and an angular spring that is off by a turn pulls the wrong way.
+    Positions determine angles only up to full turns, but the torque of a spring depends on the number of turns.
     """
     state, model = system.state, system.model
     state.reference[:] = plan.angles
@@ -409,8 +416,8 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
         state.reference[k] += turned.get(body, 0.0)
 
 
-def touch_closed(handle: Handle, state: np.ndarray) -> None:
-    """Activate every contact and component whose gap is closed at rest, except latches."""
+def activate_closed_gaps(handle: Handle, state: np.ndarray) -> None:
+    """Set every contact and component whose gap is closed to active, at rest; latches stay inactive."""
     system: System = handle.content
     value = guard_values(handle, 0.0, state)
     system.state.mode[:] = value > 0.0

@@ -1,4 +1,4 @@
-"""Positions of equilibrium for small motions: with clearances or ideal joints, with drives locked or released."""
+"""Equilibrium positions about which a mechanism oscillates: with clearances or ideal joints, drives locked or released."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from scissordyn.components.torque import Torque
-from scissordyn.equilibrium.rest import At, count_turns, equilibrium, touch_closed
+from scissordyn.equilibrium.rest import StaticPosition, activate_closed_gaps, count_turns, equilibrium
 from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import whole_state
@@ -21,17 +21,20 @@ from scissordyn.plan.system import make_system, rates
 
 Position = Literal["static", "concentric"]
 
-STATIC_PREFIX = "start = 'static': "  # Beginning of the messages of `rest.equilibrium`, which other analyses leave out
+STATIC_PREFIX = "start = 'static': "  # First words of errors of `rest.equilibrium`; messages of other analyses omit them
 
-Still = Callable[[float, Mapping[str, float]], Plan]
-"""Function that returns the plan of the mechanism locked at a time, given the angles by which its bodies have turned."""
+LockDrives = Callable[[float, Mapping[str, float]], Plan]
+"""Function that returns the plan with drives locked at a time, for given angles by which the bodies have turned."""
 
-INPUT_STEP_MAX = 0.1  # [rad, m/m] largest change of an input between two computed positions
+INPUT_STEP_MAX = 0.1  # [rad; lengths in m] largest change of a drive's angle or length between two computed positions
 
 
-def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
-    """Return the equilibrium with clearances resting in contact and the one with ideal joints, from the position before."""
-    ideal = still.ideal
+def equilibrium_pair(locked: Plan, position: Position, before: StaticPosition | None) -> tuple[StaticPosition, StaticPosition]:
+    """Return two equilibria of a plan with locked drives: journals resting in contact, and all joints ideal.
+
+    The search starts from the position `before`, or from the start of the plan if it is None.
+    """
+    ideal = locked.ideal
     system, n = make_system(ideal), ideal.coordinates.free
     if before is None:
         y = prepare_start(ideal, system, position).y
@@ -42,42 +45,49 @@ def placed(still: Plan, position: Position, before: At | None) -> tuple[At, At]:
             free_coordinates = equilibrium(ideal, system, free_coordinates).position
         y = whole_state(system.content, free_coordinates)
     functions.accept(0.0, y, system.address, np.zeros(2))
-    place = At(ideal, system, y)
-    if not still.contacts:
+    place = StaticPosition(ideal, system, y)
+    if not locked.contacts:
         return place, place
-    handle, rest = rest_with_clearances(still, system, y[:n])
+    handle, rest = rest_with_clearances(locked, system, y[:n])
     state = whole_state(handle.content, rest.position)
     functions.accept(0.0, state, handle.address, np.zeros(2))
-    touch_closed(handle, state)
-    return At(still, handle, state), place
+    activate_closed_gaps(handle, state)
+    return StaticPosition(locked, handle, state), place
 
 
-def along(still: Still, inputs: Inputs, times: Iterable[float], position: Position) -> Iterator[tuple[At, At]]:
-    """Yield the positions at some instants of the motion of the drives, each computed from the one before."""
+def equilibria_along_motion(
+    lock: LockDrives, inputs: Inputs, times: Iterable[float], position: Position
+) -> Iterator[tuple[StaticPosition, StaticPosition]]:
+    """Yield both equilibria of `equilibrium_pair` at each time of the drives' motion, found from those before."""
 
     def ideal(time: float, turned: Mapping[str, float]) -> Plan:
-        return still(time, turned).ideal
+        return lock(time, turned).ideal
 
     place, before = None, 0.0
     for time in times:
         if place is None and time != 0.0:
-            _, place = _reached(ideal, position, None, 0.0, 0.0)
+            _, place = _next_equilibria(ideal, position, None, 0.0, 0.0)
         change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
         for between in np.linspace(before, time, max(1, int(np.ceil(change / INPUT_STEP_MAX))) + 1)[1:-1].tolist():
-            _, place = _reached(ideal, position, place, before, between)
+            _, place = _next_equilibria(ideal, position, place, before, between)
             before = between
-        at, place = _reached(still, position, place, before, time)
+        at, place = _next_equilibria(lock, position, place, before, time)
         before = time
         yield at, place
 
 
-def _reached(still: Still, position: Position, place: At | None, before: float, time: float) -> tuple[At, At]:
-    """Return both equilibria of `placed` at a time; steps are halved if a body turns too far for its turns to be counted."""
+def _next_equilibria(
+    lock: LockDrives, position: Position, place: StaticPosition | None, before: float, time: float
+) -> tuple[StaticPosition, StaticPosition]:
+    """Return both equilibria at `time`, found from the one with ideal joints, `place`, at the time `before`.
+
+    The interval is halved if a body turns too far for its full turns to be counted.
+    """
     shortest, end = 1e-3 * (time - before), time
     while True:
-        whole = still(end, place.turned if place else NO_TURNS)
+        whole = lock(end, place.turned if place else NO_TURNS)
         try:
-            at, place = placed(whole, position, place)
+            at, place = equilibrium_pair(whole, position, place)
         except InputError as error:
             counted = any(constraint.turning for constraint in whole.coordinates.constraints)
             if place is None or not counted or end - before <= shortest:
@@ -89,7 +99,7 @@ def _reached(still: Still, position: Position, place: At | None, before: float, 
         before, end = end, time
 
 
-def released(at: At) -> At:
+def release_drives(at: StaticPosition) -> StaticPosition:
     """Return the same position with the drives replaced by the constant torques that hold it."""
     mechanism = at.plan.mechanism
     holding: tuple[Any, ...] = tuple(
@@ -104,7 +114,7 @@ def released(at: At) -> At:
     start = assembled_near(free, system.content, at.natural, straight=False)
     state = whole_state(system.content, start.position, start.velocity)
     functions.accept(0.0, state, system.address, np.zeros(2))
-    touch_closed(system, state)
+    activate_closed_gaps(system, state)
     torque, n = system.content.parameters.component[first : first + len(holding), 0], free.coordinates.free
 
     def acceleration() -> np.ndarray:
@@ -118,4 +128,4 @@ def released(at: At) -> At:
         by_torque.append(acceleration() - without)
         torque[k] = 0.0
     torque[:] = np.linalg.lstsq(np.array(by_torque).T, -without)[0]
-    return At(free, system, state)
+    return StaticPosition(free, system, state)

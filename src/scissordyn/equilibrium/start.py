@@ -11,8 +11,8 @@ import numpy as np
 from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND
 from scissordyn.components.torque import Torque
-from scissordyn.equilibrium.cause import check_springs, full_coordinates
-from scissordyn.equilibrium.rest import At, Rest, count_turns, equilibrium, turns
+from scissordyn.equilibrium.cause import check_zero_lengths, full_coordinates
+from scissordyn.equilibrium.rest import StaticEquilibrium, StaticPosition, count_turns, equilibrium, turns
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle
@@ -80,10 +80,10 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
                 )
             count_turns(plan, content, turned)
             assembled = _assemble_concentric(plan, content, guess, holds)
-            still, full = Held(), np.append(place, basis_at_start(content)[0])
+            resting, full = Held(), np.append(place, basis_at_start(content)[0])
             journals = [plan.eccentricity(j).at(full) for j in range(len(plan.mechanism.clearance_joints))]
-            _hold_journals(plan, still, np.array(journals).reshape(-1, 2))
-            start = assemble(plan, content, Start(place, guess.velocity * 0.0), still)
+            _hold_journals(plan, resting, np.array(journals).reshape(-1, 2))
+            start = assemble(plan, content, Start(place, guess.velocity * 0.0), resting)
         case _:
             start = assembled = _assemble_concentric(plan, content, guess, holds)
     warnings += _describe_moved(plan, content, assembled)
@@ -91,14 +91,14 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += _describe_sudden_loads(plan, kind)
     warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
     y = whole_state(content, start.position, start.velocity)
-    check_springs(plan, full_coordinates(plan, content, y, 0.0))
+    check_zero_lengths(plan, full_coordinates(plan, content, y, 0.0))
     events = _activate_closed(plan, system, y, kind)
     _store_energy(plan, system, y)
     return Prepared(y, tuple(events), tuple(warnings))
 
 
 def _describe_sudden_loads(plan: Plan, kind: StartKind) -> list[str]:
-    """Warn of bars that start unbent under loads, which then act suddenly; nothing for an equilibrium or bent bars."""
+    """Return a warning if bars start straight although loads would bend them, so that the loads act suddenly."""
     coordinates = plan.coordinates
     loads = ["their weight"] if np.any(plan.gravity_vector) else []
     loads += [
@@ -117,7 +117,7 @@ def _describe_sudden_loads(plan: Plan, kind: StartKind) -> list[str]:
 
 
 def _is_held(plan: Plan) -> bool:
-    """Return whether drives, servos or joints hold a mechanism, which would fall or swing freely with rigid bars otherwise."""
+    """Return True if the mechanism could not move with rigid bars, because drives, servos or joints hold it."""
     axes = plan.coordinates.natural.axes
     # a bar has two coordinates for each shape, a chain three for each node; three of them move it as a rigid body
     bends = sum(2 * axis.shapes.count - 3 for axis in axes) + 3 * len(beams_of(plan.mechanism))
@@ -126,7 +126,7 @@ def _is_held(plan: Plan) -> bool:
 
 
 def _assemble_concentric(plan: Plan, system: System, guess: Start, holds: Held) -> Start:
-    """Return the state of the mechanism with ideal joints, on the same drives."""
+    """Return the start state with every journal at the centre of its bearing."""
     if plan.mechanism.contact_points:  # an ideal guide keeps its follower on a line, its contact points do not
         ideal = plan.ideal
         handle = make_system(ideal)
@@ -168,31 +168,36 @@ def _assemble_in_contact(plan: Plan, system: System, start: Start) -> Start:
 
 
 def _static_position(plan: Plan) -> tuple[np.ndarray, dict[str, float], float]:
-    """Return free coordinates, turns and growth rate of the equilibrium, found with ideal joints first."""
-    still = plan_at_rest(plan)
-    ideal = still.ideal
+    """Return the static equilibrium at the start: free coordinates, angles turned by body [rad], and growth rate [rad/s].
+
+    The equilibrium with ideal joints is found first.
+    """
+    locked = plan_at_rest(plan)
+    ideal = locked.ideal
     system = make_system(ideal)
     first = assemble(ideal, system.content, placed_start(ideal, system.content), Held(places=True))
     rest = equilibrium(ideal, system, first.position)
     if not plan.contacts:
         return rest.position, turns(ideal, system.content), rest.growth
-    handle, rest = rest_with_clearances(still, system, rest.position, rest.load)
-    return rest.position, turns(still, handle.content), rest.growth
+    handle, rest = rest_with_clearances(locked, system, rest.position, rest.load)
+    return rest.position, turns(locked, handle.content), rest.growth
 
 
-def rest_with_clearances(still: Plan, system: Handle, place: np.ndarray, load: float = 0.0) -> tuple[Handle, Rest]:
+def rest_with_clearances(
+    locked: Plan, system: Handle, place: np.ndarray, load: float = 0.0
+) -> tuple[Handle, StaticEquilibrium]:
     """Return the static equilibrium with clearances, near that of the mechanism with ideal joints."""
-    ideal, rest = still.ideal, Start(place, np.zeros_like(place))
-    handle = make_system(still)
-    count_turns(still, handle.content, turns(ideal, system.content))
-    start = _nearest(still, handle.content, natural_state(ideal, system.content, rest))
-    forces = ideal_reactions(still, rest.position, system.content.state.reference)
-    with_clearance = [joint.clearance is not None for joint in still.mechanism.joints]
+    ideal, rest = locked.ideal, Start(place, np.zeros_like(place))
+    handle = make_system(locked)
+    count_turns(locked, handle.content, turns(ideal, system.content))
+    start = _nearest(locked, handle.content, natural_state(ideal, system.content, rest))
+    forces = ideal_reactions(locked, rest.position, system.content.state.reference)
+    with_clearance = [joint.clearance is not None for joint in locked.mechanism.joints]
     if np.all(np.isfinite(forces[with_clearance])):
         holds = Held()
-        _hold_journals(still, holds, _resting_offsets(still, handle.content, forces))
-        start = assemble(still, handle.content, start, holds)
-    return handle, equilibrium(still, handle, start.position, load)
+        _hold_journals(locked, holds, _resting_offsets(locked, handle.content, forces))
+        start = assemble(locked, handle.content, start, holds)
+    return handle, equilibrium(locked, handle, start.position, load)
 
 
 def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: np.ndarray | None = None) -> np.ndarray:
@@ -202,7 +207,7 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
     if reference is not None:
         system.content.state.reference[:] = reference
     start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros_like(position))
-    outputs = At(plan, system, whole_state(system.content, start.position, start.velocity)).record()
+    outputs = StaticPosition(plan, system, whole_state(system.content, start.position, start.velocity)).record()
     found = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
     return np.asarray(found.joints[0])
 
@@ -221,7 +226,7 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
             )
         size = float(np.hypot(*reaction))
         if system.parameters.contact["cells"][j] and size > 0.0:
-            offsets[j] = _worn_place(plan, system, j, -reaction)
+            offsets[j] = _eccentricity_in_worn_bearing(plan, system, j, -reaction)
             continue
         depth = _indentation(system, j, size)
         reach = system.parameters.contact["clearance"][j] + depth
@@ -229,7 +234,7 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
     return offsets
 
 
-def _worn_place(plan: Plan, system: System, j: int, force: np.ndarray) -> np.ndarray:
+def _eccentricity_in_worn_bearing(plan: Plan, system: System, j: int, force: np.ndarray) -> np.ndarray:
     """Return the eccentricity at which the journal of contact j presses on its worn bearing with a force, shape (2,) [m]."""
     numbers, body = system.parameters, plan.mechanism.clearance_joints[j].bearing[0]
     angle = plan.mechanism.body(body).placed_angle if plan.coordinates.natural.rotates(body) else 0.0
@@ -241,7 +246,7 @@ def _worn_place(plan: Plan, system: System, j: int, force: np.ndarray) -> np.nda
 
 
 def _indentation(system: System, j: int, force: float) -> float:
-    """Return the indentation at which the elastic force of contact j balances a force, by bisection."""
+    """Return the indentation at which the elastic force of contact j equals `force`, by bisection [m]; 0 for hard contact."""
     numbers = system.parameters
     if force == 0.0 or numbers.law["stiffness"][j] == 0:  # a hard contact
         return 0.0
@@ -284,7 +289,7 @@ def _activate_closed(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind)
 
 
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
-    """Store the elastic energy of hard contacts closed at the start in their state."""
+    """Set the state "stored energy" of hard contacts that are closed at the start to their elastic energy."""
     content: System = system.content
     depth = guard_values(system, 0.0, y)
     for j in plan.hard_places:
@@ -312,7 +317,7 @@ def _hold_references(plan: Plan, system: System, holds: Held) -> None:
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
-    """Return the assembled state at rest nearest to natural coordinates; rods have their given directions.
+    """Return the assembled start at rest that is nearest to given natural coordinates; rods keep their given directions.
 
     If `straight`, flexible bars are straight and undeformed.
     """
@@ -353,10 +358,10 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
 
 
 def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
-    """Describe the given positions and angles that the assembly changed, largest change first."""
+    """Return a warning with the given positions and angles that the assembly changed, largest change first."""
     placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
     size = plan.coordinates.size
-    # half of the limit: of both components
+    # a position changes by up to sqrt(2) times its larger component, so half of the limit is enough
     if np.abs(position - placed).max(initial=0.0) < 0.5 * REPORTED_FRACTION * min(size, 1.0):
         return []
     prescribed = prescribed_bodies(plan)
@@ -381,7 +386,7 @@ def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
 
 
 def _describe_changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
-    """Describe the given speeds that are not kept and their actual values."""
+    """Return a warning with the given speeds that the start does not have, and the speeds that it has."""
     velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
     full, rates = np.append(start.position, b), np.append(start.velocity, rate)
     size, changes = plan.coordinates.size, []

@@ -13,8 +13,8 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.components.time_function import Polynomial
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.equilibrium.cause import describe_jam
-from scissordyn.equilibrium.rest import At, count_turns
-from scissordyn.equilibrium.small_motion import INPUT_STEP_MAX, along
+from scissordyn.equilibrium.rest import StaticPosition, count_turns
+from scissordyn.equilibrium.small_motion import INPUT_STEP_MAX, equilibria_along_motion
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
@@ -28,7 +28,7 @@ from scissordyn.model.options import EndTime, Options
 from scissordyn.plan.bending import bends
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import frictionless, loads_at, still_at, with_inputs
+from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, with_inputs
 from scissordyn.plan.system import make_system
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.dataset import results
@@ -45,16 +45,16 @@ if TYPE_CHECKING:
 
 TITLE = "scissordyn statics"  # Title of the data set
 
-POINTS, POINTS_MIN = 201, 51  # Default number of positions; smallest number for measures of many cases
+POINTS, POINTS_MIN = 201, 51  # Positions along a stroke: default of `statics`, and smallest number for measures of studies
 
 CREEP_SPEED = 1e-9
-"""Speed of the fastest drive that sets the sense of friction and one-way loads [rad/s, m/s]; its squares are round-off."""
+"""Assumed speed of the fastest drive, which gives friction and one-way loads their sense [rad/s, m/s].
+
+Its square, and thus all inertia forces, are below round-off.
+"""
 
 TRANSITION_SPEED_MIN = 1e-30
-"""Transition speed of friction and one-way loads, practically zero [m/s, rad/s].
-
-It is written into the kernel's parameters, as fields of components have a larger minimum.
-"""
+"""Transition speed of friction and one-way loads in statics [m/s, rad/s]: far below `CREEP_SPEED`, so that friction slides."""
 
 SENSE_PARAMETERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),
@@ -63,15 +63,15 @@ SENSE_PARAMETERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "stroke_load": ("transition", ()),
     "angle_load": ("transition", ()),
 }
-"""Parameters of components that depend on the sense of motion, by section: transition speed, then friction."""
+"""Components that depend on the sense of motion, by section: name of the transition speed, names of friction parameters."""
 
 Friction = Literal["none", "forward", "backward"]
 
-MOTION_VARIABLES = (
+MOTION_VARIABLE_PARTS = (
     *("kinetic_energy", "elastic_energy", "dissipated_energy", "_loss", "_work", "_residual", "_power", "impulse"),
     *("peak_", "_peak", "contact_", "event_", "_speed"),
 )
-"""Parts of the names of variables that a motion has but a static position does not."""
+"""Parts of variable names that occur in the results of a motion, but not in those of statics."""
 
 
 @checked
@@ -118,7 +118,7 @@ def statics(
 
 
 def static_results(mechanism: Mechanism, until: float, points: int, friction: Friction) -> Results:
-    """Return the results of `statics` as plain arrays."""
+    """Return the results of `statics` before their conversion to a Dataset."""
     check_stroke(mechanism)
     ideal = frictionless(commanded(mechanism).ideal())
     whole = plan(ideal)
@@ -127,7 +127,9 @@ def static_results(mechanism: Mechanism, until: float, points: int, friction: Fr
     path, rested = _equilibria(whole, inputs, times, friction)
     forces = results(whole, write_configuration(ideal, Options(until=until, samples=points)), path, rested)
     forces.variables |= bar_extremes(path, rested, forces.variables)
-    variables = {name: part for name, part in forces.variables.items() if not any(word in name for word in MOTION_VARIABLES)}
+    variables = {
+        name: part for name, part in forces.variables.items() if not any(word in name for word in MOTION_VARIABLE_PARTS)
+    }
     variables |= _input_variables(inputs, times)
     variables |= _envelope(variables, times, [guide.name for guide in ideal.ideal_guides if guide.aligned])
     forces.variables = variables
@@ -150,7 +152,7 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
 
 
 def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
-    """Return the total rotation of the drive that rotates most, to and fro, at evenly spaced instants [rad]."""
+    """Return the rotation of the drive that rotates most, summed in both senses [rad], at evenly spaced instants."""
     inputs = Inputs(plan(commanded(mechanism).ideal()))
     turned = np.abs(np.diff(inputs.over(np.linspace(0.0, until, INPUT_SAMPLES)), axis=0, prepend=inputs.at(0.0)[None]))
     angles = turned[:, np.array(inputs.units) == "rad"]
@@ -171,11 +173,11 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     """Return the equilibrium positions at some instants, as trajectory and record of a run."""
     moving = _slow_rates(whole, inputs, times, friction)
 
-    def still(time: float, turned: Mapping[str, float]) -> Plan:
-        return still_at(whole.case(loads_at(whole.mechanism, time)), time, turned)
+    def lock(time: float, turned: Mapping[str, float]) -> Plan:
+        return lock_drives(whole.case(lock_loads(whole.mechanism, time)), time, turned)
 
     try:
-        places = list(along(still, inputs, times.tolist(), "static"))
+        places = list(equilibria_along_motion(lock, inputs, times.tolist(), "static"))
     except InputError as error:
         raise InputError(f"statics {error.what}", error.expected) from None
     rests = [at for at, _ in places]
@@ -214,7 +216,7 @@ def _equilibria(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
 
 
 def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Friction) -> np.ndarray | None:
-    """Return the rates of the inputs in a slow motion, shape (instants, inputs); None if no component needs them."""
+    """Return the rates of all inputs at `CREEP_SPEED`, shape (instants, inputs); None if no component depends on the sense."""
     parts: list[Any] = [part for part in whole.components if part.declaration.section in SENSE_PARAMETERS]
     friction_parts = [part for part in parts if SENSE_PARAMETERS[part.declaration.section][1]]
     one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
@@ -238,8 +240,10 @@ def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     return np.asarray(sense * CREEP_SPEED * rates / np.where(fastest > 0.0, fastest, 1.0))
 
 
-def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction) -> At:
-    """Return the same position in a slow motion with given values and rates of the inputs."""
+def _slow_motion(
+    at: StaticPosition, turned: Mapping[str, float], motion: Sequence[Sequence[float]], friction: Friction
+) -> StaticPosition:
+    """Return a static position with the slow speeds that give friction its sense; `motion` has values and rates of inputs."""
     slow = with_inputs(at.plan, [Polynomial(pair) for pair in zip(*motion, strict=True)], turned)
     system = make_system(slow)
     content = system.content
@@ -255,7 +259,7 @@ def _slow_motion(at: At, turned: Mapping[str, float], motion: Sequence[Sequence[
     start = assemble(slow, content, Start(position, 0.0 * position), Held())
     for name in ("mode", "memory", "mass"):
         getattr(content.state, name)[:] = getattr(at.system.content.state, name)
-    return At(slow, system, whole_state(content, start.position, start.velocity))
+    return StaticPosition(slow, system, whole_state(content, start.position, start.velocity))
 
 
 def _input_variables(inputs: Inputs, times: np.ndarray) -> Variables:
@@ -313,12 +317,12 @@ def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Var
 
 
 def _magnitude(vectors: np.ndarray) -> np.ndarray:
-    """Return the magnitudes of plane vectors, or scalars with their sign."""
+    """Return the magnitudes of plane vectors, shape (n, 2), or the signed values of scalars, shape (n, 1)."""
     return vectors[:, 0] if vectors.shape[1] == 1 else np.hypot(*vectors.T)
 
 
 def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float, float]:
-    """Return the largest value (sign = 1) or minus the least value (-1), and its time, between the positions.
+    """Return the largest of sign times the values, interpolated between the positions, and its time; `sign` is 1 or -1.
 
     The magnitude of a reaction has a kink where the reaction passes near zero; its components are smooth and are interpolated
     by parabolas.
@@ -335,7 +339,7 @@ def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float
 
 
 def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
-    """Return warnings on undetermined reactions, curves beyond their range, and positions that are far apart."""
+    """Return warnings of undetermined reactions, of curves used beyond their range, and of positions that are far apart."""
     warnings, times = list(path.warnings), variables["time"].values
     angles = variables["input"].values[:, variables["prescribed_unit"].values == "rad"]
     apart = float(np.abs(np.diff(angles, axis=0)).max(initial=0.0))

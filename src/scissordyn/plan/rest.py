@@ -1,4 +1,4 @@
-"""Mechanisms with locked drives, for static equilibrium."""
+"""Lock the drives and loads of a mechanism at their values at a time, for static equilibrium."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from scissordyn.plan.plan import Plan, plan
 
 Joint = TypeVar("Joint", Revolute, Guide)
 
-NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Angles by which bodies have turned since the start: none
+NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Angles by which bodies have turned since the start: no entry means 0
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:
@@ -42,10 +42,10 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
 def plan_at_rest(whole: Plan) -> Plan:
     """Return the plan of the frictionless mechanism with drives and prescribed distances locked at their values at t = 0."""
     mechanism = frictionless(whole.mechanism)
-    return still_at(whole if mechanism is whole.mechanism else plan(mechanism), 0.0)
+    return lock_drives(whole if mechanism is whole.mechanism else plan(mechanism), 0.0)
 
 
-def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NO_TURNS) -> Plan:
+def lock_drives(whole: Plan, time: float, turned: Mapping[str, float] = NO_TURNS) -> Plan:
     """Return the plan with drives, prescribed distances and coordinates locked at their values at a time [s]."""
     starts = {constraint.name: constraint.start for constraint in whole.coordinates.constraints}
     inputs = [(drive.motion, whole.mechanism.body(drive.body).placed_angle) for drive in whole.drives]
@@ -55,7 +55,7 @@ def still_at(whole: Plan, time: float, turned: Mapping[str, float] = NO_TURNS) -
 
 
 def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str, float]) -> Plan:
-    """Return a plan with the same tables and other motions, for bodies that have turned by some angles [rad]."""
+    """Return the plan with other time functions of drives and rods; `turned` are the angles turned since the start [rad]."""
     mechanism, pending = whole.mechanism, iter(inputs)
     drives = tuple(dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.drives)
     rods = tuple(dataclasses.replace(rod, motion=next(pending)) if rod.motion else rod for rod in mechanism.rods)
@@ -79,7 +79,7 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
     offsets = {constraint.name: constraint.value * constraint.scale for constraint in constraints if constraint.linear}
     couplings = tuple(dataclasses.replace(part, offset=offsets.get(part.name, part.offset)) for part in mechanism.couplings)
     coordinates = whole.coordinates
-    still = dataclasses.replace(
+    locked = dataclasses.replace(
         whole,
         mechanism=dataclasses.replace(
             mechanism, drives=drives, rods=rods, coordinate_drives=coordinate_drives, couplings=couplings
@@ -87,11 +87,11 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
         coordinates=coordinates.with_constraints(tuple(constraints), coordinates.redundant, coordinates.miss),
         answers={},
     )
-    still.__dict__["ideal"] = still if whole.ideal is whole else with_inputs(whole.ideal, inputs, turned)
-    return still
+    locked.__dict__["ideal"] = locked if whole.ideal is whole else with_inputs(whole.ideal, inputs, turned)
+    return locked
 
 
-def loads_at(mechanism: Mechanism, time: float) -> Mechanism:
+def lock_loads(mechanism: Mechanism, time: float) -> Mechanism:
     """Return the mechanism with the time functions of its loads locked at their values at a time [s]."""
 
     def constant(part: Any) -> Any:

@@ -19,7 +19,7 @@ from scissordyn.casefile.time_function import DriveTable
 from scissordyn.components.actuator import Actuator
 from scissordyn.config.file import read_case
 from scissordyn.config.fitted import PART_VALUES
-from scissordyn.config.template import DEPLOYMENT_TURNS, STARTERS, template
+from scissordyn.config.template import DEPLOYMENT_TURNS, TEMPLATE_VALUES, template
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.mechanism import Mechanism
@@ -52,12 +52,17 @@ def test_templates_can_be_run(case_of: Callable[..., Case], kind: str) -> None:
 def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
     """Contract: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
-    tables = [STRUCTURES[kind], *[DriveTable] * ("drive" in STARTERS[kind]), ClearanceTable, table_of(Options, until="50 ms")]
+    tables = [
+        STRUCTURES[kind],
+        *[DriveTable] * ("drive" in TEMPLATE_VALUES[kind]),
+        ClearanceTable,
+        table_of(Options, until="50 ms"),
+    ]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
     for table in tables:
         for key in table.declared_keys():
             assert f"\n{key} = " in text or f"\n# {key} = " in text
-    further = sum(len(values) + 1 for name in PARTS for values in STARTERS[kind].get(name, [])[1:])
+    further = sum(len(values) + 1 for name in PARTS for values in TEMPLATE_VALUES[kind].get(name, [])[1:])
     assert sum(bool(line) and "# " not in line for line in text.splitlines()) == further
     for line in text.splitlines():
         assert line == line.rstrip()
@@ -70,7 +75,7 @@ def test_keys_left_out_can_be_put_in(kind: str) -> None:
     keys = {key for name in CaseTable.declared_keys() if name in PARTS for key in PARTS[name].table.declared_keys()}
     keys |= {*DriveTable.declared_keys(), *ClearanceTable.declared_keys(), *STRUCTURES[kind].declared_keys()}
     lines = [line[2:] for line in template(kind).splitlines() if line.startswith("# ") and line[2:].split(" = ")[0] in keys]
-    assert len(lines) >= (7 if "drive" in STARTERS[kind] else 1)
+    assert len(lines) >= (7 if "drive" in TEMPLATE_VALUES[kind] else 1)
     for line in lines:
         assert len(tomllib.loads(line)) == 1
 

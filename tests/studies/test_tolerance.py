@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.stats.distributions import rv_frozen
 
 import scissordyn as sd
-from scissordyn.config.study import Given, make_study, read_study
+from scissordyn.config.study import BaseCase, make_study, read_study
 from scissordyn.config.variation import read_deviation, read_variation
 from scissordyn.model.parameter_path import single
 from scissordyn.studies.answer.page import varied_numbers
@@ -222,7 +222,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     from scissordyn.studies.ask.design import Sampling
 
     text = StudyText(case="case", vary=vary, uncertain=uncertain, sampling=Sampling(4))
-    return make_study(Given(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
+    return make_study(BaseCase(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
 
 
 def test_each_joint_has_its_own_tolerance() -> None:

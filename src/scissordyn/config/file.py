@@ -28,12 +28,12 @@ from scissordyn.model.section import with_dimension
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity, checked
 
-WRITE_EXAMPLE = "write_case(arm, 'arm.toml')"
+WRITE_EXAMPLE = "write_case(arm, 'arm.toml')"  # Correct call, which error texts show
 
 UNQUOTED = re.compile(r"\s*(?P<key>[\w-]+)\s*[=:]\s*\"?(?P<value>(?:[+-]?[\d.]+\s*)?[a-zA-Z°µ][^\"#{\[]*)\"?\s*(#.*)?")
 """Wrong TOML line: text or quantity without quotes or with one quote, or a colon instead of an equals sign."""
 
-REPEATED = "is repeated"  # end of an error text
+REPEATED = "is repeated"  # last words of errors about a key or table that occurs twice
 TOML_ERROR_TEXTS = (
     (r"Cannot overwrite a value", f"a key or table {REPEATED}"),
     (r"Cannot declare .* twice", f"a table {REPEATED}"),
@@ -205,8 +205,8 @@ def folder_of_examples() -> Path:
     return installed if installed.is_dir() else package.parents[1] / "examples"
 
 
-CHANGE_EXAMPLE = "--set drive.speed='250 rpm'"
-DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
+CHANGE_EXAMPLE = "--set drive.speed='250 rpm'"  # correct option, which error texts show
+SECTION_DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
 PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # tables of friction in ideal pins
 LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law: its name, or a table
 
@@ -256,7 +256,7 @@ def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -
         place = place[0] if isinstance(place, list) else place
         inner = place.setdefault(key, {})
         if key == "section" and isinstance(inner, str) and depth == len(keys) - 2:
-            place[key] = with_dimension(inner, keys[-1], read_quantity(value, DIMENSION, f"--set {change!r}"))
+            place[key] = with_dimension(inner, keys[-1], read_quantity(value, SECTION_DIMENSION, f"--set {change!r}"))
             return
         if key in LAW_KEYS and isinstance(inner, str):  # "lugre" is equivalent to { law = "lugre" }
             inner = place[key] = {"law": inner}
@@ -281,7 +281,7 @@ def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -
 
 
 def _is_only(items: list[Any], key: str) -> bool:
-    """Return True if a list has only one table and `key` is not its name: the name may then be left out of a path."""
+    """Return True if a list has a single table that `key` does not name; a path may then omit the name of the table."""
     return len(items) == 1 and isinstance(items[0], dict) and key != table_name(items[0]) and not key.isdecimal()
 
 
@@ -296,7 +296,7 @@ def _find_table(items: list[Any], key: str, change: str) -> Any:
 
 
 def split_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[str]) -> tuple[list[str], list[str]]:
-    """Split changes into those of tables in the file, and those of parts that [structure] generates, such as its bars."""
+    """Split changes into two lists: of tables in the file, and of parts that [structure] generates, such as bars."""
     of_file, of_parts = [], []
     for change in changes:
         parameter, equals, _ = change.partition("=")

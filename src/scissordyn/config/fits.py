@@ -32,12 +32,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-HEADING_EXAMPLE = "time [s], angle of crank [deg]"
+HEADING_EXAMPLE = "time [s], angle of crank [deg]"  # correct first line of a file, which error texts show
 HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # column heading: a name, and a unit in brackets
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:
-    """Read a CSV file of measured curves with a heading; `known` has the SI unit of each possible quantity."""
+    """Read measured curves from a CSV file with a heading; `known` maps each quantity that a run has to its SI unit."""
     lines = [
         (number, line)
         for number, line in enumerate(read_text(path, f"a table that begins with {HEADING_EXAMPLE}").splitlines(), 1)

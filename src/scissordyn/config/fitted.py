@@ -30,7 +30,7 @@ from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Pairs, extras, quantities
 
 Given = Mapping[str, Any]  # values of a table by key
-# function(table name, values) that returns the values with the user's changes
+# function(table name, values of the table) -> values with the user's changes
 Changes = Callable[[str, Given], Given]
 
 
@@ -54,7 +54,7 @@ class Stroke:
 
     @cached_property
     def ends(self) -> tuple[int, int]:
-        """Indices of the start and the end of the motion on the path."""
+        """Indices of the first and last position of the motion among the positions of `path`."""
         last = self.path.place.size - 1
         return (0, last) if self.turn > 0.0 else (last, 0)
 
@@ -75,7 +75,7 @@ class Stroke:
 
     @property
     def weight(self) -> float:
-        """Weight of the mechanism [N], with the earth's gravity if the mechanism has none; loads are a fraction of it."""
+        """Weight of the mechanism [N], with 9.81 m/s^2 if it has no gravity; the sizes of loads are fractions of it."""
         return self.mass * (self.mechanism.gravity or 9.81)
 
     def place(self, point: BodyPoint, end: int) -> np.ndarray:
@@ -102,28 +102,29 @@ class Stroke:
             (body.name, point)
             for body in self.mechanism.bodies
             for point in body.points
-            if np.linalg.norm(self.way((body.name, point))) > self.least_motion * self.size and body.name != self.anchor[0]
+            if np.linalg.norm(self.displacement((body.name, point))) > self.least_motion * self.size
+            and body.name != self.anchor[0]
         ]
         from_anchor = [np.linalg.norm(self.place(point, 1) - self.place(self.anchor, 1)) for point in points]
         return points[int(np.argmax(np.round(from_anchor, 9)))]
 
-    def way(self, point: BodyPoint) -> np.ndarray:
+    def displacement(self, point: BodyPoint) -> np.ndarray:
         """Return the displacement of a point from the start to the end of the motion [m]."""
         return np.asarray(self.place(point, 1) - self.place(point, 0))
 
 
 def _rounded(value: float, digits: int = 2) -> float:
-    """Return a number with a few digits."""
+    """Return a number rounded to `digits` significant digits."""
     return float(f"{value:.{digits}g}")
 
 
 def _exact(value: float) -> float:
-    """Return a number to twelve digits, the precision of a case file."""
+    """Return a number rounded to twelve decimals."""
     return round(value, 12) + 0.0  # adding 0.0 removes the sign of -0
 
 
 def _curve(pairs: Iterable[tuple[float, float]]) -> list[tuple[float, ...]]:
-    """Return pairs of increasing numbers with four digits."""
+    """Return the points of a curve in increasing order, rounded to four significant digits."""
     return [tuple(_rounded(number, 4) for number in pair) for pair in sorted(pairs)]
 
 
@@ -176,12 +177,13 @@ def _servo(stroke: Stroke) -> Values:
 
 def _parts_at_tip(stroke: Stroke) -> Values:
     body, point = stroke.tip
-    way, tip, force = stroke.way(stroke.tip), ".".join(stroke.tip), stroke.load * stroke.weight
-    length = float(np.linalg.norm(way))
-    along = way / length
+    displacement, tip, force = stroke.displacement(stroke.tip), ".".join(stroke.tip), stroke.load * stroke.weight
+    length = float(np.linalg.norm(displacement))
+    along = displacement / length
     direction = math.atan2(along[1], along[0])
     start, limit = (
-        float(along @ place) for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + stroke.margin * way)
+        float(along @ place)
+        for place in (stroke.place(stroke.tip, 0), stroke.place(stroke.tip, 1) + stroke.margin * displacement)
     )
     load = [(start - 0.2 * length, 0.0), (start + 0.5 * length, -force), (start + 1.2 * length, -0.5 * force)]
     return {
@@ -320,13 +322,12 @@ PART_VALUES: Mapping[str, Callable[[Stroke], Values]] = {
     "rod": _rod,
     "latch": _parts_at_pin,
 }
-"""Function that returns the values of a part for a structure and its motion, by name of the part."""
+"""Functions that fit the values of an additional part to a structure and its motion, by name of the part."""
 
-SECTIONS = {
-    name: {"servo": "control", "tip": "track"}.get(name, name) for name in PART_VALUES
-}  # name of the table of each part
+SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name in PART_VALUES}
+"""Table of the case file that describes an additional part, by name of the part."""
 
-DRIVING_PARTS = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that replace the drive
+DRIVING_PARTS = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that move the structure instead of a drive
 
 assert set(COMPONENTS) - {"actuator", "beam", "flexible_bar", "roller", "cam", "guide_friction", "guide_lugre"} <= set(
     PART_VALUES

@@ -22,12 +22,12 @@ from scissordyn.casefile.table import Key, Reader, Table
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.units import Quantity
 
-FILE_KINDS = ("case", "study")
+FILE_KINDS = ("case", "study")  # kinds of files that have a schema
 
-DRAFT = "http://json-schema.org/draft-07/schema#"
+SCHEMA_DRAFT = "http://json-schema.org/draft-07/schema#"
 """Newest draft of JSON Schema that editors support for TOML."""
 
-JSON_TYPES = {str: "string", bool: "boolean", int: "integer", float: "number"}
+JSON_TYPES = {str: "string", bool: "boolean", int: "integer", float: "number"}  # JSON Schema type of each Python type
 
 Schema = dict[str, Any]
 
@@ -53,7 +53,7 @@ def schema(which: str = "case") -> Schema:
         table = StudyText
     writer = _Writer()
     return {
-        "$schema": DRAFT,
+        "$schema": SCHEMA_DRAFT,
         "title": f"scissordyn {which} file",
         **writer.table(table),
         "definitions": dict(sorted(writer.defined.items())),
@@ -61,7 +61,7 @@ def schema(which: str = "case") -> Schema:
 
 
 class _Writer:
-    """Generator of the schemas of table classes; each is defined once and referred to by name."""
+    """Generator of the schemas of table classes; each schema is defined once, and other schemas refer to it by name."""
 
     def __init__(self) -> None:
         self.defined: dict[str, Schema] = {}
@@ -131,7 +131,7 @@ class _Writer:
         return {}
 
     def shape(self, shape: Any) -> Schema:
-        """Return the schema of a reader's accepted values, with references to tables and long patterns."""
+        """Return the schema of the values that a reader accepts; tables and long patterns in it become references."""
         if isinstance(shape, NumbersText):
             self.defined[shape.name] = {"type": "string", "pattern": pattern_of(shape)}
             return {"$ref": f"#/definitions/{shape.name}"}
@@ -157,10 +157,10 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
-UNSIGNED_NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-NEGATIVE_ZERO = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
-ANY_NUMBER = rf"[+-]?{UNSIGNED_NUMBER}"
-OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units of a composed unit
+UNSIGNED_NUMBER_PATTERN = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+NEGATIVE_ZERO_PATTERN = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
+ANY_NUMBER_PATTERN = rf"[+-]?{UNSIGNED_NUMBER_PATTERN}"
+UNIT_OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units of a composed unit
 
 
 def _names(definition: str) -> list[str]:
@@ -217,7 +217,7 @@ def _unit_pattern(unit: str) -> str:
         single.append(name)
     unit_name = _any_unit()
     composed = [
-        rf"{unit_name}(?:{OPERATORS}{unit_name})+[)0-9²³^*-]*",
+        rf"{unit_name}(?:{UNIT_OPERATORS}{unit_name})+[)0-9²³^*-]*",
         rf"{unit_name} *(?:\^|\*\*) *-?[0-9]+",
         rf"{unit_name}[²³]",
         rf"1 */ *{unit_name}[)0-9²³^*-]*",
@@ -232,7 +232,7 @@ def _unit_pattern(unit: str) -> str:
 @cache
 def pattern_of(text: NumbersText) -> str:
     """Return the regular expression of a text with numbers and a unit."""
-    number = ANY_NUMBER if text.negative else rf"(?:\+?{UNSIGNED_NUMBER}|{NEGATIVE_ZERO})"
+    number = ANY_NUMBER_PATTERN if text.negative else rf"(?:\+?{UNSIGNED_NUMBER_PATTERN}|{NEGATIVE_ZERO_PATTERN})"
     times = "*" if text.numbers is None else f"{{{text.numbers - 1}}}"
-    more = "" if text.numbers == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER}){times}"
+    more = "" if text.numbers == 1 else rf"(?:(?:\s*,\s*|\s+){ANY_NUMBER_PATTERN}){times}"
     return rf"^\s*{number}{more}\s*,?\s*{_unit_pattern(text.unit)}\s*$"

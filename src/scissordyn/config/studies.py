@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
-from scissordyn.config.study import Given, StudyText, factors_of, make_measure, make_study, read_study, study_of
+from scissordyn.config.study import BaseCase, StudyText, factors_of, make_measure, make_study, read_study, study_of
 from scissordyn.config.variation import make_names, read_listed, read_variation, reader_by_change, reader_by_object
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
@@ -219,11 +219,11 @@ def open_study(
     return StudyResult(store.study(reading=True), store, lambda: store.study(allow_code=files, own_measures=functions))
 
 
-def _base(case: Mechanism | Case | FilePath, until: float | None, options: Options | None, values: NamedValues) -> Given:
+def _base(case: Mechanism | Case | FilePath, until: float | None, options: Options | None, values: NamedValues) -> BaseCase:
     if isinstance(case, (str, os.PathLike)):
         file = read_case(Path(case))
         read = reader_by_change(Path(case), [], file.run, values)
-        base = Given(file.mechanism, options or Options(**file.run.keywords), read)
+        base = BaseCase(file.mechanism, options or Options(**file.run.keywords), read)
     elif isinstance(case, Case):
         base = _make_given(case.mechanism, options or Options(**case.run.keywords), values)
     elif isinstance(case, Mechanism):
@@ -237,11 +237,11 @@ def _base(case: Mechanism | Case | FilePath, until: float | None, options: Optio
     return base if until is None else replace(base, options=replace(base.options, until=until))
 
 
-def _make_given(mechanism: Mechanism, options: Options, values: NamedValues) -> Given:
-    return Given(mechanism, options, reader_by_object(mechanism, values) if values else None)
+def _make_given(mechanism: Mechanism, options: Options, values: NamedValues) -> BaseCase:
+    return BaseCase(mechanism, options, reader_by_object(mechanism, values) if values else None)
 
 
-def _make_cheap(screen: Any, base: Given, values: NamedValues) -> Given | None:
+def _make_cheap(screen: Any, base: BaseCase, values: NamedValues) -> BaseCase | None:
     """Return mechanism and options of the cheap runs; None without cheap runs."""
     if screen is None:
         return None
@@ -334,7 +334,7 @@ def refine_study(
     """Return a study with changed factors, uncertain parameters, samples or goals."""
     apart = {factor.name: factor for factor in study.variant_factors}
     vary, uncertain = dict(vary or {}), dict(uncertain or {})
-    places = {name: _places(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
+    places = {name: _value_indices(factor, vary.pop(name)) for name, factor in apart.items() if name in vary}
     study = study.with_places(places)
     if clash := apart.keys() & uncertain.keys():
         raise InputError(
@@ -363,8 +363,8 @@ def refine_study(
     )
 
 
-def _places(factor: Factor, text: str) -> list[int]:
-    """Return the indices of the names or levels in `text` among those of the factor."""
+def _value_indices(factor: Factor, text: str) -> list[int]:
+    """Return the indices, in a factor's names or levels, of the names or levels that `text` lists."""
     every: Any = factor.variation
     names = read_listed(text)
     if factor.labels:
@@ -381,7 +381,7 @@ def _places(factor: Factor, text: str) -> list[int]:
 
 
 def _design(study: Study, factors: Sequence[Factor], points: int | None, seed: int) -> Design:
-    """Return the design of a refined study: a grid if each factor has one value, a Sobol design after a search."""
+    """Return the design of a refined study: a grid if each factor has one value, a Sobol design if the study was a search."""
     if all(factor.variation.count == 1 for factor in factors):
         return Design()
     kind = study.design.kind if study.design.kind in SAMPLED else "sobol" if points or study.optimisation else study.design.kind

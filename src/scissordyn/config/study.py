@@ -27,8 +27,8 @@ from scissordyn.casefile.text import read_text
 from scissordyn.config.file import in_file, is_case, parse_toml, read_case
 from scissordyn.config.variation import (
     FILE_TABLES,
-    FORMS,
-    NAMES_SAMPLE,
+    NAMES_EXAMPLE,
+    VARIATION_EXAMPLES,
     MechanismReader,
     is_deviation,
     make_names,
@@ -61,7 +61,7 @@ OWN_MEASURE = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S
 
 MOTOR_MEASURE = "motor_fraction"  # name of the measure in a study with a motor curve
 
-OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"
+OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"  # correct user-defined measure, which error texts show
 
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # requirement: a response, a comparison and a bound
 
@@ -77,55 +77,57 @@ def _read_texts(given: Any, context: Context) -> list[str]:
 
 
 _GOALS = Annotated[list[str], _read_texts, About("measures to minimise or maximise", examples=[["minimise peak_force"]])]
-SEARCH = table_of(Optimisation, (("goals", _GOALS),))  # table [optimise]
-_read_search = table_reader(lambda: SEARCH, vars)
+SEARCH_TABLE = table_of(Optimisation, (("goals", _GOALS),))  # table [optimise]
+_read_search = table_reader(lambda: SEARCH_TABLE, vars)
 
 
-NAMES = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}  # schema of a list of names
+NAMES_SCHEMA = {"type": "array", "items": {"type": ["string", "number", "boolean"]}, "minItems": 1}  # schema of a list of names
 
 
-def _addresses(deeper: int = 6) -> Shape:
-    """Return the schema of a table from parameter paths to texts or lists of names.
+def _parameter_table_schema(deeper: int = 6) -> Shape:
+    """Return the JSON Schema of a table whose keys are parameter paths and whose values are texts or lists of names.
 
     TOML reads an unquoted parameter path as nested tables; `deeper` is the number of levels that are allowed.
     """
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
-    weighed = {"values": NAMES, "probabilities": {"type": "array", "items": {"type": "number"}}}
+    weighed = {"values": NAMES_SCHEMA, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
         {"type": "object", "properties": keys, "required": ["values"], "additionalProperties": False}
         for keys in (over, weighed)
     ]
-    inner = [{"type": "string"}, NAMES, *tables]
-    inner += [_addresses(deeper - 1)] if deeper else []
+    inner = [{"type": "string"}, NAMES_SCHEMA, *tables]
+    inner += [_parameter_table_schema(deeper - 1)] if deeper else []
     return {"type": "object", "additionalProperties": {"anyOf": inner}}
 
 
-@reader(_addresses)
-def _read_addresses(given: Any, context: Context) -> dict[str, str | Variation]:
-    """Read a table from parameter paths to texts or lists of names; TOML reads an unquoted path as nested tables."""
+@reader(_parameter_table_schema)
+def _read_parameter_table(given: Any, context: Context) -> dict[str, str | Variation]:
+    """Read a table whose keys are parameter paths; an unquoted path, which TOML reads as nested tables, is joined again."""
     if not isinstance(given, Mapping):
-        raise InputError("not a table of parameters", f"texts such as {FORMS}", '"A.clearance" = "0.05..0.4 mm"')
+        raise InputError("not a table of parameters", f"texts such as {VARIATION_EXAMPLES}", '"A.clearance" = "0.05..0.4 mm"')
     varied = dict(_flatten(given))
     for parameter, value in varied.items():
         if not isinstance(value, str | Names):
-            raise InputError(f"'{parameter}' = {toml(value)}", f"text such as {FORMS}, or a list of names", NAMES_SAMPLE)
+            raise InputError(
+                f"'{parameter}' = {toml(value)}", f"text such as {VARIATION_EXAMPLES}, or a list of names", NAMES_EXAMPLE
+            )
     return varied
 
 
-MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"
-SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
-TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
+MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"  # correct point of a motor curve, which error texts show
+MOTOR_SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
+MOTOR_TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
-    """Return a motor curve from texts "SPEED, TORQUE" with units."""
+    """Return a motor curve from texts "MOTOR_SPEED, MOTOR_TORQUE" with units."""
     pairs = []
     for text in points:
         speed, comma, torque = text.partition(",")
         if not comma:
             raise InputError(f"point '{text}' of a motor", "a speed, a comma and a torque", MOTOR_POINT_EXAMPLE)
         try:
-            pairs.append((read_quantity(speed.strip(), SPEED), read_quantity(torque.strip(), TORQUE)))
+            pairs.append((read_quantity(speed.strip(), MOTOR_SPEED), read_quantity(torque.strip(), MOTOR_TORQUE)))
         except InputError as error:
             raise InputError(f"point '{text}' of a motor: {error.what}", error.expected, MOTOR_POINT_EXAMPLE) from None
     return MotorCurve(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs), of, ratio)
@@ -169,8 +171,12 @@ class StudyText(Table):
 
     case: Annotated[str, About("the case file that is varied", examples=["case.toml"])]
     set: Annotated[Sequence[str], _read_texts, About("changes of the case")] = ()
-    vary: Annotated[Mapping[str, Any], _read_addresses, About("numbers and names to vary, by parameter")] = MappingProxyType({})
-    uncertain: Annotated[Mapping[str, Any], _read_addresses, About("uncertain numbers, by parameter")] = MappingProxyType({})
+    vary: Annotated[Mapping[str, Any], _read_parameter_table, About("numbers and names to vary, by parameter")] = (
+        MappingProxyType({})
+    )
+    uncertain: Annotated[Mapping[str, Any], _read_parameter_table, About("uncertain numbers, by parameter")] = MappingProxyType(
+        {}
+    )
     measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("measures that are stored for each run")] = ()
     require: Annotated[Sequence[str | Requirement], _read_texts, About("requirements that a design must meet")] = ()
     design: Annotated[Design, described(Design), About("choice of the points")] = Design()
@@ -203,7 +209,7 @@ def read_study(path: Path) -> StudyText:
 
 
 def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, Any]]:
-    """Yield parameter paths and values of a table; nested tables are joined to the path that TOML has split."""
+    """Yield the parameter paths and values of a table; keys of nested tables, into which TOML splits a path, are joined."""
     for key, value in tree.items():
         if isinstance(value, dict) and "values" in value and set(value) <= {"values", "each", "probabilities"}:
             yield f"{before}{key}", _read_values(value, f"'{before}{key}' = {toml(value)}")
@@ -235,10 +241,10 @@ def _split_measure(measure: str) -> tuple[str, str]:
 
 
 @dataclass(frozen=True)
-class Given:
-    """Base case of a study: mechanism, options of the runs, and function that returns the mechanism for chosen names.
+class BaseCase:
+    """Base case of a study: mechanism, options of the runs, and function `read` from chosen names to a mechanism.
 
-    `read` is None if no factor has names, for example of materials.
+    Names are values such as materials; `read` is None if no factor has names.
     """
 
     mechanism: Mechanism
@@ -253,15 +259,15 @@ def study_of(text: StudyText) -> Study:
     return make_study(_read_given(text), text, _read_given(text, screen.set), screen.verify)
 
 
-def _read_given(text: StudyText, changes: Sequence[str] = ()) -> Given:
+def _read_given(text: StudyText, changes: Sequence[str] = ()) -> BaseCase:
     """Read the base case of a study file, with further changes."""
     every, file = [*text.set, *changes], Path(text.case)
     case = read_case(file, every)
-    return Given(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run))
+    return BaseCase(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run))
 
 
-def make_study(base: Given, text: StudyText, cheap: Given | None = None, verify: int = Accurate.points) -> Study:
-    """Build a study; runs of `cheap`, if given, are verified by runs of the base case."""
+def make_study(base: BaseCase, text: StudyText, cheap: BaseCase | None = None, verify: int = Accurate.points) -> Study:
+    """Build a study of the base case; with `cheap`, its runs explore and `verify` points are run again with the base case."""
     simulated = cheap or base
     mechanism = simulated.mechanism
     names = [name for name in text.measures if isinstance(name, str) and "=" not in name]

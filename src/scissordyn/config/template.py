@@ -26,7 +26,7 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import AUTO, Options
 
-STARTERS: Mapping[str, Mapping[str, Any]] = {
+TEMPLATE_VALUES: Mapping[str, Mapping[str, Any]] = {
     "scissor": {"structure": {"angle": "60 deg"}, "drive": {"speed": "-150 rpm"}},
     "polar": {"drive": {"speed": "30 rpm"}},
     "ring": {"drive": {"speed": "-20 rpm"}, "clearance": {"joint": "unit 1/*", "clearance": "0.1 mm"}},
@@ -52,7 +52,7 @@ STARTERS: Mapping[str, Mapping[str, Any]] = {
         "clearance": {"joint": "slider pin", "clearance": "0.1 mm"},
     },
 }
-"""Values in each table of a template, by kind of structure; parts such as [[body]] have a list of tables."""
+"""Values of the tables in a template, by kind of structure and table; parts such as [[body]] have a list of tables."""
 
 DEPLOYMENT_TURNS: Mapping[str, float] = {
     kind: math.radians(degrees)
@@ -67,19 +67,19 @@ DEPLOYMENT_TURNS: Mapping[str, float] = {
         "mechanism": -60.0,
     }.items()
 }
-"""Rotation of the driven body from rest to rest [rad], by kind of structure; arrays are extended by it."""
+"""Rotation of the driven body from rest to rest [rad], by kind of structure; its sign extends an array."""
 
 REST_VALUES: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}}
 """Values of [structure] with which a structure starts at rest, for structures that do not by default."""
 
 
-RUN = table_of(Options, until="50 ms", step="0.1 ms")  # table [run]
+RUN_TABLE = table_of(Options, until="50 ms", step="0.1 ms")  # table [run] with the values that a template shows
 
 OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
     ControlTable: tuple(ControlTable.declared_keys()),
     ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour"),
-    RUN: ("step",),
+    RUN_TABLE: ("step",),
     **{
         table: tuple(key for key, field in table.declared_keys().items() if field.default is None)
         for table in STRUCTURES.values()
@@ -89,9 +89,9 @@ OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
         for part in PARTS.values()
     },
 }
-"""Keys that a template comments out: alternatives of other keys, and keys whose absence has a meaning."""
+"""Keys that a template shows as comments, by table: alternatives to other keys, and keys whose absence has a meaning."""
 
-GAINS = """\
+SERVO_GAINS_COMMENT = """\
 # Gains of a servo: with the inertia J about the driven body (scissordyn check prints it), the error of its angle decays with
 # the natural frequency w and damping ratio z for proportional = J w^2 and derivative = 2 z J w; here z = 0.7, and w is six
 # oscillations in the time of the move.
@@ -106,7 +106,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
             ", ".join(STRUCTURES),
             "scissordyn new scissor > case.toml",
         )
-    starter, names, ordered = STARTERS[kind], list(parts), _Changes(changes)
+    starter, names, ordered = TEMPLATE_VALUES[kind], list(parts), _Changes(changes)
     structure = ordered("structure", {**starter.get("structure", {}), **(REST_VALUES.get(kind, {}) if names else {})})
     further = fit_parts(_assemble(kind, structure), DEPLOYMENT_TURNS[kind], names, ordered) if names else {}
     drive = further.get("drive") if names else starter.get("drive")
@@ -120,22 +120,23 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
     if drive is not None:
         text.append(_section("[drive]", DriveTable, drive if names else ordered("drive", drive)))
     if "control" in further:
-        text.append(f"{GAINS}\n{_section('[[control]]', ControlTable, further['control'])}")
+        text.append(f"{SERVO_GAINS_COMMENT}\n{_section('[[control]]', ControlTable, further['control'])}")
     text.append(_section("[[clearance]]", ClearanceTable, ordered("clearance", starter.get("clearance", {}))))
     if kind in ("mechanism", "slider-crank"):
-        text.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, out=True))
+        text.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, commented_out=True))
     text += [
-        _section(f"[[{name}]]", PARTS[name].table, further.get(name, {}), out=name not in further)
+        _section(f"[[{name}]]", PARTS[name].table, further.get(name, {}), commented_out=name not in further)
         for name in ("weld", "track", "coupling", "coordinate_drive", *COMPONENT_SECTIONS, "component")
         if kind == "mechanism" or name in further
     ]
     text += [
-        _section(f"[[{name}]]", table, further.get(name, {}), out=name not in further) for name, table in LOAD_TABLES.items()
+        _section(f"[[{name}]]", table, further.get(name, {}), commented_out=name not in further)
+        for name, table in LOAD_TABLES.items()
     ]
     bent = {"start": "static"} if names and structure.get("bars") and _assemble(kind, structure).gravity else {}
     # flexible bars start in static equilibrium
     run = ordered("run", {"samples": AUTO, **starter.get("run", {}), **further.get("run", {}), **bent})
-    text.append(_section("[run]", RUN, run))
+    text.append(_section("[run]", RUN_TABLE, run))
     ordered.check()
     if kind != "mechanism":
         text.append(
@@ -174,7 +175,7 @@ class _Changes:
 
 def _assemble(kind: str, structure: Given) -> Mechanism:
     """Return the mechanism of a template without clearance and additional parts; `structure` has the keys of [structure]."""
-    parts = {name: values for name, values in STARTERS[kind].items() if name in PARTS}
+    parts = {name: values for name, values in TEMPLATE_VALUES[kind].items() if name in PARTS}
     tables = {"structure": {"kind": kind, **structure}, **parts, "run": {"until": "1 s"}}
     mechanism = make_case(tables, {}).mechanism
     if structure.get("bars") is None:
@@ -186,14 +187,14 @@ def _assemble(kind: str, structure: Given) -> Mechanism:
 
 
 def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
-    """Return a uniform bar with the total mass of its parts."""
+    """Return a straight uniform bar with the total mass of `parts`."""
     mass = sum(part.mass for part in parts if part.name == bar.name or part.name.startswith(f"{bar.name}/"))
     inertia = None if bar.inertia is None else bar.inertia * mass / bar.mass
     return dataclasses.replace(bar, mass=mass, inertia=inertia)
 
 
-def _section(heading: str, table: type[Table], given: Given, *, out: bool = False, columns: int = 44) -> str:
-    """Return the text of a table with a comment on every key; with `out`, the whole table is commented out.
+def _section(heading: str, table: type[Table], given: Given, *, commented_out: bool = False, columns: int = 44) -> str:
+    """Return the text of a table with a comment on every key; with `commented_out`, each line is a comment.
 
     `columns`: [characters] longer lines have their comment in the line above.
     """
@@ -205,9 +206,9 @@ def _section(heading: str, table: type[Table], given: Given, *, out: bool = Fals
     rows = []
     for key in table.declared_keys():
         value = toml(given[key]) if key in given else table.declared_keys()[key].sample
-        comment = out or (key not in given and key in OPTIONAL_KEYS.get(table, ()))
+        comment = commented_out or (key not in given and key in OPTIONAL_KEYS.get(table, ()))
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
-    heading = f"# {heading}" if out else heading
+    heading = f"# {heading}" if commented_out else heading
     width = max(len(row) for row, _ in rows if len(row) <= columns)
     lines = [f"{row:{width}}  # {note}" if len(row) <= columns else f"# {note}\n{row}" for row, note in rows]
     return "\n".join((f"{heading:{width}}  # {meaning}", *lines))

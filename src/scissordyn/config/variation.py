@@ -35,11 +35,13 @@ from scissordyn.studies.ask.distribution import (
 from scissordyn.studies.ask.iso_286 import read_fit
 from scissordyn.units import Quantity
 
-VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"
+VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"  # correct option, which error texts show
 
-FORMS = "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
+VARIATION_EXAMPLES = (
+    "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
+)
 
-REPLACED: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] = {
+REPLACED_DISTRIBUTIONS: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] = {
     ("uniform", 2): ("uniform", lambda low, high: {"loc": low, "scale": high - low}),
     ("normal", 2): ("norm", lambda mean, deviation: {"loc": mean, "scale": deviation}),
     ("truncated", 4): (
@@ -64,25 +66,25 @@ REPLACED: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] 
     ("weibull", 2): ("weibull_min", lambda shape, scale: {"c": shape, "scale": scale}),
     ("weibull", 3): ("weibull_min", lambda shape, scale, low: {"c": shape, "loc": low, "scale": scale}),
 }
-"""Distributions of scipy.stats for spellings that are no longer read, by name and number of arguments without names."""
+"""Former spellings of distributions, by name and count of arguments: present name, and function for its arguments."""
 
 # ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
-FIT = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
-FIT_SAMPLE = "'H7/g6 at 10 mm'"
+FIT_PATTERN = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
+FIT_EXAMPLE = "'H7/g6 at 10 mm'"
 
 TOLERANCE_SIGNS = ("+-", "±", "+/-")  # spellings of the sign before a tolerance
-TOLERANCE_SAMPLE = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
-OR_SHARE = ", or %", TOLERANCE_SAMPLE
-SHAPES = ("uniform", "norm", "triang")
+TOLERANCE_EXAMPLES = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
+PERCENT_ALLOWED = ", or %", TOLERANCE_EXAMPLES  # end of an error about a tolerance's unit, and example
+TOLERANCE_SHAPES = ("uniform", "norm", "triang")
 """Shapes of the distribution within a tolerance; a normal distribution has its limits at three standard deviations."""
 
-SHAPES_BEFORE = {"normal": "norm", "triangular": "triang"}  # present names of shapes by names that are no longer read
+FORMER_SHAPES = {"normal": "norm", "triangular": "triang"}  # former names of shapes, which are errors -> present names
 
-EACH = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # variation that applies to each match of a pattern separately
+EACH_PATTERN = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # variation that applies to each match of a pattern separately
 
 DISTRIBUTION_CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # name, arguments and unit of a distribution
 DIGITS_MAX = 18  # [digits] longest integer in "20 values"; Python reads at most 4300 digits
-HYPHEN = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # range with a hyphen instead of two dots
+HYPHEN_RANGE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # range with a hyphen instead of two dots
 
 RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # option of a range: "20 values" or "log"
 
@@ -95,7 +97,7 @@ def unit_of(text: str) -> str:
         tolerance = number_and_unit(rest.split(",")[0])[1]
         nominal_unit = number_and_unit(nominal)[1] if nominal.strip() else ""
         return nominal_unit or (tolerance if tolerance != "%" or not nominal.strip() else "")
-    if (fit := FIT.fullmatch(text)) is not None:
+    if (fit := FIT_PATTERN.fullmatch(text)) is not None:
         return number_and_unit(fit[2])[1]
     called = DISTRIBUTION_CALL.fullmatch(text)
     if called:
@@ -112,14 +114,14 @@ def read_variation(text: str, quantity: Quantity, *, parameter: str = "", folder
         sample = error.example or VARY_EXAMPLE
         if error.what == "missing unit":
             sample = f"'{text.strip()} {USUAL_UNITS.get(quantity.unit, (quantity.unit,))[-1]}'"
-        elif (hyphen := HYPHEN.match(text)) is not None:
+        elif (hyphen := HYPHEN_RANGE.match(text)) is not None:
             sample = f"'{hyphen[1]}..{text[hyphen.end() :].strip()}'"
-        raise InputError(f"'{parameter}' over '{text}': {error.what}", error.expected or FORMS, sample) from None
+        raise InputError(f"'{parameter}' over '{text}': {error.what}", error.expected or VARIATION_EXAMPLES, sample) from None
 
 
 def split_each(text: str) -> tuple[str, bool]:
     """Split off a final ", each" from the text of a variation; return the rest, and True if it was present."""
-    match = EACH.fullmatch(text)
+    match = EACH_PATTERN.fullmatch(text)
     return (match[1], True) if match is not None else (text, False)
 
 
@@ -132,11 +134,11 @@ def read_deviation(text: str, quantity: Quantity, *, parameter: str = "") -> tup
     """Read a tolerance without a nominal value; return the distribution of the deviation, and True if it is relative."""
     try:
         size, unit, shape = _read_tolerance(text.strip().removeprefix(str(_sign(text))))
-        width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *OR_SHARE)
+        width = size / 100.0 if unit == "%" else size * scale_of(unit, quantity.unit, *PERCENT_ALLOWED)
         return within_tolerance(shape, 0.0, width), unit == "%"
     except InputError as error:
         what = f"tolerance of '{parameter}', '{text}': {error.what}"
-        raise InputError(what, error.expected or TOLERANCE_SAMPLE, error.example) from None
+        raise InputError(what, error.expected or TOLERANCE_EXAMPLES, error.example) from None
 
 
 def _sign(text: str) -> str | None:
@@ -147,10 +149,10 @@ def _read_tolerance(text: str) -> tuple[float, str, str]:
     """Return size, unit and shape of a tolerance from the text after its sign."""
     first, *others = (part.strip() for part in text.split(","))
     value, unit = number_and_unit(first)
-    shape = ", ".join(others) or SHAPES[0]
-    _check_shape(shape, "a tolerance", SHAPES)
+    shape = ", ".join(others) or TOLERANCE_SHAPES[0]
+    _check_shape(shape, "a tolerance", TOLERANCE_SHAPES)
     if not 0.0 < float(value) < math.inf:
-        raise InputError(f"a tolerance of {value} {unit}".rstrip(), "a number > 0", TOLERANCE_SAMPLE)
+        raise InputError(f"a tolerance of {value} {unit}".rstrip(), "a number > 0", TOLERANCE_EXAMPLES)
     return float(value), unit, shape
 
 
@@ -173,9 +175,11 @@ def _check_shape(shape: str, after: str, allowed: Sequence[str]) -> None:
     """Raise `InputError` unless a word after a tolerance or fit is one of the allowed shapes."""
     if shape in allowed:
         return
-    now = SHAPES_BEFORE.get(shape, "")
+    now = FORMER_SHAPES.get(shape, "")
     near = f" (now '{now}')" if now in allowed else did_you_mean(shape, allowed)
-    raise InputError(f"'{shape}' after {after}{near}", ", ".join(allowed), FIT_SAMPLE if after == "a fit" else TOLERANCE_SAMPLE)
+    raise InputError(
+        f"'{shape}' after {after}{near}", ", ".join(allowed), FIT_EXAMPLE if after == "a fit" else TOLERANCE_EXAMPLES
+    )
 
 
 def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
@@ -187,28 +191,28 @@ def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
         middle = _read_number(nominal, "", quantity)
         return within_tolerance(shape, middle, abs(middle) * size / 100.0)
     middle = _read_number(value, nominal_unit or unit, quantity)
-    return within_tolerance(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *OR_SHARE))
+    return within_tolerance(shape, middle, size * scale_of(unit or nominal_unit, quantity.unit, *PERCENT_ALLOWED))
 
 
 def _read_fit(fit: str, size: str, shape: str | None, quantity: Quantity) -> Variation:
     """Return the distribution of the radial clearance for an ISO fit of hole and shaft with a nominal diameter `size`."""
     if quantity.unit != "m":
-        raise InputError(f"a fit of hole and shaft for a number in [{quantity.unit}]", "a fit for a clearance", FIT_SAMPLE)
-    _check_shape(shape or SHAPES[0], "a fit", SHAPES[:2])
+        raise InputError(f"a fit of hole and shaft for a number in [{quantity.unit}]", "a fit for a clearance", FIT_EXAMPLE)
+    _check_shape(shape or TOLERANCE_SHAPES[0], "a fit", TOLERANCE_SHAPES[:2])
     value, unit = number_and_unit(size)
     if not unit:
-        raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_SAMPLE)
-    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(shape or SHAPES[0])
+        raise InputError("missing unit of the diameter", "a diameter with its unit", FIT_EXAMPLE)
+    return read_fit(fit, float(value) * unit_factor(unit, "m")).clearance(shape or TOLERANCE_SHAPES[0])
 
 
 def _read_variation(text: str, quantity: Quantity, folder: Path) -> Variation:
-    fit = FIT.fullmatch(text)
+    fit = FIT_PATTERN.fullmatch(text)
     if fit:
         return _read_fit(fit[1], fit[2], fit[3], quantity)
     sign = _sign(text)
     if sign is not None:
         if is_deviation(text):
-            raise InputError("a tolerance without a nominal value", "a number before it", TOLERANCE_SAMPLE)
+            raise InputError("a tolerance without a nominal value", "a number before it", TOLERANCE_EXAMPLES)
         return _read_nominal(text, sign, quantity)
     called = DISTRIBUTION_CALL.fullmatch(text)
     if called:
@@ -241,7 +245,7 @@ def number_and_unit(text: str) -> tuple[str, str]:
     """Split a text into the number at its start and the unit after it."""
     match = LEADING_NUMBER.fullmatch(text)
     if match is None:
-        raise InputError(f"'{text.strip()}' is not a number", FORMS)
+        raise InputError(f"'{text.strip()}' is not a number", VARIATION_EXAMPLES)
     return match[1], match[2].strip()
 
 
@@ -264,7 +268,7 @@ def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, fo
     numbers = [_read_plain(text if equals else key) for key, equals, text in pairs]
     if not all(equals for _, equals, _ in pairs):
         raise _named_arguments(name, numbers, unit)
-    if name not in DISTRIBUTIONS and (new := {old: new for (old, _), (new, _) in REPLACED.items()}.get(name)):
+    if name not in DISTRIBUTIONS and (new := {old: new for (old, _), (new, _) in REPLACED_DISTRIBUTIONS.items()}.get(name)):
         raise InputError(f"distribution '{name}' (now '{new}')", ", ".join(DISTRIBUTIONS), f"'{DISTRIBUTION_SAMPLE}'")
     given = {key.strip(): number for (key, _, _), number in zip(pairs, numbers, strict=True)}
     factor = scale_of(unit, quantity.unit)
@@ -273,9 +277,9 @@ def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, fo
 
 
 def _named_arguments(name: str, numbers: Sequence[float], unit: str) -> InputError:
-    """Return the error of arguments without names, with the same distribution as it is written now."""
-    if (name, len(numbers)) in REPLACED:
-        new, arguments_of = REPLACED[name, len(numbers)]
+    """Return the error for distribution arguments without names; its example names them."""
+    if (name, len(numbers)) in REPLACED_DISTRIBUTIONS:
+        new, arguments_of = REPLACED_DISTRIBUTIONS[name, len(numbers)]
         try:
             arguments = arguments_of(*numbers)
         except ZeroDivisionError:
@@ -312,7 +316,7 @@ FILE_TABLES = ("structure", "bending", "panels", "payload", "joint_friction")
 TABLE_UNITS = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
 """SI units of the numbers in `FILE_TABLES`."""
 
-NAMES_SAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
+NAMES_EXAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
 
 MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # function(name by parameter path) that returns the mechanism
 
@@ -337,7 +341,7 @@ def read_listed(text: str) -> Names | None:
 
 
 def number_of_file(parameter: str, given: str | Variation, folder: Path) -> Factor:
-    """Return the factor for a number in one of `FILE_TABLES`; a range must have a number of values, which become levels."""
+    """Return the factor that varies a number in one of `FILE_TABLES`; a range must have a count of values, its levels."""
     unit = unit_of(given) if isinstance(given, str) else ""
     si = unit_like(unit, TABLE_UNITS) if unit else "1"
     if not si:
@@ -362,9 +366,9 @@ def unit_like(unit: str, among: Iterable[str]) -> str:
 
 
 def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tuple[Mechanism, ...]:
-    """Return a mechanism for each combination of names and levels of the case file, with the last factor varying fastest.
+    """Return a mechanism for each combination of names and of levels in `FILE_TABLES`; the last factor varies fastest.
 
-    Without such factors, return ().
+    Without factors of these kinds the result is empty.
     """
     apart = [factor for factor in factors if factor.texts]
     if not apart:
@@ -401,7 +405,7 @@ def reader_by_change(
             raise InputError(f"{which}: {error.what}", error.expected, error.example) from None
         if case_read.run != options:
             raise InputError(
-                f"{which}: the names change the options of the runs", "names that change only the mechanism", NAMES_SAMPLE
+                f"{which}: the names change the options of the runs", "names that change only the mechanism", NAMES_EXAMPLE
             )
         return reader_by_object(case_read.mechanism, values)(
             {parameter: name for parameter, name in names.items() if parameter in values}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from scissordyn.casefile.part import PARTS
-from scissordyn.casefile.quantity import written
+from scissordyn.casefile.quantity import rounded_text
 from scissordyn.casefile.table import Table
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.port import AXIS
@@ -36,7 +36,7 @@ def _default(field: Any, quantity: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float) and quantity is not None:
-        return f"{value:g}" if quantity.unit == "1" else written(float(value), quantity.unit)
+        return f"{value:g}" if quantity.unit == "1" else rounded_text(float(value), quantity.unit)
     return f'"{value}"' if isinstance(value, str) else "none"
 
 

@@ -22,7 +22,7 @@ import scissordyn as sd
 from scissordyn.annotation import plain_hint
 from scissordyn.casefile.case import Case, CaseTable
 from scissordyn.casefile.part import PARTS
-from scissordyn.casefile.quantity import exact, read_quantity
+from scissordyn.casefile.quantity import exact_text, read_quantity
 from scissordyn.casefile.table import instance
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.declaration import Component
@@ -447,7 +447,7 @@ def test_only_own_files_are_replaced(tmp_path: Path) -> None:
 )
 def test_units_as_people_write_them(value: float, unit: str, text: str) -> None:
     """Closed form: the usual unit where it is exact, SI with all digits otherwise."""
-    assert exact((value,), unit) == text
+    assert exact_text((value,), unit) == text
     assert repr(read_quantity(text, Quantity(unit, minimum=-1e300, maximum=1e300))) == repr(value)
 
 
@@ -458,7 +458,7 @@ def test_any_number_survives() -> None:
     for unit in ("m", "s", "m/s", "rad", "rad/s", "Pa", "N", "kg m^2", "N m s/rad"):
         quantity = Quantity(unit, minimum=-1e308, maximum=1e308)
         for value in (float(word) for word in words[:400] if math.isfinite(word)):
-            assert repr(read_quantity(exact((value,), unit), quantity)) == repr(value)
+            assert repr(read_quantity(exact_text((value,), unit), quantity)) == repr(value)
 
 
 def test_the_text_is_toml_with_a_run() -> None:

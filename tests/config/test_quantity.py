@@ -16,8 +16,8 @@ from scissordyn.casefile.quantity import (
     example,
     read_numbers,
     read_quantity,
+    rounded_text,
     unit_factor,
-    written,
 )
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, degrees, rpm
@@ -89,7 +89,7 @@ def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) ->
 @given(st.floats(min_value=-1e5, max_value=1e5))
 def test_what_is_written_can_be_read(unit: str, value: float) -> None:
     """Contract: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
-    assert read_quantity(written(value, unit), Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
+    assert read_quantity(rounded_text(value, unit), Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from scissordyn.casefile.structure import (
     PayloadTable,
     StructureTable,
 )
-from scissordyn.casefile.table import About, Context, Reader, Table, add_place, described, make_table, read_list, reader
+from scissordyn.casefile.table import About, Context, Reader, Table, add_place, dataclass_reader, make_table, read_list, reader
 from scissordyn.casefile.time_function import DriveTable
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
@@ -63,7 +63,7 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
-WEAR_READER = described(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
+WEAR_READER = dataclass_reader(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
 
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),
@@ -101,7 +101,7 @@ class _CaseTable(Table):
     )
     run: Annotated[
         Options,
-        described(Options, until="50 ms", step="0.1 ms"),
+        dataclass_reader(Options, until="50 ms", step="0.1 ms"),
         About("options of the simulation", examples=[{"until": "50 ms"}]),
     ]
 
@@ -126,16 +126,16 @@ class _CaseTable(Table):
         for section in ADDITIONS:
             for index, table in enumerate(tables := getattr(self, section)):
                 with add_place(section, index):
-                    mechanism = self._added(mechanism, section, table, tables[:index], feed_forward)
+                    mechanism = self._with_addition(mechanism, section, table, tables[:index], feed_forward)
             if section == "panels" and self.structure.bars is not None:
                 with add_place("structure"):
                     mechanism = self.structure.bars.result(mechanism)
         return mechanism
 
-    def _added(
+    def _with_addition(
         self, mechanism: Mechanism, section: str, table: Any, before: Sequence[Any], feed_forward: FeedForward | None
     ) -> Mechanism:
-        """Return the mechanism after applying one table of `ADDITIONS`."""
+        """Return the mechanism with the change that one table of `ADDITIONS` describes."""
         match section:
             case "clearance" if table.joint in [earlier.joint for earlier in before]:
                 raise InputError(f"two [[clearance]] tables for joint '{table.joint}'", "one [[clearance]] for each joint")
@@ -158,7 +158,7 @@ class _CaseTable(Table):
         return table.result(mechanism)  # type: ignore[no-any-return]
 
 
-LISTS: Mapping[str, tuple[Reader, str]] = {
+REPEATABLE_TABLES: Mapping[str, tuple[Reader, str]] = {
     "clearance": (ClearanceTable.reader(), "a clearance joint; one table for each"),
     "guide_clearance": (GuideClearanceTable.reader(), "a clearance guide; one table for each"),
     **{section: (part.reader, part.help) for section, part in PARTS.items()},
@@ -172,5 +172,5 @@ LISTS: Mapping[str, tuple[Reader, str]] = {
 CaseTable = make_table(
     "CaseTable",
     _CaseTable,
-    {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in LISTS.items()},
+    {key: (Annotated[Sequence[Annotated[Any, read]], About(about)], ()) for key, (read, about) in REPEATABLE_TABLES.items()},
 )

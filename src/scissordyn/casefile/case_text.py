@@ -12,9 +12,9 @@ from typing import Any
 from scissordyn.casefile.case import Case, CaseTable
 from scissordyn.casefile.code import Code, RecordedCode
 from scissordyn.casefile.part import COMPONENT_SECTIONS, TRANSMISSIONS, ratio_unit
-from scissordyn.casefile.quantity import exact
+from scissordyn.casefile.quantity import exact_text
 from scissordyn.casefile.table import Context, instance, toml_entries
-from scissordyn.casefile.time_function import VALUES, powers, units_of
+from scissordyn.casefile.time_function import FUNCTION_QUANTITIES, powers, units_of
 from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.components.time_function import (
     ConstantSpeed,
@@ -46,11 +46,11 @@ FIRST_LINE = "# A case of scissordyn, written by write_case."
 
 RECORD_FIRST_LINE = "# A case of scissordyn, as it was computed."  # First line of the case file that a run stores
 
-CONTROL_CHARACTER = re.compile(r"[\x00-\x1f\x7f]")  # not allowed in a TOML comment
+CONTROL_CHARACTER = re.compile(r"[\x00-\x1f\x7f]")  # pattern of a character that a TOML comment may not contain
 
-SURROGATE = "[\ud800-\udfff]"  # half of a surrogate pair
+SURROGATE = "[\ud800-\udfff]"  # pattern of half a surrogate pair, which UTF-8 cannot represent
 
-NO_CODE = Code()  # for tables that cannot contain user-defined classes
+NO_CODE = Code()  # user-defined classes of a table that cannot contain any
 
 Entries = dict[str, Any]  # keys and values of a table as in parsed TOML
 
@@ -155,7 +155,7 @@ def _tables(mechanism: Mechanism, code: Code) -> Entries:
 
 
 def _components(mechanism: Mechanism, code: Code) -> Entries:
-    """Return the tables of the components; if tables by kind would change their order, the rest are [[component]] tables."""
+    """Return the tables of the components in order: by kind as long as that keeps their order, then as [[component]]."""
     components: tuple[Any, ...] = mechanism.components
     listed: dict[str, list[Entries]] = {section: [] for section in COMPONENT_SECTIONS if section not in ("rod", "latch")}
     order, others, last = list(listed), list[Entries](), 0
@@ -280,7 +280,7 @@ def _time_function(function: TimeFunction, unit: str) -> Entries:
             return {"polynomial": [_quantity((number,), of) for number, of in zip(coefficients, powers(unit), strict=False)]}
         case Tabulated(times, values):
             column = list(values) if unit == "1" else _quantity(values, unit)
-            return {"table": {"time": _quantity(times, "s"), VALUES[unit].name: column}}
+            return {"table": {"time": _quantity(times, "s"), FUNCTION_QUANTITIES[unit].name: column}}
 
 
 def _points(points: Mapping[str, Point], code: Code) -> Entries:
@@ -301,14 +301,14 @@ def _body_point(place: BodyPoint, code: Code) -> str | BodyPoint:
 
 def _quantity(values: Sequence[float], unit: str) -> Any:
     """Return a number without a unit, or a text of numbers with their unit."""
-    return values[0] if unit == "1" else exact(values, unit)
+    return values[0] if unit == "1" else exact_text(values, unit)
 
 
 def _check(text: str, case: Case, context: Context) -> None:
     """Raise `InputError` unless the text describes the case exactly."""
     read = instance(CaseTable, tomllib.loads(text), context).case()
     for there, here in ((read.mechanism, case.mechanism), (read.run, case.run), (read.wear, case.wear)):
-        reread, written = _normal(to_plain(there)), _normal(to_plain(here))
+        reread, written = _comparable(to_plain(there)), _comparable(to_plain(here))
         if reread != written:
             place, wrong, wanted = first_difference(reread, written)
             raise InputError(
@@ -317,12 +317,12 @@ def _check(text: str, case: Case, context: Context) -> None:
             )
 
 
-def _normal(plain: Any) -> Any:
-    """Normalise plain data for comparison: numbers become texts of floats, file names become absolute."""
+def _comparable(plain: Any) -> Any:
+    """Convert plain data for comparison: numbers become the texts of floats, file names become absolute."""
     if isinstance(plain, dict):
-        return {key: _normal(value) for key, value in plain.items()}
+        return {key: _comparable(value) for key, value in plain.items()}
     if isinstance(plain, list):
-        return [_normal(value) for value in plain]
+        return [_comparable(value) for value in plain]
     if isinstance(plain, int | float) and not isinstance(plain, bool):
         return repr(float(plain))
     if isinstance(plain, str) and ".py:" in plain:

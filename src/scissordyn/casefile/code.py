@@ -14,13 +14,13 @@ from scissordyn.model.record import code_digest, source_of
 from scissordyn.plugin.element import SLOTS, Element, element_class
 from scissordyn.plugin.user_file import file_digest, origin_of, split_reference
 
-CLASS_PREFIX = "class"  # first word of the name of a class that no file defines, as in "class Rubber"
+CLASS_PREFIX = "class"  # first word in a stored run for a class that is not in a file: "class Rubber"
 
 
 class Code:
-    """User-defined code of a case file that a user wrote; a class is named by its file, relative to the case's folder.
+    """Names and files of the user-defined classes in a user's case file; the files are executed when the case is read.
 
-    The file is executed when the case file is read.
+    A class is named by its file, relative to the folder of the case.
     """
 
     recorded = False
@@ -70,7 +70,7 @@ class Code:
 
 
 class RecordedCode(Code):
-    """Names of user-defined classes in the case file that a run stores: absolute path of the file, with its digest."""
+    """Names of the user-defined classes in the case file that a run stores: absolute paths of their files, with digests."""
 
     recorded = True
 
@@ -93,7 +93,7 @@ class RecordedCode(Code):
 
 
 class AllowedCode(Code):
-    """User-defined code of a saved run that is run again; only files that the user allows, with equal digest, are executed."""
+    """User-defined classes of a saved run that is repeated; executes only files that the user allows, if unchanged."""
 
     recorded = True
 

@@ -22,9 +22,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plugin.element import is_built_in
 
-ATTRIBUTE = "configuration"  # Name of the attribute
+ATTRIBUTE = "configuration"  # Name of the attribute with the case file of a run
 
-EXPECTED_DATASET = "a Dataset that scissordyn returned"
+EXPECTED_DATASET = "a Dataset that scissordyn returned"  # Expected value in errors about other datasets
 
 TABLES_WITHOUT_RECORD = {"control", "payload", "panels", "bending", "joint_friction"}
 """Tables of a case file that a run does not store, because it stores the bodies and components that they create."""
@@ -128,10 +128,10 @@ def write_configuration(
     return record_text(mechanism, options, diagram)
 
 
-def can_be_written(mechanism: Mechanism) -> bool:
-    """Return whether the text of a mechanism needs no user-defined code and cannot be refused, so that it may be made later.
+def can_write_later(mechanism: Mechanism) -> bool:
+    """Return True if writing the text of a mechanism needs no user-defined code and cannot fail, so that it can wait.
 
-    A distance that follows a time function is refused for some of these functions.
+    A mechanism with prescribed distances may fail: not every time function of a distance can be written.
     """
     laws = [
         law

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from scissordyn.casefile.code import AbsentPart, code_of
-from scissordyn.casefile.quantity import NumbersText, exact, read_quantity, written
+from scissordyn.casefile.quantity import NumbersText, exact_text, read_quantity, rounded_text
 from scissordyn.casefile.table import (
     About,
     Call,
@@ -19,7 +19,7 @@ from scissordyn.casefile.table import (
     Reader,
     Shape,
     Table,
-    described,
+    dataclass_reader,
     keys_of,
     make_table,
     read_as,
@@ -51,7 +51,7 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import Quantity, quantities
 
-COORDINATE_EXAMPLES = (
+COORDINATE_EXAMPLES = (  # correct coordinates, which error texts show
     '{ angle = "planet", base = "arm" }, { slide = "rack.tip", direction = "0 deg" } or { distance = ["a.end", "b.end"] }'
 )
 
@@ -161,17 +161,17 @@ class CouplingTable(
 
     teeth: Annotated[
         Teeth | None,
-        described(Teeth, pressure_angle="20 deg"),
+        dataclass_reader(Teeth, pressure_angle="20 deg"),
         About("gears or a rack whose force acts at the pitch point", examples=[{"pressure_angle": "20 deg"}]),
     ] = None
     belt: Annotated[
         Belt | None,
-        described(Belt, radius="50 mm", pretension="100 N"),
+        dataclass_reader(Belt, radius="50 mm", pretension="100 N"),
         About("a belt or a chain whose spans pull at both pulleys", examples=[{"radius": "50 mm"}]),
     ] = None
     screw: Annotated[
         Screw | None,
-        described(Screw, centre="bearing"),
+        dataclass_reader(Screw, centre="bearing"),
         About("a screw whose thrust acts back on its bearing", examples=[{"centre": "bearing"}]),
     ] = None
     backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_BACKLASH_EXAMPLE])] = None
@@ -199,23 +199,25 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
     lines, (bare, backlashes) = [], without_backlash(mechanism)
     for part in bare.couplings:
         unit, name = ratio_unit(part.output, part.input), part.name
-        ratio = written(part.ratio, unit) if unit == "1" else exact((part.ratio,), unit)
-        offset = f" + {written(part.offset, part.output.unit)}" if part.offset else ""
+        ratio = rounded_text(part.ratio, unit) if unit == "1" else exact_text((part.ratio,), unit)
+        offset = f" + {rounded_text(part.offset, part.output.unit)}" if part.offset else ""
         sense = "in opposite senses" if part.ratio < 0.0 else "in the same sense"
         text = f"Coupling {name}: {coordinate_words(part.output)} = {ratio} x {coordinate_words(part.input)}{offset}, {sense}"
         text += transmission_words(part)
-        lines.append(f"{text}, backlash {written(backlashes[name]['backlash'], 'rad')}." if name in backlashes else f"{text}.")
+        lines.append(
+            f"{text}, backlash {rounded_text(backlashes[name]['backlash'], 'rad')}." if name in backlashes else f"{text}."
+        )
     return lines
 
 
 def transmission_words(part: Coupling) -> str:
-    """Return a clause about the teeth, belt or screw of a coupling; "" for a coupling without them."""
+    """Return a clause that describes the teeth, belt or screw of a coupling; "" for a coupling without these."""
     match part.transmission:
         case Teeth(pressure_angle=angle):
-            return f", teeth with a pressure angle of {written(angle, 'rad')}"
+            return f", teeth with a pressure angle of {rounded_text(angle, 'rad')}"
         case Belt(radius=radius, pretension=pretension):
             kind = "an open" if part.ratio > 0.0 else "a crossed"
-            return f", {kind} belt on a pitch radius of {written(radius, 'm')}, pretension {written(pretension, 'N')}"
+            return f", {kind} belt on a pitch radius of {rounded_text(radius, 'm')}, pretension {rounded_text(pretension, 'N')}"
         case Screw():
             return ", a screw"
         case _:
@@ -227,13 +229,13 @@ def coordinate_words(coordinate: Coordinate) -> str:
         return f"distance of {'.'.join(coordinate.start)} and {'.'.join(coordinate.end)}"
     against = "" if coordinate.base == GROUND else f" against {coordinate.base}"
     if isinstance(coordinate, Slide):
-        return f"slide of {'.'.join(coordinate.point)} along {written(coordinate.direction, 'rad')}{against}"
+        return f"slide of {'.'.join(coordinate.point)} along {rounded_text(coordinate.direction, 'rad')}{against}"
     return f"angle of {coordinate.body}{against}"
 
 
-_CENTRE = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
-_STRAIGHT = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
-_TURNING = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
+_CENTRE_QUANTITY = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
+_LENGTH_HELP = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
+_INERTIA_HELP = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
 
 
 def _body_keys() -> dict[str, tuple[Any, Any]]:
@@ -242,12 +244,12 @@ def _body_keys() -> dict[str, tuple[Any, Any]]:
     examples["payloads"] = "12 kg"
     keys = keys_of(Body, (), name="crank", mass="1 kg", points={"tip": "0.2, 0.05 m"}, **examples)
     further = {
-        "length": (Annotated[float | None, Quantity("m", above=0.0, help=_STRAIGHT), About(examples=["0.2 m"])], None),
+        "length": (Annotated[float | None, Quantity("m", above=0.0, help=_LENGTH_HELP), About(examples=["0.2 m"])], None),
         "inertia": (
-            Annotated[float | None, Quantity("kg m^2", above=0.0, help=_TURNING), About(examples=["0.01 kg m^2"])],
+            Annotated[float | None, Quantity("kg m^2", above=0.0, help=_INERTIA_HELP), About(examples=["0.01 kg m^2"])],
             None,
         ),
-        "centre": (Annotated[Point | None, _CENTRE, About(examples=["0.1, 0 m"])], None),
+        "centre": (Annotated[Point | None, _CENTRE_QUANTITY, About(examples=["0.1, 0 m"])], None),
     }
     order = dict.fromkeys(("name", "mass", "length", "inertia", "points", "centre", *keys))
     return {key: (keys | further)[key] for key in order}
@@ -302,7 +304,10 @@ def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any)
     return Part(keys, table_reader(keys), fills, help)
 
 
-_OWN_FIELDS = {"rod": "rods", "latch": "latches"}  # components with their own field of `Mechanism`
+_COMPONENT_FIELDS = {
+    "rod": "rods",
+    "latch": "latches",
+}  # field of `Mechanism` for components that are not in its field `components`
 
 
 @cache
@@ -311,7 +316,7 @@ def _component_part(kind: Any) -> Part:
     declaration: Declaration = kind.declaration
     first_line = (kind.__doc__ or "").strip().splitlines()[0]
     help = first_line[:1].lower() + first_line[1:].split(": ")[0].rstrip(".")
-    fills = _OWN_FIELDS.get(declaration.section, "components")
+    fills = _COMPONENT_FIELDS.get(declaration.section, "components")
     return _part(kind, fills, help, name=declaration.section.replace("_", " "), **declaration.example)
 
 
@@ -333,7 +338,7 @@ def _any_component() -> Shape:
     ours = [
         {"properties": {"type": {"const": section}}, "required": ["type"]}
         for section in COMPONENTS
-        if section not in _OWN_FIELDS
+        if section not in _COMPONENT_FIELDS
     ]
     return {"type": "object", "anyOf": [*ours, {"properties": named, "required": ["type"]}]}
 
@@ -351,7 +356,7 @@ def _read_user_component(given: Any, context: Context) -> Any:
 
 def component_part(type: str, folder: Path) -> Part:
     """Return the kind of part for a [[component]] table with a given `type`; a file that `type` names is executed."""
-    classes = {section: kind for section, kind in COMPONENTS.items() if section not in _OWN_FIELDS}
+    classes = {section: kind for section, kind in COMPONENTS.items() if section not in _COMPONENT_FIELDS}
     if ".py:" not in type and type not in classes:
         raise InputError(
             f"unknown component '{type}'{did_you_mean(type, classes)}",

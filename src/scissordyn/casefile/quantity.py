@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     import pint
 
 
+# Definitions of unit prefixes for pint
 PREFIX_DEFINITIONS = ("giga- = 1e9 = G-", "mega- = 1e6 = M-", "kilo- = 1e3 = k-", "centi- = 1e-2 = c-", "milli- = 1e-3 = m-")
-SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")
+SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-")  # Further definitions of prefixes for pint
 # Definitions of prefixes and units for pint. In pint's own list an angle is a pure number: "0.1 %" is an angle, and 1 Hz is
 # 1 rad/s. Here an angle is a dimension, and 1 Hz is one revolution per second. This list also loads twenty times faster.
 UNIT_DEFINITIONS = (
@@ -51,7 +52,7 @@ KNOWN_UNITS = (
 )
 """Units that error messages may suggest for a mistyped unit."""
 
-JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units that users join without a blank: kNm
+JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units to look for in products without blanks: kNm
 
 REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
 """Spellings of revolutions per minute in drawings and catalogues."""
@@ -88,18 +89,18 @@ SI_UNITS = (
     *("m", "m/s", "m/s^2", "rad", "rad/s", "s", "1/s", "1/m", "s/m", "kg", "kg m^2", "kg/m^3"),
     *("N", "N m", "N/m", "N s", "N s/m", "N m/s", "N m/rad", "N m s/rad", "N m/(rad s)", "Pa", "K", "1/K"),
 )
-"""SI units of the fields of case files."""
+"""SI units of all quantities in case files."""
 
 UNIT_FACTORS |= dict.fromkeys(zip(SI_UNITS, SI_UNITS, strict=True), 1.0)
 
-# number in a list, with the comma or space after it
+# Pattern of a number in a list, with the comma or blank after it
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)\b)\s*,?\s*")
-LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # number, and the rest of the text
-UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # text of characters that a unit may have
-UNLIKELY_UNIT = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
+LEADING_NUMBER = re.compile(f"{NUMBER.pattern}(.*)", re.DOTALL)  # Pattern of a text that begins with a number
+UNIT_TEXT = re.compile(r"[\w°²³·*/^()\s-]*")  # Pattern of a text with only those characters that a unit may have
+UNLIKELY_UNIT_PATTERN = re.compile("(giga|mega)(radian|degree|turn|meter|second)")
 """Units such as gigaradian, which pint reads from "Grad" (German for degree): most likely a mistake."""
 
-UNLIKELY_POWER = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
+UNLIKELY_POWER_PATTERN = re.compile(r"(?:\^|\*\*)[^a-zA-Z]*?(?:\d\d|\^|\*\*)")
 """Exponents that no unit has; pint would never finish evaluating 9^9^9^9."""
 
 
@@ -118,7 +119,7 @@ def unit_factor(unit: str, target: str) -> float:
     """Return the conversion factor from `unit` to `target`; raise `InputError` for an unknown unit or another dimension."""
     if (unit, target) in UNIT_FACTORS:
         return UNIT_FACTORS[unit, target]
-    if not UNIT_TEXT.fullmatch(unit) or UNLIKELY_POWER.search(unit):
+    if not UNIT_TEXT.fullmatch(unit) or UNLIKELY_POWER_PATTERN.search(unit):
         raise InputError(f"'{unit}' is not a unit")
     import pint
 
@@ -143,7 +144,7 @@ def unit_factor(unit: str, target: str) -> float:
         TokenError,
     ):  # pint raises many kinds of errors; since Python 3.12 the tokenizer raises one for unbalanced brackets
         raise InputError(f"'{unit}' is not a unit") from None
-    if large := UNLIKELY_UNIT.search(str(parsed)):
+    if large := UNLIKELY_UNIT_PATTERN.search(str(parsed)):
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
         raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{likely}'?)", others)
     return factor
@@ -171,11 +172,11 @@ def unit_typed(text: str) -> str:
     return match[2].strip() if match is not None else ""
 
 
-INTEGER_MAX = 2**1023  # larger integers cannot be converted to a float
+INTEGER_MAX = 2**1023  # Largest integer in a case file; much larger ones cannot be converted to a float
 
 
 def _with_unit(number: float, quantity: Quantity, sample: str) -> str:
-    """Suggest a unit for a number without one: the allowed unit that makes it closest to the example `sample`."""
+    """Return a number with the allowed unit that brings it closest to the example `sample`, to correct a missing unit."""
     match = LEADING_NUMBER.fullmatch(sample)
     likely = float(match[1]) * unit_factor(match[2], quantity.unit) if match and match[2] else 0.0
     units = [quantity.unit] if likely else []
@@ -245,8 +246,8 @@ def _scaled(numbers: list[str], unit: str, target: str, wanted: str, sample: str
     return tuple(float(number) * factor for number in numbers)
 
 
-def written(value: float, unit: str) -> str:
-    """Return a number as text with a usual unit, rounded for a message."""
+def rounded_text(value: float, unit: str) -> str:
+    """Return a value in SI units as text in a usual unit such as mm, rounded for messages and templates."""
     if unit == "1":
         return f"{value:.12g}"
     names = USUAL_UNITS.get(unit, (unit,))
@@ -258,13 +259,13 @@ def written(value: float, unit: str) -> str:
 
 
 def si_value(text: str) -> float:
-    """Return the value in SI units of a text that `exact` wrote."""
+    """Return the value in SI units of a text that `exact_text` wrote."""
     number, unit = LEADING_NUMBER.fullmatch(text).groups()  # type: ignore[union-attr]
     target = next((target for target, names in USUAL_UNITS.items() if unit.strip() in names), None)
     return float(number) * (unit_factor(unit.strip(), target) if target else 1.0)
 
 
-def exact(values: Iterable[float], unit: str, digits_max: int = 12) -> str:
+def exact_text(values: Iterable[float], unit: str, digits_max: int = 12) -> str:
     """Return numbers as text with a unit; reading the text gives the same numbers to the last bit.
 
     `digits_max`: numbers with more digits are written in SI units, others in a unit such as mm if that is shorter.
@@ -311,4 +312,4 @@ def example(quantity: Quantity) -> str:
     high = next((bound for bound in (quantity.below, quantity.maximum) if bound is not None), low + 2.0)
     candidates = (1.0, 0.5 * (low + high), low, high)
     admitted = next(value for value in candidates if quantity.admits(value))
-    return written(admitted, quantity.unit)
+    return rounded_text(admitted, quantity.unit)

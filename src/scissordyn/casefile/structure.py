@@ -41,7 +41,7 @@ from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
 from scissordyn.model.walk import declared
 from scissordyn.units import quantities
 
-BARS_SAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
+BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
 
 BendingTable = table_of(
     with_bending,
@@ -49,25 +49,25 @@ BendingTable = table_of(
     spelt={"bodies": "bars"},
     bodies="unit */bar *",
     modes="auto",
-    **BARS_SAMPLE,
+    **BARS_EXAMPLE,
 )
 
 
-def _of_all_bars() -> type[Table]:
-    """Return the table [[bending]] without its key `bars`: the value of the key `bars` of [structure]."""
+def _all_bars_table() -> type[Table]:
+    """Return the table class for the key `bars` of [structure]: a table [[bending]] without its own key `bars`."""
     hints = BendingTable.__annotations__.items()
     keys = {key: (hint, getattr(BendingTable, key, MISSING)) for key, hint in hints if key != "bars"}
     return make_table("bars", Table, keys, "Section and material of all bars.")
 
 
-@reader(_of_all_bars)
+@reader(_all_bars_table)
 def _all_bars(given: Any, context: Context) -> Any:
     """Read the key `bars` of [structure]; by default the mass of the bars follows from their section."""
     if not isinstance(given, Mapping):
-        raise InputError("not a table", "the keys of [[bending]] except bars", f"bars = {toml(BARS_SAMPLE)}")
+        raise InputError("not a table", "the keys of [[bending]] except bars", f"bars = {toml(BARS_EXAMPLE)}")
     if "bars" in given:
         raise InputError(
-            "a key bars in the table of all bars", "a table [[bending]] for some of the bars", f"bars = {toml(BARS_SAMPLE)}"
+            "a key bars in the table of all bars", "a table [[bending]] for some of the bars", f"bars = {toml(BARS_EXAMPLE)}"
         )
     mass = {"mass": "section"} if "section" in given else {}
     return BendingTable.read({"bars": "all", **mass, **given}, context)
@@ -206,7 +206,7 @@ _MECHANISM = quantities(Mechanism)
 class StructureTable(Table):
     """Base of the tables [structure], one class for each kind of structure."""
 
-    bars: Annotated[Any, ALL_BARS, About("section and material of all straight bars, which bend", examples=[BARS_SAMPLE])] = (
+    bars: Annotated[Any, ALL_BARS, About("section and material of all straight bars, which bend", examples=[BARS_EXAMPLE])] = (
         None
     )
     source: Annotated[
@@ -270,7 +270,7 @@ _TABLES = (
 STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _TABLES}
 
 
-def _known(given: Any, _: Context) -> str:
+def _read_kind(given: Any, _: Context) -> str:
     if not isinstance(given, str) or given not in STRUCTURES:
         raise InputError(
             f"unknown kind of structure{did_you_mean(given, STRUCTURES)}", ", ".join(STRUCTURES), 'kind = "scissor"'
@@ -280,7 +280,7 @@ def _known(given: Any, _: Context) -> str:
 
 class _Kind(Table):
     kind: Annotated[
-        str, Reader(_known, lambda: {"enum": list(STRUCTURES)}), About("what kind of structure", examples=["scissor"])
+        str, Reader(_read_kind, lambda: {"enum": list(STRUCTURES)}), About("what kind of structure", examples=["scissor"])
     ]
 
 

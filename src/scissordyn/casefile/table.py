@@ -13,7 +13,7 @@ from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 from scissordyn.annotation import members, plain_hint
-from scissordyn.casefile.quantity import INTEGER_MAX, example, read_quantity, written
+from scissordyn.casefile.quantity import INTEGER_MAX, example, read_quantity, rounded_text
 from scissordyn.casefile.text import Place, place_text
 from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
@@ -124,7 +124,7 @@ class Key:
         value = None if self.required else self.default
         if self.quantity is None:
             return toml(value)
-        text = example(self.quantity) if value is None else written(float(value), self.quantity.unit)
+        text = example(self.quantity) if value is None else rounded_text(float(value), self.quantity.unit)
         return text if self.quantity.unit == "1" else toml(text)
 
     def read(self, given: Any, context: Context) -> Any:
@@ -374,7 +374,7 @@ def with_key(key: str, value: Any, table: type[Table], *, required: bool = True)
     return make_table(f"{table.__name__}_{key}", table, {key: (hint, MISSING if required else None)}, table.__doc__)
 
 
-def described(kind: type, hints: Hints = (), **examples: Any) -> Reader:
+def dataclass_reader(kind: type, hints: Hints = (), **examples: Any) -> Reader:
     """Return the reader of a key whose value is a table with the fields of a frozen dataclass."""
     return table_reader(cache(lambda: table_of(kind, hints, **examples)))
 
@@ -410,7 +410,7 @@ class PlacedError(InputError):
 def example_text(sample: object) -> str:
     """Return an example value as the text to type in a case file."""
     if isinstance(sample, Sample):
-        return f"{sample.key} = {toml(written(sample.value, sample.unit))}"
+        return f"{sample.key} = {toml(rounded_text(sample.value, sample.unit))}"
     return str(sample)
 
 

@@ -17,7 +17,7 @@ from scissordyn.casefile.table import (
     Shape,
     Table,
     add_prefix,
-    described,
+    dataclass_reader,
     make_table,
     read_as,
     reader,
@@ -45,8 +45,8 @@ HEADER = re.compile(
 
 
 @dataclass(frozen=True)
-class Values:
-    """Kind of quantity that a time function may have, such as an angle: its names and units, and examples in TOML."""
+class FunctionQuantity:
+    """Quantity that a time function has as its value, such as an angle: its names and units, and examples in TOML."""
 
     name: str  # name of the column in a table
     unit: str  # SI unit
@@ -71,8 +71,8 @@ class Values:
         return {"mean": self.oscillation[0], "amplitude": self.oscillation[1], "angular_frequency": "3 Hz"}
 
 
-VALUES: Mapping[str, Values] = {
-    "rad": Values(
+FUNCTION_QUANTITIES: Mapping[str, FunctionQuantity] = {
+    "rad": FunctionQuantity(
         name="angle",
         unit="rad",
         shown="deg",
@@ -83,7 +83,7 @@ VALUES: Mapping[str, Values] = {
         oscillation=("45 deg", "15 deg"),
         speed=quantities(ConstantSpeed)["speed"],
     ),
-    "m": Values(
+    "m": FunctionQuantity(
         name="length",
         unit="m",
         shown="mm",
@@ -93,7 +93,7 @@ VALUES: Mapping[str, Values] = {
         ends=("0.5 m", "0.8 m"),
         oscillation=("0.5 m", "0.1 m"),
     ),
-    "1": Values(
+    "1": FunctionQuantity(
         name="factor",
         unit="1",
         shown="1",
@@ -104,7 +104,7 @@ VALUES: Mapping[str, Values] = {
         oscillation=(0, 1),
         speed=Quantity("1/s", help="a factor that grows from zero at this rate"),
     ),
-    "N m": Values(
+    "N m": FunctionQuantity(
         name="torque",
         unit="N m",
         shown="N m",
@@ -116,7 +116,7 @@ VALUES: Mapping[str, Values] = {
         speed=Quantity("N m/s", help="a torque that grows from zero at this rate"),
     ),
 }
-"""Quantities of time functions, by SI unit."""
+"""Quantities that time functions have as their value, by SI unit."""
 
 
 def powers(unit: str) -> tuple[str, ...]:
@@ -126,7 +126,7 @@ def powers(unit: str) -> tuple[str, ...]:
 
 def read_tabulated(given: Any, folder: Path, unit: str = "rad") -> Tabulated:
     """Read a time function from a table with the keys `time` and values, or from the data file that is named."""
-    values, name = VALUES[unit], VALUES[unit].name
+    values, name = FUNCTION_QUANTITIES[unit], FUNCTION_QUANTITIES[unit].name
     if isinstance(given, str):
         return _from_file(folder / given, values)
     if not isinstance(given, Mapping) or set(given) != {"time", name}:
@@ -141,7 +141,7 @@ def _plain(given: Any, sample: str) -> tuple[float, ...]:
     return tuple(read_quantity(number, Quantity("1"), sample) for number in given)
 
 
-def _from_file(path: Path, values: Values) -> Tabulated:
+def _from_file(path: Path, values: FunctionQuantity) -> Tabulated:
     # a case may name a file that its author is not allowed to read: no message contains text of the file
     wanted = f"time [ms], {values.name} [{values.shown}]"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
@@ -167,14 +167,14 @@ def _from_file(path: Path, values: Values) -> Tabulated:
 
 def table_shape(unit: str) -> Shape:
     column = {"type": "array", "items": {"type": "number"}} if unit == "1" else NumbersText(unit, None)
-    return columns_shape({"time": NumbersText("s", None), VALUES[unit].name: column})
+    return columns_shape({"time": NumbersText("s", None), FUNCTION_QUANTITIES[unit].name: column})
 
 
 def _table_reader(unit: str) -> Reader:
     @reader(lambda: {"anyOf": [{"type": "string"}, table_shape(unit)]})
     def read(given: Any, context: Context) -> Tabulated:
         if isinstance(given, str) and code_of(context).recorded:
-            raise InputError("a saved run names a data file", "the numbers of the table", VALUES[unit].table)
+            raise InputError("a saved run names a data file", "the numbers of the table", FUNCTION_QUANTITIES[unit].table)
         return read_tabulated(given, context.get("folder", Path()), unit)
 
     return read
@@ -188,7 +188,7 @@ def _coefficients(units: tuple[str, ...]) -> Shape:
 
 def _polynomial_reader(unit: str) -> Reader:
     """Return the reader of a list of polynomial coefficients in ascending order, each with its unit."""
-    units, sample = powers(unit), f"polynomial = {toml(VALUES[unit].coefficients)}"
+    units, sample = powers(unit), f"polynomial = {toml(FUNCTION_QUANTITIES[unit].coefficients)}"
 
     @reader(lambda: _coefficients(units))
     def read(given: Any, _: Context) -> Polynomial:
@@ -231,12 +231,12 @@ def _filled(kind: type, unit: str, examples: Mapping[str, Any]) -> Reader:
     units = units_of(kind, unit)
     numbers = ((name, number) for name, number in quantities(kind).items() if number.unit != units[name])
     hints = tuple((name, Annotated[float, Quantity(units[name], help=number.help)]) for name, number in numbers)
-    return described(kind, hints, **examples)
+    return dataclass_reader(kind, hints, **examples)
 
 
 def _table_of(name: str, unit: str, what: str) -> type[MotionTable]:
     """Create the table class of time functions with values in `unit`."""
-    values, keys = VALUES[unit], dict[str, tuple[Any, Any]]()
+    values, keys = FUNCTION_QUANTITIES[unit], dict[str, tuple[Any, Any]]()
     instead = ", instead of speed" if values.speed else ""
     headings = f'a file that starts with "time [ms], {values.name} [{values.shown}]"'
     ramps = "a move with ramps of constant acceleration, to and fro with strokes"

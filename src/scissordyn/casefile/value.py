@@ -34,7 +34,7 @@ def _unit(about: tuple[Any, ...]) -> str:
     return next((extra.unit for extra in about if isinstance(extra, Quantity)), "m")
 
 
-def pair(unit: str) -> Reader:
+def pair_reader(unit: str) -> Reader:
     """Return the reader of a text with two numbers and their unit."""
 
     @reader(lambda: NumbersText(unit, 2))
@@ -47,7 +47,7 @@ def pair(unit: str) -> Reader:
     return read
 
 
-PLACE = pair("m")
+PLACE = pair_reader("m")  # Reader of a position: two numbers with a unit of length
 
 
 def _numbers(unit: str) -> Reader:
@@ -150,7 +150,7 @@ def _of_points(about: tuple[Any, ...]) -> Reader:
 
 
 read_as(BodyPoint, BODY_POINT)
-read_as(Point, lambda about: pair(_unit(about)))
+read_as(Point, lambda about: pair_reader(_unit(about)))
 read_as(str | Point, _named_or_placed)
 read_as(Mapping[str, Point], _points)
 read_as(Mapping[str, float], lambda about: _named_numbers(_unit(about)))
@@ -198,7 +198,10 @@ def _read_element(slot: str, given: Any, context: Context) -> Any:
 
 
 def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
-    """Return the JSON Schema of an element: its name, or a table with its parameters; those of a user's class are unknown."""
+    """Return the JSON Schema of a law or controller: its name, or a table with its parameters.
+
+    Parameters of user-defined classes are not checked.
+    """
     in_file = {"type": "string", "pattern": r"\.py:"}
     tables = [with_key(key, {"const": name}, plain_table(kind)) for name, kind in classes.items()]
     further = {"type": "object", "properties": {key: in_file}, "required": [key]}
@@ -206,7 +209,7 @@ def _named_tables(key: str, classes: Mapping[str, type]) -> Shape:
 
 
 def _table_or_name(kind: type, names: Iterable[str] | None) -> Shape:
-    """Return the JSON Schema of a name, or of a table without required name; if `names` is None, any name is allowed."""
+    """Return the JSON Schema of a name or a table of parameters; if `names` is None, any name is allowed."""
     text = {"type": "string"} if names is None else {"enum": list(names)}
     return {"anyOf": [text, with_key("name", {"type": "string"}, plain_table(kind), required=False)]}
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from scissordyn.casefile.part import coordinate_words, coupling_lines
-from scissordyn.casefile.quantity import written
+from scissordyn.casefile.quantity import rounded_text
 from scissordyn.casefile.time_function import units_of
 from scissordyn.cli.output import ROWS_MAX
 from scissordyn.components.actuator import Actuator
@@ -189,7 +189,7 @@ def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
         return f"a polynomial of degree {len(motion.coefficients) - 1}"
     kind: type = type(motion)
     values = {name: (getattr(motion, name), of) for name, of in units_of(kind, unit).items()}
-    numbers = ", ".join(f"{name} {written(value, of)}" for name, (value, of) in values.items() if value or name != "begin")
+    numbers = ", ".join(f"{name} {rounded_text(value, of)}" for name, (value, of) in values.items() if value or name != "begin")
     return numbers if kind is ConstantSpeed else f"{kind.__name__.lower()}, {numbers}"
 
 

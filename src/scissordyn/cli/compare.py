@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from scissordyn.casefile.quantity import written
+from scissordyn.casefile.quantity import rounded_text
 from scissordyn.cli.option import PictureFormat, SavedRun, read_run
 from scissordyn.cli.output import ROWS_MAX, check_folder, print_table, say
 from scissordyn.cli.parameter import Argument, Option
@@ -198,7 +198,7 @@ def _texts(first: Any, second: Any, unit: str) -> tuple[str, str]:
 
 def _short(value: Any, unit: str, digits: int) -> str:
     if isinstance(value, float) and unit and digits < 17:
-        number, _, named = written(float(f"{value:.{digits}g}"), unit).partition(" ")
+        number, _, named = rounded_text(float(f"{value:.{digits}g}"), unit).partition(" ")
         return f"{float(number):.{digits}g} {named}".rstrip()
     if isinstance(value, float):
         return f"{value:.{digits}g} {unit if unit != '1' else ''}".rstrip()

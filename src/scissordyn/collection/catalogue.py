@@ -17,7 +17,7 @@ import numpy as np
 from scissordyn.bibliography.reference import Reference, references
 from scissordyn.casefile.case import Case
 from scissordyn.casefile.quantity import read_quantity
-from scissordyn.casefile.table import About, Context, Table, add_prefix, described, instance, reader
+from scissordyn.casefile.table import About, Context, Table, add_prefix, dataclass_reader, instance, reader
 from scissordyn.casefile.text import read_text
 from scissordyn.config.file import folder_of_examples, in_file, parse_toml, read_case
 from scissordyn.errors import InputError, did_you_mean
@@ -193,7 +193,7 @@ class _EntryTable(Table):
     about: Annotated[str, About("origin of the parameters", examples=["Lengths of the original."])]
     licence: Annotated[str, About("licence of the files", examples=["BSD-3-Clause"])] = "BSD-3-Clause"
     example: Annotated[str | None, About("the example of the package that is used as case file", examples=["press"])] = None
-    number: Annotated[list[Annotated[ReferenceValue, described(ReferenceValue)]], About("reference values of results")]
+    number: Annotated[list[Annotated[ReferenceValue, dataclass_reader(ReferenceValue)]], About("reference values of results")]
 
 
 def read_entry(folder: Path, package: str) -> Entry:

@@ -11,7 +11,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from scissordyn.casefile.part import PARTS
-from scissordyn.casefile.quantity import exact, written
+from scissordyn.casefile.quantity import exact_text, rounded_text
 from scissordyn.casefile.structure import ControlTable, PanelsTable, PayloadTable
 from scissordyn.casefile.table import Table, instance
 from scissordyn.casefile.time_function import DriveTable
@@ -134,17 +134,17 @@ def _in_units(section: str, values: Given) -> Given:
     written_values = dict(values)
     for key, value in values.items():
         if isinstance(value, float) and units[key] != "1":
-            written_values[key] = written(value, units[key])
+            written_values[key] = rounded_text(value, units[key])
         elif isinstance(value, list):
             hint = get_type_hints(COMPONENTS[section], include_extras=True)[key]
             pairs = next(extra for extra in extras(hint) if isinstance(extra, Pairs))
             columns = zip(pairs.names, zip(*value, strict=True), pairs.units, strict=True)
-            written_values[key] = {name: exact(column, unit) for name, column, unit in columns}
+            written_values[key] = {name: exact_text(column, unit) for name, column, unit in columns}
         elif key == "controller":
             kind: Any = controller(value["name"])
             gains = quantities(kind)
             written_values[key] = {
-                name: written(number, gains[name].unit) if name in gains else number for name, number in value.items()
+                name: rounded_text(number, gains[name].unit) if name in gains else number for name, number in value.items()
             }
     return written_values
 
@@ -155,7 +155,13 @@ def _table(section: str) -> type[Table]:
 
 
 def _move(start: float, end: float, unit: str, duration: float = 2.0) -> dict[str, Any]:
-    return {"cycloidal": {"start": written(start, unit), "end": written(end, unit), "duration": written(duration, "s")}}
+    return {
+        "cycloidal": {
+            "start": rounded_text(start, unit),
+            "end": rounded_text(end, unit),
+            "duration": rounded_text(duration, "s"),
+        }
+    }
 
 
 Values = Mapping[str, Given]  # values of the tables of parts, by name of the part
@@ -373,5 +379,5 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
             mechanism = add(mechanism, tables[section][where], mass)
     if not set(names) & set(DRIVING_PARTS):
         tables["drive"] = drive
-    tables["run"] = {"until": written(1.1 * motion.duration, "s")}
+    tables["run"] = {"until": rounded_text(1.1 * motion.duration, "s")}
     return tables

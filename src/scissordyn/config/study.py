@@ -16,7 +16,7 @@ from scissordyn.casefile.table import (
     Context,
     Shape,
     Table,
-    described,
+    dataclass_reader,
     instance,
     reader,
     table_of,
@@ -179,8 +179,8 @@ class StudyText(Table):
     )
     measures: Annotated[Sequence[str | OwnMeasure], _read_texts, About("measures that are stored for each run")] = ()
     require: Annotated[Sequence[str | Requirement], _read_texts, About("requirements that a design must meet")] = ()
-    design: Annotated[Design, described(Design), About("choice of the points")] = Design()
-    sampling: Annotated[Sampling, described(Sampling), About("samples of the uncertain numbers")] = Sampling()
+    design: Annotated[Design, dataclass_reader(Design), About("choice of the points")] = Design()
+    sampling: Annotated[Sampling, dataclass_reader(Sampling), About("samples of the uncertain numbers")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
     motor: Annotated[Any, _read_motor, About("curve of a motor that must be sufficient")] = None
     optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scissordyn.casefile.case import LISTS, WEAR_READER
+from scissordyn.casefile.case import REPEATABLE_TABLES, WEAR_READER
 from scissordyn.casefile.code import Code
 from scissordyn.casefile.part import component_part
-from scissordyn.casefile.quantity import read_numbers, read_quantity, unit_factor, written
+from scissordyn.casefile.quantity import read_numbers, read_quantity, rounded_text, unit_factor
 from scissordyn.casefile.structure import STRUCTURES, BendingTable, ClearanceTable, ControlTable
 from scissordyn.casefile.table import Key, Reader, Shape, Table, plain_table, table_of
 from scissordyn.casefile.text import table_name
@@ -37,7 +37,7 @@ TABLE_READERS: Mapping[str, Reader] = {  # Reader of one table, by name of the t
     "drive": DriveTable.reader(),
     "control": ControlTable.reader(),
     "wear": WEAR_READER,
-    **{section: read for section, (read, _) in LISTS.items()},
+    **{section: read for section, (read, _) in REPEATABLE_TABLES.items()},
 }
 CHOICES: Mapping[tuple[Any, str], str] = {
     (BendingTable, "section"): "; ".join(sample for _, sample in SECTIONS.values()),
@@ -241,10 +241,10 @@ def _number_field(
         except InputError:  # the unit depends on other keys, which are not known here
             return
         if quantity.unit == "K":  # a slider needs a unit without offset
-            value = written(numbers[0], "K")
+            value = rounded_text(numbers[0], "K")
     elif isinstance(value, int | float) and not isinstance(value, bool):
         numbers = (float(value),)
-        value = repr(value) if quantity.unit == "1" else written(float(value), quantity.unit)
+        value = repr(value) if quantity.unit == "1" else rounded_text(float(value), quantity.unit)
     else:
         return
     if len(numbers) == count:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated
 
-from scissordyn.casefile.configuration import can_be_written, is_run, read_configuration, write_configuration
+from scissordyn.casefile.configuration import can_write_later, is_run, read_configuration, write_configuration
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import passing_warnings
@@ -192,7 +192,7 @@ def compute_results(
     check_tables(tables, options.until)
     check_samples(tables, options.count)
     configuration = Deferred(lambda: write_configuration(mechanism, options), threading.RLock())
-    if checkpoint is not None or not can_be_written(mechanism):
+    if checkpoint is not None or not can_write_later(mechanism):
         configuration()
     keeper = None if checkpoint is None else open_checkpoint(checkpoint, configuration())
     ideal = ideal_path(tables, options) if tables.mechanism.tracks and can_deviate(mechanism) else None

@@ -2,14 +2,15 @@
 
 Run by hand: ``python tests/mutate.py [FILE ...] [--write]``, and ``python tests/mutate.py --drawn [--write]``.
 
-The first multiplies numbers by 1.01, for every law, controller and component: every float but zero, every exponent, every
-parameter that a kernel reads and every number that a law hands to its kernel, in the
-files of `TARGETS`. The second draws changes of other kinds (`mutators.KINDS`) at random from the rooms of `ROOMS`. Each is made
-alone: a kernel in a copy of the package, whose kernels run as plain Python, or compiled anew where the tests make runs; what is
-above them with the library.
-Every change of a number has to be noticed or to stand in `EQUIVALENT` with a reason, and of those drawn all but `MOST_ALIVE`
-have to be noticed or to stand in `SAME_ANSWER`; otherwise the script ends with status 1. ``--write`` keeps its part of the page
-in docs/decisions/measured. A run that was stopped goes on where it was, as far as sources are the same.
+The first command multiplies numbers by 1.01, for every law, controller and component in the files of `TARGETS`: every float but
+zero, every exponent, every parameter that a kernel reads, and every number that a law passes to its kernel. The second command
+draws changes of other kinds (`mutators.KINDS`) at random in the subpackages of `DRAWN_CHANGES`. Each change is made alone: a
+changed kernel runs as plain Python in a copy of the package, or is compiled again if the tests simulate; other changes use the
+compiled library.
+
+Every change of a number must be noticed by a test, or be listed in `EQUIVALENT` with a reason. Of the drawn changes all but
+`MOST_ALIVE` must be noticed or be listed in `SAME_ANSWER`. Otherwise the script ends with status 1. ``--write`` updates its part
+of the page in docs/decisions/measured. An interrupted run continues as long as the sources are the same.
 """
 
 import argparse
@@ -36,9 +37,9 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
     importlib.import_module(_library)
 
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
-from noticing import EQUIVALENT, MOST_ALIVE, NAMED, ROOMS, SAME_ANSWER, SEED, of_runs, tests_of
+from noticing import DRAWN_CHANGES, EQUIVALENT, MOST_ALIVE, NAMED, SAME_ANSWER, SEED, of_runs, tests_of
 
-KERNEL_ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
+KERNEL_SUBPACKAGES = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
 HERE = Path(__file__).parent
 PACKAGE = HERE.parent / "src" / "scissordyn"
 PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
@@ -125,7 +126,7 @@ class Job:
 
 def above_kernels(file: str) -> bool:
     """Return whether a file has no kernels and no part of them."""
-    return not file.startswith(KERNEL_ROOMS)
+    return not file.startswith(KERNEL_SUBPACKAGES)
 
 
 def by_name(file: str) -> bool:
@@ -330,7 +331,7 @@ def try_drawn(
     files: list[str], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]
 ) -> list[tuple[Change, str]]:
     """Return each drawn or named change with the first test file that notices it, or "" if none does."""
-    everything = [*drawn(PACKAGE, ROOMS, SEED), *named()]
+    everything = [*drawn(PACKAGE, DRAWN_CHANGES, SEED), *named()]
     changes = [each for each in everything if not files or each.file.startswith(tuple(files))]
     tests = {change: tests_of(change.file) for change in changes}
     asked = dict.fromkeys(test for each in tests.values() for test in each)
@@ -366,12 +367,14 @@ def drawn_page(found: list[tuple[Change, str]]) -> str:
         said = f"tests/{test}" if test else f"none: {reason_of(change)}"
         where = f"{change.file}:{change.line} | {change.function or 'module'}"
         lines.append(f"| {number} | {where} | {change.kind} | `{text.replace('|', '/')}` | {said} |")
-    rooms = ", ".join(f"{room} {count}" for room, count in ROOMS.items())
+    counts = ", ".join(f"{subpackage} {count}" for subpackage, count in DRAWN_CHANGES.items())
     kinds = "".join(f"* {kind}: {what}\n" for kind, what in KINDS.items())
     same = sum(not test and reason_of(change) != "" for change, test in found)
     noticed = sum(test != "" for _, test in found)
     said = f"The last {len(NAMED)} are named: no test noticed them once."
-    head = f"Drawn with seed {SEED}: {rooms}. Each kind of change in a room is as likely as any other. {said}\n\n{kinds}\n"
+    head = (
+        f"Drawn with seed {SEED}: {counts}. Each kind of change in a subpackage is as likely as any other. {said}\n\n{kinds}\n"
+    )
     counts = f"{noticed} noticed, {same} give the same answers, {len(found) - noticed - same} not noticed"
     return f"{head}{chr(10).join(lines)}\n\n{len(found)} changes: {counts}."
 
@@ -390,7 +393,7 @@ def write(part: str, text: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("files", nargs="*", help="files below the package, e.g. laws/friction/lugre.py; or rooms with --drawn")
+    parser.add_argument("files", nargs="*", help="files of the package, e.g. laws/friction/lugre.py; with --drawn, subpackages")
     parser.add_argument("--tests", nargs="+", help="test files below tests/ for the files, if they are in no target")
     parser.add_argument("--drawn", action="store_true", help="changes drawn at random in the place of numbers")
     parser.add_argument("--workers", type=int, default=2, help="tests that run at once")

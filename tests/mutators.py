@@ -158,12 +158,12 @@ def changed(root: Path, change: Change) -> str:
     return ast.unparse(ast.fix_missing_locations(tree))
 
 
-def drawn(root: Path, rooms: dict[str, int], seed: int) -> list[Change]:
-    """So many changes of each room, at random: each kind alike, each of a kind alike, none twice."""
+def drawn(root: Path, counts: dict[str, int], seed: int) -> list[Change]:
+    """Draw changes at random: `counts` of each subpackage, first a kind and then a change of that kind, none twice."""
     random_ = random.Random(seed)
     chosen: list[Change] = []
-    for room, count in rooms.items():
-        files = sorted(str(path.relative_to(root)) for path in (root / room).glob("*.py"))
+    for subpackage, count in counts.items():
+        files = sorted(str(path.relative_to(root)) for path in (root / subpackage).glob("*.py"))
         pools = {kind: [] for kind in KINDS}  # type: dict[str, list[Change]]
         for change in (change for file in files for change in changes_of(root, file)):
             pools[change.kind].append(change)

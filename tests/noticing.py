@@ -1,13 +1,13 @@
-"""Tables of `mutate`: rooms that changes are drawn from, tests that have to notice them, and changes that change nothing."""
+"""Tables of `mutate`: subpackages in which changes are drawn, tests that must notice them, and changes without effect."""
 
 from fnmatch import fnmatch
 
-__all__ = ["EQUIVALENT", "MOST_ALIVE", "NAMED", "ROOMS", "SAME_ANSWER", "SEED", "tests_of"]
+__all__ = ["DRAWN_CHANGES", "EQUIVALENT", "MOST_ALIVE", "NAMED", "SAME_ANSWER", "SEED", "tests_of"]
 
 SEED = 22
 
-ROOMS = {"integrate": 16, "mechanics": 16, "components/port": 6, "kinematics": 11, "run": 11}
-"""Number of changes that are drawn from each room."""
+DRAWN_CHANGES = {"integrate": 16, "mechanics": 16, "components/port": 6, "kinematics": 11, "run": 11}
+"""Number of changes that are drawn in each subpackage."""
 
 MOST_ALIVE = 3
 

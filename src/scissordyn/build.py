@@ -25,7 +25,7 @@ from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
 from scissordyn.plugin.element import recipes
 
-ROOMS = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages with kernels
+KERNEL_SUBPACKAGES = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages with kernels
 LOOP_MODULE = "scissordyn.run.advance.system"  # module with the entry functions of the time loop
 
 
@@ -48,7 +48,11 @@ def _subsets(names: tuple[str, ...]) -> Iterable[tuple[str, ...]]:
 
 def library_source() -> str:
     """Return the source of the library in C."""
-    names = [path.relative_to(PACKAGE).with_suffix("").as_posix() for room in ROOMS for path in (PACKAGE / room).rglob("*.py")]
+    names = [
+        path.relative_to(PACKAGE).with_suffix("").as_posix()
+        for subpackage in KERNEL_SUBPACKAGES
+        for path in (PACKAGE / subpackage).rglob("*.py")
+    ]
     for module in (*sorted(f"scissordyn.{name.replace('/', '.')}" for name in names), LOOP_MODULE):
         import_module(module)
     unit = Unit()

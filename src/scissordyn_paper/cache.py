@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar, cast
 import xarray as xr
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.file.provenance import DISPLAY_ROOMS, PACKAGE
+from scissordyn.file.provenance import DISPLAY_SUBPACKAGES, PACKAGE
 from scissordyn.file.provenance import provenance as made_with
 from scissordyn.record.store import load, save
 from scissordyn.run.engine import Engine, error_text, outcomes
@@ -20,7 +20,7 @@ from scissordyn.run.engine import Engine, error_text, outcomes
 Progress = Callable[[str, int, int], None]  # Function that shows the kind of work, number of finished jobs and total number
 
 PRESENTATION_SOURCES = (
-    *DISPLAY_ROOMS,
+    *DISPLAY_SUBPACKAGES,
     "figure",
     *(
         f"{name}.py"

@@ -15,7 +15,7 @@ import pytest
 
 import scissordyn
 import scissordyn as sd
-from scissordyn.file.provenance import DISPLAY_ROOMS, provenance
+from scissordyn.file.provenance import DISPLAY_SUBPACKAGES, provenance
 from scissordyn.periodic import bifurcation as bifurcation_module
 from scissordyn_paper.cache import PRESENTATION_SOURCES
 
@@ -37,17 +37,17 @@ def test_every_source_counts(tmp_path: Path) -> None:
     copy = tmp_path / PACKAGE.name
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     before = asked(tmp_path, PRESENTATION_SOURCES)
-    rooms = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
-    assert {"model", "run", "studies", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(rooms)
-    for room in [*rooms, "new_room"]:
-        place = copy / room
-        file = place if room.endswith(".py") else place / "added.py"
+    parts = sorted(path.name for path in copy.iterdir() if path.is_dir() or path.suffix == ".py")
+    assert {"model", "run", "studies", "config", "plugin", "units.py", "kernel.py", "laws", "errors.py"} <= set(parts)
+    for part in [*parts, "new_part"]:
+        place = copy / part
+        file = place if part.endswith(".py") else place / "added.py"
         file.parent.mkdir(exist_ok=True)
         text = file.read_text() if file.exists() else None
         file.write_text((text or "") + "\n# edited\n")
         after = asked(tmp_path, PRESENTATION_SOURCES)
-        assert (after[0] != before[0]) == (room not in DISPLAY_ROOMS), room
-        assert (after[1] != before[1]) == (room not in DISPLAY_ROOMS), room
+        assert (after[0] != before[0]) == (part not in DISPLAY_SUBPACKAGES), part
+        assert (after[1] != before[1]) == (part not in DISPLAY_SUBPACKAGES), part
         file.unlink() if text is None else file.write_text(text)
     assert asked(tmp_path, PRESENTATION_SOURCES) == before
 
@@ -56,7 +56,7 @@ def test_excluded_sources_are_not_imported() -> None:
     """Contract: modules that compute stored results import no source that the digest excludes."""
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
-        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_ROOMS,
+        ("periodic.bifurcation", "periodic.ensemble", "periodic.lyapunov"): DISPLAY_SUBPACKAGES,
         ("runs", "periodic", "controlled", "parameter_sets", "cache"): PRESENTATION_SOURCES,
     }
     for modules, skipped in entries.items():

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-DECLARATION, CASE = "zoo.toml", "case.toml"  # Names of the files in the folder of an entry
+DECLARATION, CASE = "zoo.toml", "case.toml"  # Names of the two files that describe a mechanism of the zoo
 
 Kind = Literal["benchmark", "clearance joints", "linkage", "scissor structure", "deployable", "machine", "toy"]
 
@@ -97,7 +97,7 @@ class ReferenceValue:
 
 @dataclass(frozen=True)
 class ComparedValue:
-    """Value of a run next to its reference value and tolerance."""
+    """Value found in a run, with the reference value and its tolerance."""
 
     number: ReferenceValue
     found: float  # Value of the run, in the unit of the variable

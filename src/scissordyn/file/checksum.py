@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import os
 
-MARK = b"\nSHA-256 of what is above, by scissordyn: "
-CHUNK_BYTES = 2**20  # [bytes] Part of a file that is read at once, and chunk of an array; HDF5's default cache has this size
-LINE_BYTES = len(MARK) + len(hashlib.sha256().hexdigest()) + len("\n")
+CHECKSUM_MARK = b"\nSHA-256 of what is above, by scissordyn: "  # First bytes of the checksum line
+CHUNK_BYTES = 2**20  # [bytes] Size of the blocks in which files are read and arrays are stored; that of HDF5's default cache
+LINE_BYTES = len(CHECKSUM_MARK) + len(hashlib.sha256().hexdigest()) + len("\n")  # [bytes] Length of the checksum line
 
 
 def checksum_line(content: bytes | memoryview) -> bytes:
     """Return the line with the checksum of a file's content, to be appended to the content."""
-    return MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+    return CHECKSUM_MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
 
 
 def verify_checksum(path: str | os.PathLike[str]) -> bool:
@@ -30,8 +30,8 @@ def verify_checksum(path: str | os.PathLike[str]) -> bool:
             digest.update(block)
             rest -= len(block)
         line = file.read(LINE_BYTES)
-    if not line.startswith(MARK):
+    if not line.startswith(CHECKSUM_MARK):
         return False
-    if line != MARK + digest.hexdigest().encode() + b"\n":
+    if line != CHECKSUM_MARK + digest.hexdigest().encode() + b"\n":
         raise ValueError("its content does not match its checksum: the file is damaged")
     return True

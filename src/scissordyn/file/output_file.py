@@ -39,13 +39,14 @@ FIRST_BYTES = {
 """First bytes of pictures, films and exported tables, by ending; in an MP4 file they follow the four bytes of a length."""
 
 
+# Commands that make a file from a saved run, by the ending of the file: exports, pictures, films
 EXPORT_COMMANDS = dict.fromkeys(
     (".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv"
 )
 PICTURE_COMMANDS = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
 FILM_COMMANDS = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
 OTHER_ENDINGS = {**EXPORT_COMMANDS, **PICTURE_COMMANDS, **FILM_COMMANDS, ".toml": "", ".py": "", ".db": ""}
-"""File name endings that do not mean NetCDF, each with the command that makes such a file from a saved run."""
+"""File name endings of other formats than NetCDF, each with the command that makes the file from a saved run, or ""."""
 
 
 def regular_size(path: str | os.PathLike[str]) -> int | None:
@@ -142,7 +143,7 @@ def write_file(path: str | os.PathLike[str], content: bytes | memoryview, *, sam
 
 
 def put_file(path: str | os.PathLike[str], content: bytes | memoryview, *, new: bool = False) -> None:
-    """Write a file completely or not at all, or raise an error of the operating system.
+    """Write a file completely or not at all; raise `OSError` if it cannot be written.
 
     The content is written to a hidden file in the same folder, which is then renamed. Hidden files of killed processes are
     removed first. With `new`, an existing file raises `FileExistsError`.
@@ -218,7 +219,7 @@ def _find_unfinished(target: Path) -> Iterator[Path]:
             os.close(handle)
 
 
-# True if files can be locked; Windows needs no lock, because an open file cannot be deleted there
+# True on systems with file locks; Windows needs no lock, because it does not delete open files
 CAN_LOCK = sys.platform != "win32"
 
 

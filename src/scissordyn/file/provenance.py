@@ -10,13 +10,13 @@ from pathlib import Path
 
 LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose versions are recorded
 
-PACKAGE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[1]  # folder with the sources of this package
 
-DISPLAY_ROOMS = ("cli", "plot")  # subpackages that only show results; the digest includes all other sources
+DISPLAY_SUBPACKAGES = ("cli", "plot")  # subpackages that only show results; the digest includes all other sources
 
 
 @cache
-def provenance(skip: tuple[str, ...] = DISPLAY_ROOMS, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
+def provenance(skip: tuple[str, ...] = DISPLAY_SUBPACKAGES, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
     """Return library versions and a digest of the sources that may affect results, as JSON; equal texts mean equal results."""
     digest = hashlib.sha256()
     for package in packages:

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 VECTOR_DIMS, ANGLE_DIMS = ("time", "body", "axis"), ("time", "body")  # dimensions of positions and of angles of bodies
 
-MOTION_VARIABLES = {  # dimensions of the variables of the bodies' motion
+MOTION_VARIABLE_DIMS = {  # dimensions of the variables of the bodies' motion
     **dict.fromkeys(("position", "velocity", "acceleration"), VECTOR_DIMS),
     **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), ANGLE_DIMS),
 }
-# variables of every run: energies and works
+# variables of every run with an energy or a work
 ENERGY_VARIABLES = ("kinetic_energy", "potential_energy", "drive_work", "dissipated_energy", "energy_residual")
 
 # variables of every run that have a finite value at every instant
-FINITE_VARIABLES = {"time": ("time",), **MOTION_VARIABLES, **dict.fromkeys(ENERGY_VARIABLES, ("time",))}
+FINITE_VARIABLES = {"time": ("time",), **MOTION_VARIABLE_DIMS, **dict.fromkeys(ENERGY_VARIABLES, ("time",))}
 
 JOINT_VARIABLES = {
     "reaction": ("time", "joint", "axis"),
@@ -41,14 +41,14 @@ CONTACT_VARIABLES = (
 )
 """Variables along the dimension `contact`, in addition to `contact_joint`."""
 
-# variables along the dimension `event`, with the dtype kind of their values
+# variables along the dimension `event`, with NumPy's letter for the kind of their values
 EVENT_VARIABLES = {"event_time": "f", "event_loss": "f", "event_name": "U", "event_kind": "U"}
 
-NAME_COORDINATES = ("body", "joint", "axis")  # coordinates with names
+NAME_COORDINATES = ("body", "joint", "axis")  # coordinates of a run whose entries are names
 
 TEXT_ATTRIBUTES = ("status", "cause", "configuration")  # attributes of every run that are texts
 
-EXPECTED_RUN = "a run as scissordyn wrote it"
+EXPECTED_RUN = "a run as scissordyn wrote it"  # expected value in errors about damaged runs
 
 
 def check_run(run: xr.Dataset) -> None:

@@ -16,7 +16,7 @@ from scissordyn.record.dataset import results
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.trajectory import current_trajectory
-from scissordyn.sensitivity.forward import SAMPLED, Forward, forward
+from scissordyn.sensitivity.forward import SAMPLED_ARRAYS, Forward, forward
 from scissordyn.sensitivity.gradient import check_derivable
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives
@@ -79,7 +79,7 @@ def _moved_curves(
     """
     mechanism = changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
     tables, samples = plan(mechanism), run.driver.samples
-    moved = {name: getattr(samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED}
+    moved = {name: getattr(samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED_ARRAYS}
     statistics = {"method": options.method, "reason": "", "seconds": 0.0, **count_steps(run.driver.state)}
     path = dataclasses.replace(
         current_trajectory(run.driver, statistics=statistics),

@@ -21,11 +21,11 @@ from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, Watched
 from scissordyn.sensitivity.twin import Twin
 
-CHECK_STEPS = 2_000  # [steps] between two checks of Ctrl-C and reports of progress
+CHECK_STEPS = 2_000  # [steps] number of steps between two checks for Ctrl-C, and two reports of progress
 
 HISTORY_STEPS = 16_384  # [steps] Smallest length of the history of delayed signals; halved steps need more than the run has
 
-TOLERANCE_FACTOR = 100.0  # [tolerances of the values] Relative error of the derivatives that is allowed in a step
+TOLERANCE_FACTOR = 100.0  # Largest relative error of derivatives in a step, as a multiple of the relative tolerance of the run
 
 
 REPLAY_FAILURES = {
@@ -34,16 +34,16 @@ REPLAY_FAILURES = {
     JUMP: "a controller begins to act abruptly after its delay; expected a ramp",
     FULL: "a controller's delay is longer than the steps that fit into its history",
 }
-"""Reasons why a step cannot be repeated, by the return values of `follow`."""
+"""Reasons why a step cannot be repeated in dual numbers, by the status that `replay.follow` returns."""
 
-SAMPLED = ("state", "memory", "mass", "reference")  # Arrays of the samples that have derivatives
+SAMPLED_ARRAYS = ("state", "memory", "mass", "reference")  # Fields of `Samples` whose derivatives are stored
 
 POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Arrays of the model with kernel pointers
 
 
 @dataclass(frozen=True)
 class Forward:
-    """Finished run, and the derivatives of its arrays by parameter / scale along the last axis."""
+    """Finished run with the derivatives of its arrays; the last axis is that of the parameters, divided by their scales."""
 
     driver: Driver
     state: np.ndarray  # (ny, parameters)
@@ -51,9 +51,9 @@ class Forward:
     peak: np.ndarray  # (rows, columns, parameters)
     total: np.ndarray  # (powers, parameters)
     monitored: np.ndarray  # (rows, values, parameters)
-    samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) by the names in `SAMPLED`
+    samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) by the names in `SAMPLED_ARRAYS`
     misfit: float  # Largest relative difference between a step and its repetition
-    parts: int  # Number of steps that were halved for the derivatives
+    parts: int  # Number of steps that were halved for accurate derivatives
 
 
 class _Pass:
@@ -90,12 +90,12 @@ class _Pass:
         self._bind()
         self.seed = np.zeros((1, DERIVATIVES + 1))
         self.seed[0, 1] = 1.0
-        dual = self.twin.of(self.driver.state.clock)
+        dual = self.twin.copy_of(self.driver.state.clock)
         dual["monitors"] = int(integrals)
         self._put(seeds)
 
     def _rows(self, content: Any) -> np.ndarray:
-        """Return the indices of the monitored rows whose largest values get derivatives: all rows."""
+        """Return the indices of the monitored values whose maxima get derivatives: all values."""
         return np.arange(self.driver.state.peak.shape[0])
 
     def _bind(self) -> None:
@@ -117,17 +117,17 @@ class _Pass:
         for k, seed in enumerate(seeds):
             for name, slope in seed.items():
                 if name == "y":
-                    self.twin.of(state.y)[..., 1 + k] = slope
+                    self.twin.copy_of(state.y)[..., 1 + k] = slope
                 elif name == "delays":
-                    self.twin.of(self.driver.integration.content.work.delays)[..., 1 + k] = slope
+                    self.twin.copy_of(self.driver.integration.content.work.delays)[..., 1 + k] = slope
                 elif name == "log":
-                    self.twin.of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
+                    self.twin.copy_of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
                 else:
                     owner, *path = name.split(".")
                     array: Any = getattr(content, owner)
                     while not isinstance(array, np.ndarray):
                         array = getattr(array, path.pop(0))
-                    dual = self.twin.of(array)
+                    dual = self.twin.copy_of(array)
                     (dual[path[0]] if path else dual)[..., 1 + k] = slope
 
     def advance(self, until: float, most_steps: int, progress: Callable[[float], None] | None) -> str:
@@ -169,7 +169,7 @@ class _Pass:
     def result(self, count: int, *, integrals: bool) -> Forward:
         """Return the run with its derivatives by the first `count` parameters."""
         self.library.end(self.integration, self.system)
-        state, of = self.driver.state, self.twin.of
+        state, of = self.driver.state, self.twin.copy_of
         part = slice(1, 1 + count)
         log = of(self.driver.integration.content.log)[: int(state.counts["events"][0]), :, part].copy()
         peak, total = of(state.peak)[..., part].copy(), of(state.total)[..., part].copy()
@@ -185,7 +185,7 @@ class _Pass:
         if not integrals:
             total[:] = np.nan
         kept = self.driver.integration.content.samples
-        samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED}
+        samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED_ARRAYS}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
             float(self.misfit[0]), int(self.parts[0]),

@@ -34,13 +34,13 @@ from scissordyn.units import Meaning, checked
 if TYPE_CHECKING:
     import xarray as xr
 
-TITLE = "scissordyn gradient"
+TITLE = "scissordyn gradient"  # Title of the Dataset of derivatives
 
 
 class _Limit(NamedTuple):
-    """Instant until which a gradient is valid for a change of its parameter, and the reason, a key of `LIMIT_REASONS`.
+    """Time until which a gradient is valid for a given change of its parameter, and the reason, a key of `LIMIT_REASONS`.
 
-    `change` is the relative change from which on all contacts of the run may be removed.
+    `change` is the smallest relative change of the parameter that may remove every contact of the run.
     """
 
     time: float
@@ -52,7 +52,7 @@ _Row = tuple[tuple[float, ...], tuple[bool, ...], _Limit]  # derivatives, whethe
 
 
 class _Derived(NamedTuple):
-    """Values of responses, and their derivatives by each parameter / scale."""
+    """Values of responses, and their derivatives by each parameter, which is divided by its scale."""
 
     parameters: list[Parameter]
     values: np.ndarray
@@ -237,7 +237,7 @@ def _response(mechanism: Mechanism, text: str) -> Response:
 def _seeded(
     made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool
 ) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
-    """Return the parameters, the derivatives of the start by each, and the reason for each parameter that is left out."""
+    """Return the parameters, the derivatives of the start by each of them, and for each omitted parameter the reason."""
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None)
     parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()

@@ -25,14 +25,14 @@ from scissordyn.mechanics.system import Model
 from scissordyn.plugin.element import RECIPES
 from scissordyn.sensitivity.replay import Watched, end, follow
 
-DERIVATIVES = 8  # Derivatives of a dual number, one per parameter; 8 doubles fill the widest vector register
+DERIVATIVES = 8  # Number of derivatives of a dual number, one per parameter; 8 doubles fill the widest vector register
 
-FOLLOW, END = Entry(follow), Entry(end)  # Functions of the library: repeat a step, finish a run
+FOLLOW, END = Entry(follow), Entry(end)  # Functions of the library: repeat the last step, finish a run
 
-ROOMS = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
-"""Subpackages whose sources determine the library: its file name contains their digest."""
+KERNEL_SUBPACKAGES = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
+"""Subpackages from which the library is compiled; its file name contains a digest of their sources."""
 
-ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Symbol of the function that makes steps in doubles
+ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Name, in the package's library, of the function that makes steps
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Library:
 
     compiled: ctypes.CDLL
     pointers: Mapping[int, int]  # Pointer in this library by the pointer in the package's library
-    doubles: tuple[type, ...]  # Named tuples whose floats have no derivatives
+    doubles: tuple[type, ...]  # Types of named tuples whose arrays have no derivatives
     advance: int  # Pointer to the function that makes steps in doubles
 
     def lockstep(self, run: int, watched: int, integration: int, system: int, seed: int, most: int) -> int:
@@ -96,10 +96,13 @@ def _user_defined(recipe: Recipe) -> ctypes.CDLL:
 @cache
 def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CDLL:
     """Load the library from the cache folder; compile it if the sources or the processor have changed."""
-    files_of_rooms = sorted(
-        path for room in ROOMS for path in (PACKAGE / room).rglob("*.[pc]*") if path.suffix in (".py", ".c")
+    sources = sorted(
+        path
+        for subpackage in KERNEL_SUBPACKAGES
+        for path in (PACKAGE / subpackage).rglob("*.[pc]*")
+        if path.suffix in (".py", ".c")
     )
-    digest = digest_of([path.relative_to(PACKAGE).as_posix() for path in files_of_rooms])
+    digest = digest_of([path.relative_to(PACKAGE).as_posix() for path in sources])
     marks = (digest, *(recipe.symbol for recipe in recipes), *(kind.__name__ for kind in doubles), *_flags(), _processor())
     name = f"duals-{hashlib.sha256('|'.join(marks).encode()).hexdigest()[:24]}{Path(library_name()).suffix}"
     kept = cache_folder() / name

@@ -19,7 +19,7 @@ from scissordyn.sensitivity.forward import Forward
 from scissordyn.tolerance import DATA_TOL
 
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
-"""Measures that are integrals over time."""
+"""Measures that integrate a quantity over time."""
 
 
 DIFFERENTIABLE = (
@@ -36,9 +36,10 @@ def _contact_forces(ended: Ended) -> np.ndarray:
     return np.append(forces, np.full(len(parts_of(ended.mechanism)["joint"]) - forces.size, math.nan))
 
 
-VALUES: Mapping[str, Callable[[Ended], float | np.ndarray]] = MappingProxyType(
+MEASURE_FUNCTIONS: Mapping[str, Callable[[Ended], float | np.ndarray]] = MappingProxyType(
     {name: MEASURES[name].value for name in DIFFERENTIABLE} | {"peak_force": _contact_forces}
 )
+"""Functions that compute the differentiable measures of a finished run, by name."""
 
 
 def check_measure(response: Response) -> None:
@@ -50,7 +51,7 @@ def check_measure(response: Response) -> None:
 
 def value_of_response(ended: Ended, response: Response) -> float:
     """Return the value of a response: the measure of its part, or the largest or smallest measure of all parts."""
-    values = np.asarray(VALUES[response.measure](ended), float)
+    values = np.asarray(MEASURE_FUNCTIONS[response.measure](ended), float)
     if not values.ndim:
         return float(values)
     if response.part:

@@ -38,7 +38,7 @@ from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 
 class Replayed(NamedTuple):
-    """Functions of a problem that a repetition calls: those of `integrate.advance`, `forget` and `break_at`.
+    """Functions of an initial value problem that the repetition of a step calls: those of `integrate.advance`, and two more.
 
     `forget(S)` discards values cached for an instant, because the same instant may return with other derivatives.
     `break_at(t, S)` returns the instant at which a time function has a kink, if t is equal to it within round-off, else NaN.
@@ -59,24 +59,27 @@ class Replayed(NamedTuple):
 
 
 FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP = range(5)
-"""Return values of `follow`: done; the repetition has other contact modes than the run; a guard is not zero at its event; the
-history of delayed signals has no room; rates jump at a multiple of a delay that is a parameter.
+"""Results of `follow`: step repeated; other contact modes than in the run; a guard is not zero at its event; the history of
+delayed signals is full; rates jump at a multiple of a delay that is a parameter.
 """
 
-PARTS_MAX = 1000  # Largest number of parts into which a step is divided, rejected parts included
+PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
 PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
 
 WEIGHT_FACTOR = 10.0
-"""[error weights of the values] Absolute error of a derivative by parameter / scale that is allowed in a step."""
+"""Largest absolute error of a derivative in a step, as a multiple of the absolute error weight of its value.
 
-ROOT_PRECISIONS = 10.0  # [precisions of located events] Largest value of a guard that counts as zero at its event
+The derivative is by the parameter divided by its scale.
+"""
 
-JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance of two evaluations of the rates on both sides of an instant
-JUMP_MIN = 1e-6  # [rates] Smallest difference of the rates on both sides that counts as a jump
+ROOT_PRECISIONS = 10.0  # Largest value of a guard that counts as zero at its event, as a multiple of its location precision
+
+JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance from an instant at which the rates on either side of it are evaluated
+JUMP_MIN = 1e-6  # Smallest difference of the rates on either side, relative to the rates, that counts as a jump
 
 
 class Watched(NamedTuple):
-    """Arrays of the run in doubles that the repetition reads, and the arrays in which it reports errors."""
+    """Arrays in doubles, of the run whose steps are repeated: inputs of the repetition, and the errors that it reports."""
 
     clock: ClockArray
     counts: CountsArray

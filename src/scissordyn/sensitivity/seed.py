@@ -30,27 +30,35 @@ from scissordyn.tolerance import DATA_TOL
 DIFFERENCE_STEPS = (4e-3, 5e-4, 6e-5)
 """[parameter scales] Steps of the differences of sixth order, largest first.
 
-The relative error of the first is 1e-14 f_7/f, and round-off adds 1e-13, of each further one eight times more.
+The largest step has a relative truncation error of 1e-14 f_7/f and a round-off of 1e-13; each next step has eight times the
+round-off.
 """
 
 STEP_ERROR_TOL = 1e-8
-"""Relative difference of both orders, about (h/L)^4/30, up to which the error of the sixth, (h/L)^6/140, is 1e-12."""
+"""Largest accepted relative difference between differences of fourth and sixth order.
 
-CENTRAL = ((-3, -2, -1, 1, 2, 3), (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60), (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0))
-FORWARD = (
+It is about (h/L)^4/30 for a length scale L; the relative error of the sixth order, (h/L)^6/140, is then 1e-12.
+"""
+
+CENTRAL_DIFFERENCES = (
+    (-3, -2, -1, 1, 2, 3),
+    (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60),
+    (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0),
+)
+FORWARD_DIFFERENCES = (
     (0, 1, 2, 3, 4, 5, 6),
     (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),
     (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
 )
-"""Finite differences: places in steps, weights of sixth order, and weights of a lower order to estimate the error."""
+"""Central and one-sided differences: places in steps, weights of sixth order, and weights of lower order for the error."""
 
 
-PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of a system, except its work arrays
+PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter of a gradient: its path, value [SI], the scale of its change, and its unit."""
+    """Parameter of a gradient: its path, its value in SI units, the scale of its changes, and its unit."""
 
     path: str
     value: float
@@ -59,7 +67,7 @@ class Parameter:
 
 
 def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
-    """Return the parameter at a path; `size` [m] is the scale of a length that is zero."""
+    """Return the parameter at a path; the scale of its changes is its value, or `size` [m] for a length of zero."""
     place = number(mechanism, path)
     assert place.quantity is not None
     if isinstance(place.value, int):
@@ -121,7 +129,7 @@ def _arrays(path: str, content: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
-    """Return the derivatives of the arrays at the start by parameter / scale, by name; constant arrays are left out."""
+    """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays."""
     best: tuple[float, dict[str, np.ndarray]] | None = None
     for step in DIFFERENCE_STEPS:
         error, found = _derivatives_by(start, parameter, step)
@@ -141,7 +149,7 @@ def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
 def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[float, dict[str, np.ndarray]]:
     """Return the largest estimated error of the derivatives of an array, relative to its size, and the derivatives."""
     refused: ScissordynError | None = None
-    for places, weights, lower in (CENTRAL, FORWARD, _mirrored(FORWARD)):
+    for places, weights, lower in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
             several = [_changed_arrays(start, parameter, place * step * parameter.scale) for place in places]
         except ScissordynError as error:

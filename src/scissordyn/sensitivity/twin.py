@@ -11,7 +11,7 @@ from scissordyn.kernel import fields_of
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.sensitivity.library import DERIVATIVES
 
-DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles of a dual number: its value, then its derivatives
+DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: its value, then its derivatives
 
 
 class Twin:
@@ -36,14 +36,14 @@ class Twin:
         self._memory.append(memory)
         return int(memory.ctypes.data)
 
-    def of(self, array: np.ndarray) -> np.ndarray:
+    def copy_of(self, array: np.ndarray) -> np.ndarray:
         """Return the dual-number copy of an array: values at [..., 0] and derivatives at [..., 1:]."""
         return self._copies[id(array)][1]
 
     def grow(self, old: np.ndarray, new: np.ndarray) -> None:
         """Replace the copy of an array by that of a longer array with the same first rows."""
         rows, _ = self._copy("", new), self._copies.pop(id(new), None)
-        rows[: len(old)] = self.of(old)
+        rows[: len(old)] = self.copy_of(old)
         self._copies[id(new)] = new, rows
 
     def _words(self, content: Any, described: type) -> list[int]:

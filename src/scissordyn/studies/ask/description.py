@@ -29,8 +29,8 @@ from scissordyn.studies.ask.distribution import Variation
 from scissordyn.studies.ask.distribution import from_plain as read_variation
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, check_unit
 
-# Rooms of the package that no measure of a case depends on; the fingerprint of a study leaves them out
-ROOMS_WITHOUT_NUMBERS = ("cli", "plot", "config", "periodic", "analysis")
+# Subpackages that cannot change the result of a run; the fingerprint of a study leaves their sources out
+SUBPACKAGES_WITHOUT_RESULTS = ("cli", "plot", "config", "periodic", "analysis")
 UNCERTAIN_SEED_OFFSET = 2**32  # [-] added to the seed of uncertain parameters, so that they are independent of the design
 
 Read = Mapping[Any, Callable[[Any], Any]]  # Functions that read values of some types
@@ -407,7 +407,7 @@ class Study:
             "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
             "measures": [plain["measures"], plain["own_measures"]],
             "optimisation": None if search is None else {**search, "generations": 0},
-            "program": provenance(ROOMS_WITHOUT_NUMBERS),
+            "program": provenance(SUBPACKAGES_WITHOUT_RESULTS),
         }
         return {
             name: hashlib.sha256(json.dumps(part, sort_keys=True).encode()).hexdigest()[:16] for name, part in parts.items()

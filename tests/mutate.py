@@ -9,8 +9,8 @@ changed kernel runs as plain Python in a copy of the package, or is compiled aga
 compiled library.
 
 Every change of a number must be noticed by a test, or be listed in `EQUIVALENT` with a reason. Of the drawn changes all but
-`MOST_ALIVE` must be noticed or be listed in `SAME_ANSWER`. Otherwise the script ends with status 1. ``--write`` updates its part
-of the page in docs/decisions/measured. An interrupted run continues as long as the sources are the same.
+`MOST_ALIVE` must be noticed or be listed in `SAME_ANSWER`. Otherwise the script ends with status 1. ``--write`` updates its
+part of the page in docs/decisions/measured. An interrupted run continues as long as the sources are the same.
 """
 
 import argparse

@@ -346,7 +346,7 @@ class _InternalForces:
         step = vectors + COMPLEX_STEP * 1j * np.tensordot(self.moved, by, 1)
         still = np.zeros((1, *vectors.shape))
         outside = -np.imag(shape_forces(axis, BarMotion(step[None], still, still, np.ones(1)))[0]) / COMPLEX_STEP
-        weight = axis.vectors(self.at.plan.coordinates.natural.uniform(self.gravity))
+        weight = axis.vectors(self.at.plan.coordinates.natural.translation(self.gravity))
         outside -= bar.mass_per_length * shapes.mass @ weight
         for place, force in pushed:
             outside -= np.outer(shapes_beyond(axis, np.array([place]))[0], force)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 HERMITE_MASS = np.array(
     [[156.0, 22.0, 54.0, -13.0], [22.0, 4.0, 13.0, -3.0], [54.0, 13.0, 156.0, -22.0], [-13.0, -3.0, -22.0, 4.0]]
 )
-"""Consistent mass matrix of a beam element with cubic Hermite shapes, times 420/m: 420 int S_i S_j dxi.
+"""Consistent mass matrix of a beam element with cubic Hermite shapes S_i, divided by its mass/420: 420 int S_i S_j dxi.
 
 Its coordinates are (r_1, l r'_1, r_2, l r'_2): positions and slopes of both ends.
 """
@@ -122,7 +122,7 @@ def bar_table(axis: Axis) -> np.ndarray:
 
 
 def _padded(table: np.ndarray) -> np.ndarray:
-    """Pad rows to whole lanes."""
+    """Pad the rows of a table with zeros to a multiple of the width of vector instructions."""
     return np.pad(table, ((0, 0), (0, padded(table.shape[1]) - table.shape[1])))
 
 
@@ -163,7 +163,7 @@ def dissected(graph: csr_array) -> np.ndarray:
 
 
 def _levels(graph: csr_array, first: int) -> np.ndarray:
-    """Return the distance of each coordinate from one of them, counted in couplings."""
+    """Return the distance of each coordinate from the coordinate `first`: the smallest number of couplings in between."""
     from scipy.sparse.csgraph import breadth_first_order
 
     order, before = breadth_first_order(graph, first, directed=False)
@@ -185,10 +185,10 @@ def _offset(natural: Natural, beam: Beam, body: str, point: str) -> int:
 
 
 def straight_maps(beam: Beam, u: PointMap, first: PointMap, second: PointMap) -> tuple[tuple[PointMap, float], ...]:
-    """Return two vectors that vanish if an element is straight and unstretched, each with its unit of length.
+    """Return two vectors that vanish if a beam element is straight and unstretched, each with the length it is divided by [m].
 
-    The first is the end's displacement from its undeformed place, over the length [m]; the second the difference of both ends'
-    unit tangents.
+    The first is the displacement of the end from its undeformed place, divided by the length of the element. The second is the
+    difference of the unit tangents at both ends.
     """
     return (combined((u, 1.0), (first, -beam.length)), beam.length), (combined((second, 1.0), (first, -1.0)), 1.0)
 
@@ -203,7 +203,10 @@ def is_straight(axis: Axis, natural: np.ndarray) -> bool:
 
 
 def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
-    """Return vectors that vanish if a flexible bar is straight and evenly extended, their scales [m], and its length."""
+    """Return vectors that vanish if a flexible bar is straight and evenly stretched, with their scales [m], and a constraint.
+
+    The constraint keeps the length of the bar.
+    """
     shapes, length, sections = axis.shapes, axis.bar.length, len(axis.bar.sections)
     identity = np.eye(shapes.count)
     chord = (identity[sections - 1] - identity[0]) / length

@@ -21,7 +21,7 @@ from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Coordinates, PointMap, joined, stacked
 from scissordyn.plan.linear_constraints import body_inertia
 from scissordyn.plan.ordering import narrow, reach
-from scissordyn.plan.transmission import LineAngle, Pressure, Thrust, pressure_of
+from scissordyn.plan.transmission import LineAngle, SeparatingForce, Thrust, separating_force_of
 
 Action = tuple[str, tuple[float, float, float], BodyPoint, str]
 """Effect of a unit reaction on a body: body, (force x, force y, torque), point of action, body whose frame is used."""
@@ -40,7 +40,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         for name, direction in zip(family.bodies, family.maps, strict=True):
             b = index[name]
             rotation[b] = k
-            sense[b], offset[b] = _turned(family.maps[0], direction, first, mechanism.body(name).placed_angle)
+            sense[b], offset[b] = _sense_and_offset(family.maps[0], direction, first, mechanism.body(name).placed_angle)
     for b, body in enumerate(mechanism.bodies):
         if rotation[b] < 0:
             offset[b] = body.placed_angle
@@ -59,7 +59,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         (names.index(part.name), pressure)
         for part in mechanism.couplings
         if part.name in names and not coordinates.constraints[names.index(part.name)].moving
-        if (pressure := pressure_of(mechanism, part)) is not None
+        if (pressure := separating_force_of(mechanism, part)) is not None
     ]
     return BodyMaps(
         **stacked(maps, 4),
@@ -84,7 +84,7 @@ def body_maps(mechanism: Mechanism, coordinates: Coordinates) -> BodyMaps:
         ).reshape(-1, 4),
         pressure_factor=np.array([part.per_force / coordinates.constraints[k].scale for k, part in pressures], float),
         pressure_number=np.array([part.numbers for _, part in pressures], float).reshape(-1, 2),
-        pressure_arm=np.array([_pressed(mechanism, part) for _, part in pressures], float).reshape(-1, 2, 2),
+        pressure_arm=np.array([_separating_arms(mechanism, part) for _, part in pressures], float).reshape(-1, 2, 2),
     )
 
 
@@ -103,8 +103,8 @@ def _acts(
     return SLIDE, (body, base, back), (arm_of(mechanism, *coordinate.point), along)
 
 
-def _pressed(mechanism: Mechanism, part: Pressure) -> tuple[Point, Point]:
-    """Return two points of action of a workless force: centres of both wheels, or the pinion's centre and its rack's normal."""
+def _separating_arms(mechanism: Mechanism, part: SeparatingForce) -> tuple[Point, Point]:
+    """Return the arms of a separating force: to both wheel centres, or to the pinion's centre and the normal of its rack."""
     first = arm_of(mechanism, *part.first)
     return first, part.normal if part.kind == RACK else arm_of(mechanism, *part.second)
 
@@ -123,8 +123,8 @@ def arm_of(mechanism: Mechanism, body: str, point: str | Point | None) -> Point:
     return x - described.centre[0], y - described.centre[1]
 
 
-def _turned(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:
-    """Return sense and offset of a direction's angle relative to another direction that it is rotated or mirrored from."""
+def _sense_and_offset(first: PointMap, other: PointMap, first_angle: float, other_angle: float) -> tuple[float, float]:
+    """Return the sense s (1 or -1) and the offset c [rad] of two directions whose angles obey other = s first + c."""
     square = first.rows @ first.rows.T
     if np.linalg.det(square) <= 1e-12 * np.trace(square) ** 2:  # a constant direction
         return 1.0, other_angle - first_angle
@@ -170,7 +170,7 @@ def balance(mechanism: Mechanism) -> Balance:
 
 
 def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
-    """Return the ideal guides that transmit a moment: aligned ones, and the first guide of a body without inertia.
+    """Return the ideal guides that transmit a moment: aligned guides, and the first guide of each body without inertia.
 
     A guide keeps the angle of a body without inertia. The first of several guides of such a body carries the whole moment.
     """
@@ -184,7 +184,7 @@ def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
 
 
 def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
-    """Return the effects of each unknown on bodies: of joints, welds, guides, guide moments and drives.
+    """Return the effects of each unknown reaction on bodies: of joints, welds, guides, moments of guides, and drives.
 
     Moments are in units of `length`.
     """

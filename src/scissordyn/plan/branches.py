@@ -23,7 +23,7 @@ class Branches:
     """Natural coordinates z = N y + P b, with origins in units of the mechanism's size, and the quadratic constraints on z."""
 
     natural: Natural
-    stays: np.ndarray  # (n,) Indices of y in z
+    stays: np.ndarray  # (n,) Indices in z of the coordinates y
     free: np.ndarray  # (nZ, n) N
     prescribed: np.ndarray  # (nZ, 1 + 2 drives) P
     rows: np.ndarray  # (parts, 2, nZ) Maps of the quadratic constraints; parts of one constraint are consecutive
@@ -31,13 +31,13 @@ class Branches:
     weight: np.ndarray  # (parts,)
     moving: np.ndarray  # (parts, 2, n) Derivatives of the maps by y
     begin: np.ndarray  # (m,) First part of each constraint
-    scale: np.ndarray  # (m,) Largest possible length of each constraint's gradient; 1 if it has none
+    scale: np.ndarray  # (m,) Largest possible length of each constraint's gradient; 1 without a gradient
     varies: np.ndarray  # Indices of constraints with a gradient
     constraints: tuple[Constraint, ...]  # Unit lengths, moving guides, rods and couplings
 
 
 def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
-    """Return the closure equations on all branches; `coordinates` give the values that couplings keep."""
+    """Return the closure equations for all branches; `coordinates` contain the values that couplings hold constant."""
     natural, basis = natural_coordinates(mechanism), 1 + 2 * len(mechanism.drives)
     elimination, (start, columns, values) = eliminated(mechanism, natural, [])
     total = natural.total

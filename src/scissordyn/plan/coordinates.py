@@ -22,7 +22,7 @@ from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
 @dataclass(frozen=True)
 class PointMap:
-    """Plane vector as a linear function of the columns [x; b]: the columns it depends on, and their coefficients."""
+    """Plane vector as a linear function of [x; b]: indices of the entries on which it depends, and their coefficients."""
 
     columns: np.ndarray  # (k,) In increasing order
     rows: np.ndarray  # (2, k)
@@ -38,7 +38,7 @@ class PointMap:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Constraint: the sum of weight |map|^2 / 2, or of weight times another function of the map, equals `value`.
+    """Constraint: the sum over its parts of weight |map|^2 / 2, or of weight times another function of the map, is `value`.
 
     The maps are dimensionless and of the order of one; those with a length are divided by `scale`. For a coupling, the weights
     and the value are divided by it.
@@ -68,12 +68,12 @@ class Constraint:
 
     @property
     def columns(self) -> np.ndarray:
-        """Columns of all parts, one after another."""
+        """Columns of the maps of all parts, concatenated."""
         return np.concatenate([point_map.columns for _, point_map in self.parts])
 
 
 def joined(parts: Iterable[tuple[PointMap, int, float]], height: int = 6) -> PointMap:
-    """Stack parts (map, first row, sign) as rows on the union of their columns."""
+    """Return one map with the rows of several parts (map, first row, sign) at the union of their columns."""
     table: dict[int, list[float]] = {}
     for point_map, first, sign in parts:
         upper, lower = point_map.rows.tolist()
@@ -94,7 +94,7 @@ def combined(*parts: tuple[PointMap, float]) -> PointMap:
 
 
 def stacked(maps: Sequence[PointMap], height: int, name: str = "") -> dict[str, np.ndarray]:
-    """Return starts, columns and rows of consecutive maps, as fields whose names begin with `name`."""
+    """Concatenate maps into arrays: starts, columns and rows, as a mapping from field names that begin with `name`."""
     starts = np.array(list(itertools.accumulate((vector.columns.size for vector in maps), initial=0)), np.int64)
     columns = np.concatenate([np.zeros(0, np.int64), *(vector.columns for vector in maps)])
     rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(vector.rows for vector in maps)]))
@@ -145,7 +145,7 @@ class Natural:
         x, y = (sum(value * float(natural[column]) for column, value in row.items()) for row in self.direction(body))
         return math.atan2(y, x)
 
-    def fixed(self, body: str, point: str | Point, size: float = 1.0) -> tuple[Expression, Expression]:
+    def point_expressions(self, body: str, point: str | Point, size: float = 1.0) -> tuple[Expression, Expression]:
         """Return both components of a point (name, or position in the frame of a body or the ground), in units of `size`."""
         if isinstance(point, str):
             point = (self.ground if body == GROUND else self.bodies[body].points)[point]
@@ -194,8 +194,8 @@ class Natural:
             for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
                 position[p : p + 2] = q
 
-    def uniform(self, vector: np.ndarray) -> np.ndarray:
-        """Return the change of all natural coordinates when the mechanism is displaced by a vector."""
+    def translation(self, vector: np.ndarray) -> np.ndarray:
+        """Return the change of all natural coordinates if the whole mechanism is displaced by a vector."""
         position = np.zeros(self.total)
         for p in self.offsets.values():
             position[p : p + 2] = vector
@@ -221,7 +221,7 @@ def natural_coordinates(mechanism: Mechanism) -> Natural:
 
 @dataclass(frozen=True)
 class Family:
-    """Rotating bodies whose angles differ by constants or mirror each other, such as parallel bars: one angle gives all."""
+    """Rotating bodies whose angles differ by constants or are mirrored, such as parallel bars, so that one angle gives all."""
 
     bodies: tuple[str, ...]
     maps: tuple[PointMap, ...]  # Direction vectors of the bodies
@@ -271,7 +271,7 @@ class Coordinates:
 
     @cached_property
     def reach(self) -> np.ndarray:
-        """Largest displacement of a point of a body per unit of each free coordinate, shape (n,)."""
+        """Largest displacement of any point of a body per unit of each free coordinate, shape (n,)."""
         moved = np.ones(self.matrix.shape[0])
         for name, body in self.natural.bodies.items():
             if self.natural.rotates(name):
@@ -288,7 +288,7 @@ class Coordinates:
 
     def at(self, body: str, point: str | Point) -> PointMap:
         """Return the position of a point, given by name or in the frame of a body or the ground."""
-        return self._map(self.natural.fixed(body, point))
+        return self._map(self.natural.point_expressions(body, point))
 
     def vector(self, x: Expression, y: Expression) -> PointMap:
         """Return the map of a vector whose components are given in natural coordinates."""

@@ -158,7 +158,7 @@ def coupling_parts(coordinates: Coordinates, terms: Terms, name: str) -> Constra
 
 
 def _can_move(coordinates: Coordinates, coordinate: Coordinate) -> bool:
-    """Return whether a coordinate depends on anything that moves."""
+    """Return whether a coordinate depends on free coordinates or drives."""
     if isinstance(coordinate, RelativeAngle):
         maps = [coordinates.frame(body) for body in coordinate.bodies]
     else:

@@ -11,42 +11,43 @@ from scissordyn.errors import AssemblyError
 from scissordyn.kernel import F1, I1, entry, kernel
 from scissordyn.tolerance import ASSEMBLY_TOL, DATA_TOL
 
-DRIVE_PREFIX = "the drive of"  # First words of the name of a constraint that a drive imposes
+DRIVE_PREFIX = "the drive of"  # First words, in messages, of the name of a constraint that a drive imposes
 Expression = dict[int, float]  # Linear combination: coefficient by column
 
 
 PIVOT_FRACTION_MIN = 1e-3
-"""A preferred column is the pivot of an equation if its coefficient is at least this fraction of the largest; else any is."""
+"""Smallest coefficient of a preferred pivot, as a fraction of the largest in its equation; below it, any column is a pivot."""
 
 CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX = 0.02, 30.0
-"""Displacement from the placed position to one that meets all constraints: in mechanism sizes, and over the error as placed.
+"""Limits of the displacement that makes the placed bodies meet all constraints.
 
-If it exceeds both, the given lengths are rounded numbers that contradict each other.
+The first limit is in mechanism sizes, the second a multiple of the constraints' error before the displacement. Lengths that
+need a displacement above both limits are rounded numbers that contradict each other.
 """
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]  # Sparse rows: starts, columns, values
 
 
 class Solved(NamedTuple):
-    """Columns that constraints have been solved for, each as a linear combination of other columns."""
+    """Columns for which constraints have been solved, each as a linear combination of other columns."""
 
-    row: I1  # (columns,) Constraint that a column is solved by; -1 if the column is free
+    row: I1  # (columns,) Constraint that was solved for the column; -1 for a free column
     first: I1  # (columns,) First entry of the column's expression
     length: I1  # (columns,) Number of entries
-    column: I1  # (room,) Column of each entry
-    value: F1  # (room,) Coefficient of each entry
+    column: I1  # (capacity,) Column of each entry
+    value: F1  # (capacity,) Coefficient of each entry
 
 
 class Sums(NamedTuple):
     """Scratch arrays in which the terms of one sparse row are added up."""
 
     total: F1  # (columns,) Coefficient of each column
-    listed: I1  # (columns,) Whether a column is in `touched`
+    listed: I1  # (columns,) 1 for a column in `touched`
     touched: I1  # (columns,) Columns with an entry
 
 
 DONE, CONTRADICTS, FULL = -1, -2, -3
-"""Results of the kernels: all rows are processed; a constraint contradicts earlier ones; the arrays have no room left."""
+"""Results of `eliminate` and `expand_rows`: all rows are done; a constraint contradicts earlier ones; arrays are too small."""
 
 
 def add(*terms: Expression) -> Expression:
@@ -209,7 +210,7 @@ class Elimination:
         self.solved_at: np.ndarray = np.full(self.preferred.size + prescribed, -1, np.int64)
 
     def impose(self, constraint: Expression, name: str) -> None:
-        """Require that `constraint` vanishes; `name` is its subject in messages."""
+        """Add the equation constraint = 0; messages call it `name`."""
         self.imposed.append((constraint, name))
 
     def rows(self, nothing_left: float = ASSEMBLY_TOL) -> Rows:
@@ -225,11 +226,11 @@ class Elimination:
         values = np.array([value for constraint, _ in self.imposed for value in constraint.values()], float)
         # round-off adds up along a chain: it is 1.1e-12 after a ring of 1000 units with ten constraints each
         round_off = max(1e-12, 1e-14 * len(self.imposed))
-        room = 64 + 8 * total + 4 * columns.size
+        capacity = 64 + 8 * total + 4 * columns.size
         while True:
             self.solved_at[:] = -1
             first, length, progress = np.zeros(total, np.int64), np.zeros(total, np.int64), np.zeros(2, np.int64)
-            solved = Solved(self.solved_at, first, length, np.zeros(room, np.int64), np.zeros(room))
+            solved = Solved(self.solved_at, first, length, np.zeros(capacity, np.int64), np.zeros(capacity))
             sums = Sums(np.zeros(total), np.zeros(total, np.int64), np.zeros(total, np.int64))
             limits = round_off, nothing_left, refused
             status = eliminate(start, columns, values, self.preferred, solved, sums, progress, *limits)
@@ -237,14 +238,14 @@ class Elimination:
                 constraint, name = self.imposed[row := int(progress[0])]
                 raise contradiction([name, *self.causes_of([constraint], row)])
             if status == DONE:
-                rows = np.zeros(unknowns + 1, np.int64), np.zeros(room, np.int64), np.zeros(room)
+                rows = np.zeros(unknowns + 1, np.int64), np.zeros(capacity, np.int64), np.zeros(capacity)
                 if expand_rows(unknowns, solved, sums, *rows, round_off) == DONE:
                     used = int(rows[0][-1])
                     return rows[0], rows[1][:used], rows[2][:used]
-            room *= 2
+            capacity *= 2
 
     def misses(self, rows: Rows, placed: np.ndarray) -> bool:
-        """Return whether the solution is far from the placed values, although these nearly meet the constraints."""
+        """Return whether the solution is far from the placed values, although the placed values nearly meet the constraints."""
         unknowns, (start, columns, values) = self.preferred.size, rows
         solved = np.add.reduceat(np.append(values * placed[columns], 0.0), start[:-1]) * (np.diff(start) > 0)
         far = np.max(np.abs(solved - placed[:unknowns]), initial=0.0)

@@ -20,7 +20,7 @@ from scissordyn.plan.elimination import Expression
 from scissordyn.plan.shapes import Shapes, shapes_of
 from scissordyn.plugin.element import pointers, row_of
 
-MODES_MAX = 24  # Largest number of modes of a bar if it is not given
+MODES_MAX = 24  # Largest number of bending modes that is chosen for a bar; a given number may be larger
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
@@ -84,7 +84,7 @@ class Axis:
 
     @property
     def highest_frequency(self) -> float:
-        """Highest frequency of the modes used, with cross-sections held [Hz]; 0 without modes."""
+        """Highest natural frequency of the bar's modes, which have fixed cross-sections [Hz]; 0 without modes."""
         if self.shapes.modes == 0:
             return 0.0
         speed = math.sqrt(self.bar.bending_stiffness / self.bar.mass_per_length)
@@ -92,13 +92,13 @@ class Axis:
 
     @property
     def slopes(self) -> list[int]:
-        """Index of the first natural coordinate of each slope vector at a cross-section that is not in `directed`."""
+        """Indices of the first coordinates of the slope vectors at cross-sections without a direction of their own."""
         slopes = self.first[len(self.bar.sections) : self.shapes.held]
         return [p for p, k in zip(slopes.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
 
     @property
     def terms(self) -> list[tuple[int, int, float]]:
-        """Index, natural vector and angle of rotation of each shape."""
+        """Index of each shape, first natural coordinate of its vector, and angle by which the vector is rotated."""
         return list(zip(range(self.shapes.count), self.first.tolist(), self.turned.tolist(), strict=True))
 
     def expression(self, weights: np.ndarray) -> tuple[Expression, Expression]:
@@ -131,7 +131,7 @@ class Axis:
 
 
 def contact_frequency(mechanism: Mechanism, mass: float) -> float:
-    """Return one over the shortest duration of an impact of a mass at 1 m/s on a clearance [Hz]; 0 without contacts.
+    """Return 1/T for the shortest duration T of an impact at 1 m/s between a mass and a clearance joint [Hz]; 0 if none.
 
     For spheres the duration scales with the fifth root of mass squared over speed, so neither must be known well. A hard
     contact uses the stiffness law of the impact that its impulse replaces.

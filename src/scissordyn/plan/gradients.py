@@ -12,11 +12,11 @@ from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH
 from scissordyn.plan.coordinates import Constraint, Coordinates, PointMap
 from scissordyn.tolerance import ASSEMBLY_TOL
 
-DENSE_ENTRIES_MAX = 250_000  # Largest number of entries of a matrix that is stored in full; larger ones are sparse
+DENSE_ENTRIES_MAX = 250_000  # Largest number of entries of a matrix that is stored in full; larger matrices are sparse
 
 
 class Gradients:
-    """Constraints and held vectors with their gradients by x."""
+    """Constraints, and vectors that an assembly holds, with their gradients by the free coordinates x."""
 
     def __init__(self, free: int, basis: int, constraints: Sequence[Constraint], held: Sequence[PointMap] = ()) -> None:
         self.free, self.count = free, len(constraints)
@@ -106,7 +106,7 @@ class Gradients:
 
 
 def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -> Any:
-    """Stack the rows of some maps; the matrix is sparse if it is large, unless `dense` is given."""
+    """Return the matrix with the rows of some maps; `dense` chooses a full or sparse one, by default the size does."""
     if not maps or (2 * len(maps) * width <= DENSE_ENTRIES_MAX if dense is None else dense):
         full = np.zeros((2 * len(maps), width))
         for k, vector in enumerate(maps):
@@ -138,7 +138,7 @@ def least_change(jacobian: Any, residual: np.ndarray, smallest: float = ASSEMBLY
 
 
 def guesses(coordinates: Coordinates, b: np.ndarray, first: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield free coordinates to start an assembly from: a guess, then guesses with bodies rotated at random, more and more.
+    """Yield free coordinates from which an assembly may start: the first guess, then bodies rotated at random, ever farther.
 
     Newton's method cannot leave the line on which bodies are placed, although an assembly may exist away from it.
     """

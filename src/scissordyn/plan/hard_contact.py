@@ -22,14 +22,16 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, pointers, row_of
 
 SPEED_INDEPENDENT = ("beam", "force", "torque", "constant_force_spring")
-"""Sections of the components that have no damping rows in the step equations of hard contacts.
+"""Kinds of components without damping rows in the step equations of hard contacts.
 
 Their force does not depend on a speed, or their damping is weak (beams).
 """
 
-ROW_FIELDS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")  # Fields of `HardWork` by rows of equations
-STATE_FIELDS = ("kept_slope", "slope", "middle", "scratch")  # Fields of `HardState` and `HardWork` by entries of the state y
-ELEMENT_ROWS_MAX = 3  # Largest number of rows of a force element: N and T of a contact, damped directions of a component
+ROW_FIELDS = ("acts", "free", "before", "impulse", "velocity", "shift", "right")
+"""Fields of `HardWork` with one entry for each row of the step equations."""
+STATE_FIELDS = ("kept_slope", "slope", "middle", "scratch")
+"""Fields of `HardState` and `HardWork` with one entry for each entry of the state y."""
+ELEMENT_ROWS_MAX = 3  # Largest number of damped directions, and thus of rows, of a component: x, y and rotation
 
 
 class ElasticLaw(NamedTuple):
@@ -47,7 +49,7 @@ def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
 
 
 def damped_components(plan: Plan) -> list[tuple[int, int]]:
-    """Return component index and row index of each velocity-dependent force row."""
+    """Return the component index and the direction index of each row with a velocity-dependent force."""
     kinds = [part.declaration for part in plan.components]
     damped = [
         (i, min(len(kind.port.forces), ELEMENT_ROWS_MAX))
@@ -64,11 +66,11 @@ HARD_START: Mapping[str, Any] = MappingProxyType(
         "longest": np.inf,
     }
 )
-"""Values of `HardState` at the start of a case."""
+"""Values of the fields of `HardState` at the start of a run."""
 
 
 def hard_contacts(plan: Plan) -> HardContacts:
-    """Make the tables of a plan's hard contacts; `put_hard_numbers` fills in the parameters of a case."""
+    """Return the tables of a plan's hard contacts, without the parameters of a case, which `put_hard_numbers` writes."""
     model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
     n, m, count = model.n, model.constraint_start.size - 1, len(which)
     damped = damped_components(plan)
@@ -124,7 +126,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
 
 
 def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
-    """Fill in the parameters of a case with the same tables, and reset the state to the start."""
+    """Write the parameters of a case into the tables of hard contacts, and reset their state to that of the start."""
     parameters = made.parameters
     for i, j in enumerate(made.model.which.tolist()):
         clearance = plan.contacts[j].clearance
@@ -168,7 +170,7 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
 
 
 def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of entries that are multiplied for each pair of rows."""
+    """Return the pairs of entries whose products add up to the scalar product of each pair of rows."""
     starts, products = [0], []
     for a, b in pairs.tolist():
         same = [(i, k) for i in range(entries[a][0].size) for k in np.flatnonzero(entries[b][0] == entries[a][0][i])]

@@ -22,9 +22,9 @@ from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.coordinates import Coordinates, PointMap, stacked
 
 COUPLED_STATES_MAX = 40
-"""Largest number of states with which implicit steps include the derivatives of reactions by the states.
+"""Largest number of states for which implicit steps include the derivatives of joint reactions by the states.
 
-They cost two evaluations of the equations of motion for each state.
+These derivatives cost two evaluations of the equations of motion for each state.
 """
 
 
@@ -131,7 +131,7 @@ def _bending_loads(mechanism: Mechanism, coordinates: Coordinates, gravity: np.n
     maps, weights = [], np.zeros((len(bodies), 4))
     if acting:
         mass = beam_mass(mechanism, natural)
-        rows, weight = (mass @ coordinates.matrix), mass @ natural.uniform(gravity)
+        rows, weight = (mass @ coordinates.matrix), mass @ natural.translation(gravity)
         rows = rows if isinstance(rows, np.ndarray) else rows.toarray()
     for b, body in enumerate(bodies):
         p, count = natural.offsets[body.name], 4 if natural.rotates(body.name) else 2

@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 REMAINDER_TOLS = ASSEMBLY_TOL, 1e-6, 1e-4, 3e-3, 1e-2
-"""Tolerances below which the remainder of a linear constraint is zero and the constraint is redundant, tried in order.
+"""Tolerances of redundant linear constraints: a constraint is redundant if less remains of it after elimination.
 
-The first is round-off, the others suit lengths given with fewer and fewer digits. A larger one is tried if the joints hold only
-far from where the bodies are placed.
+They are tried in order. The first is round-off, the others suit lengths with fewer and fewer digits. The next one is tried if
+the joints would move the bodies far from where they are placed.
 """
 
 
@@ -129,7 +129,7 @@ def eliminated(
 
 
 def origins(natural: Natural) -> np.ndarray:
-    """Return whether each natural coordinate belongs to an origin (not to a direction)."""
+    """Return True for each natural coordinate of an origin, False for one of a direction."""
     is_origin = np.zeros(natural.total, bool)
     for first in natural.offsets.values():
         is_origin[first : first + 2] = True
@@ -137,7 +137,7 @@ def origins(natural: Natural) -> np.ndarray:
 
 
 def _lost_inertia(mechanism: Mechanism) -> InputError:
-    """Return the error for a singular mass matrix; it names the body whose inertia is lost in rounding beside its mass."""
+    """Return the error for a singular mass matrix; it names the body whose inertia is too small next to its mass."""
 
     def fraction(body: Body) -> float:
         x, y = body.centre
@@ -171,7 +171,7 @@ def _impose_all(
         elimination.impose(add({b + 1: 1.0}, scaled(-sin, x), scaled(-cos, y)), name)
 
     def impose_pin(one: BodyPoint, other: BodyPoint, name: str) -> None:
-        for here, there in zip(natural.fixed(*one, size), natural.fixed(*other, size), strict=True):
+        for here, there in zip(natural.point_expressions(*one, size), natural.point_expressions(*other, size), strict=True):
             elimination.impose(add(here, scaled(-1.0, there)), name)
 
     for index, drive in enumerate(mechanism.drives):
@@ -196,7 +196,7 @@ def _impose_all(
             impose_angle(guide.body, follower, angle, f"guide '{guide.name}'")
         if guide.body != GROUND:
             continue
-        x, y = natural.fixed(*guide.follower, size)
+        x, y = natural.point_expressions(*guide.follower, size)
         across = -math.sin(guide.direction), math.cos(guide.direction)
         level = (across[0] * guide.through[0] + across[1] * guide.through[1]) / size
         name = f"guide '{guide.name}' of body '{follower}'"

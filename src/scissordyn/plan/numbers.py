@@ -143,12 +143,12 @@ def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
         if placed.rotates(name):
             natural[p + 2 : p + 4] = m * (x * gx + y * gy), m * (x * gy - y * gx)
     if bends(mechanism):
-        natural += beam_mass(mechanism, placed) @ placed.uniform(np.array([gx, gy]))
+        natural += beam_mass(mechanism, placed) @ placed.translation(np.array([gx, gy]))
     return np.asarray(coordinates.matrix.T @ natural)
 
 
 def _contact_scales(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
-    """Return the declared scales of the states of contact laws; 0 if a state declares none."""
+    """Return the declared scale of each internal state of the contact laws; 0 for a state without a declared scale."""
     scales: list[float] = []
     for contact in contacts:
         gap: Any = contact.clearance

@@ -77,7 +77,7 @@ def _pairs(
 
 
 def narrow(groups: Iterable[np.ndarray], size: int) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the unknowns that share a group with each unknown, and positions of all in which coupled ones are close."""
+    """Return, for each unknown, the unknowns that share a group with it, and an order that keeps these close together."""
     near, place = coupled([*groups, *np.arange(size)[:, None]], size), np.empty(size, np.int64)
     place[reverse_cuthill_mckee(near)] = np.arange(size)
     return near, place

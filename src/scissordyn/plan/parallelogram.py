@@ -55,7 +55,7 @@ class Quadrilateral(NamedTuple):
         return math.hypot(x, y) / (self.near.length + self.left.length)
 
     def is_parallel(self, angles: Angles) -> bool:
-        """Return whether it is a parallelogram rather than crossed; a flat one counts as a parallelogram."""
+        """Return whether the quadrilateral is a parallelogram, not crossed; a flat one counts as a parallelogram."""
         near, far, left, right = (side.at(angles) for side in self)
         length = self.near.length
         diagonal, other = [near[k] + right[k] for k in (0, 1)], [left[k] - near[k] for k in (0, 1)]

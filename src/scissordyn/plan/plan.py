@@ -70,7 +70,7 @@ class Plan:
         return changed
 
     def table(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a table that follows from the tables of the plan; it is made once for all cases that share them."""
+        """Return an additional table that follows from the plan; `make` computes it once for all cases that share the plan."""
         made = self.answers.get(name)
         if made is None:
             made = self.answers[name] = make()
@@ -155,7 +155,7 @@ class Plan:
         return self.mechanism.lubricated
 
     def places(self, names: Iterable[str]) -> np.ndarray:
-        """Return the places of the joints, guides or contact points `names` in the mechanism's `joint_names`."""
+        """Return the indices of joints, guides or contact points in the mechanism's `joint_names`."""
         return np.array([self._joint_place[name] for name in names], np.int64)
 
     @cached_property
@@ -239,10 +239,7 @@ def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.
 
 
 def _table_entries(mechanism: Mechanism) -> list[Any]:
-    """Return everything in a mechanism that enters its tables.
-
-    A value that might enter, such as a length or mass, causes a new compilation; that costs only time.
-    """
+    """Return the parts of a mechanism that may change its tables; a change in them needs a new compilation."""
     entire = [getattr(mechanism, name) for name in TABLE_FIELDS]
     driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
     joints = [(joint.name, joint.journal, joint.bearing, _gap_entries(joint.clearance)) for joint in mechanism.joints]

@@ -95,7 +95,7 @@ def _known_length(coordinates: Coordinates, direction: PointMap) -> float:
 def _wrong_length(
     coordinates: Coordinates, elimination: Elimination | None, body: str, length: float, twin: str = ""
 ) -> InputError:
-    """Return the error for a body whose unit direction would need another length than one; `twin` is a parallel body."""
+    """Return the error for a body whose unit direction vector would not have length 1; `twin` is a parallel body."""
     assert elimination is not None
     d = coordinates.natural.offsets[body] + 2
     relation: list[Expression] = [{d: 1.0}, {d + 1: 1.0}]

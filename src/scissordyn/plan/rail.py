@@ -1,4 +1,4 @@
-"""Components that run along flexible bars: shapes as polynomials, and their columns."""
+"""Tables of components that run along flexible bars: the bars' shapes as polynomials, and their columns."""
 
 from __future__ import annotations
 

@@ -15,16 +15,16 @@ from scissordyn.plan.quadratic_constraints import order_constraints
 from scissordyn.tolerance import ASSEMBLY_TOL, ROUND_OFF_TOL, SINGULAR_VALUE_MIN
 
 EXACT_TOLS = 1e-7, 1e-8
-"""Tolerances for lengths that are not rounded: remainder of a dependent gradient, residual of a redundant constraint.
+"""Tolerances for exact lengths: remainder of a dependent gradient, residual of a redundant constraint.
 
 A unit gradient is dependent if its remainder after projection on the others is below the first value. The constraint is
 redundant if its residual stays below the second one after a move guided only by the others.
 """
 
 ROUNDED_TOLS = (1e-2, 1e-4), (1e-2, 3e-3)
-"""Pairs as in `EXACT_TOLS`, tried in order, for lengths and positions that contradict each other because they are rounded."""
+"""Tolerances as in `EXACT_TOLS` for rounded lengths and positions, which contradict each other; tried in order."""
 
-MOVE_SIZE = 0.1  # Largest change of a map in a random move that tests redundancy; maps are of the order of one
+MOVE_SIZE = 0.1  # [rad, relative] Largest change of drives, rods and directions in the random move that tests redundancy
 
 
 def independent(coordinates: Coordinates, angles: np.ndarray, *, lenient: bool = False) -> Coordinates:
@@ -173,16 +173,16 @@ def _is_clearly_independent(gradients: Gradients, full: np.ndarray) -> bool:
 
 
 def _close(
-    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, near: float = ROUND_OFF_TOL
+    gradients: Gradients, chosen: np.ndarray, x: np.ndarray, b: np.ndarray, tolerance: float = ROUND_OFF_TOL
 ) -> np.ndarray | None:
-    """Return free coordinates near x at which the chosen constraints hold within `near`; None if there are none."""
+    """Return free coordinates near x at which the chosen constraints hold within `tolerance`; None if none are found."""
     for _ in range(50):
         full = np.append(x, b)
         residual = gradients.residual(full)[chosen]
-        if np.max(np.abs(residual)) < near:
+        if np.max(np.abs(residual)) < tolerance:
             return x
         # contradictions of rounded numbers must not cause large changes
-        cut = ASSEMBLY_TOL if near == ROUND_OFF_TOL else ROUNDED_TOLS[0][0]
+        cut = ASSEMBLY_TOL if tolerance == ROUND_OFF_TOL else ROUNDED_TOLS[0][0]
         x = x - least_change(gradients.jacobian(full)[chosen][:, : x.size], residual, cut)
     return None
 
@@ -205,7 +205,7 @@ def _move(
 
 
 def _pivots(unit: Any, classes: np.ndarray, dependent: float) -> tuple[list[int], list[int]]:
-    """Split unit rows into independent ones and linear combinations of them.
+    """Split rows of length 1 into independent rows and linear combinations of these.
 
     Rows of lower classes are kept first; within a class those with the longest remainder, so that the kept rows are far from
     dependent. `dependent` is the length of a remainder below which a row counts as a combination of the kept ones.

@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.polynomial import legendre
 
-# Points of quadrature in a span in addition to those for its modes: for a slender bar, and for a stocky one
+# Quadrature points per span of a slender bar and of a stocky bar, in addition to those that the span's modes need
 EXTRA_POINTS, STOCKY_EXTRA_POINTS = 2, 4
 
 HERMITE_CUBICS = np.array(
@@ -23,7 +23,7 @@ HERMITE_CUBICS = np.array(
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """Shapes of bars with the same lengths."""
+    """Shape functions of all flexible bars with the same lengths and clamped cross-sections."""
 
     places: tuple[float, ...]  # Distances of the cross-sections from the first one [m]
     clamped: tuple[int, ...]  # Cross-sections whose direction is a coordinate

@@ -16,7 +16,7 @@ from scissordyn.plan.plan import Plan
 
 
 def make_system(plan: Plan) -> Handle:
-    """Return a system at rest with everything open, for one thread."""
+    """Return a new system of a plan, at rest with all contacts open; each thread needs its own."""
     model, numbers = plan.model, plan.numbers()
     first: Handle = plan.table("system", lambda: _first_system(plan, numbers))
     state, content = initial_state(model, plan.angles), first.content
@@ -34,7 +34,7 @@ def _without_friction(first: FrictionWorkspace) -> FrictionWorkspace:
 
 
 def _first_system(plan: Plan, numbers: Parameters) -> Handle:
-    """Return a system from which others of the same tables are copied; it is never used itself."""
+    """Return the system from which all systems with the same tables are copied; no run uses it directly."""
     state, work = initial_state(plan.model, plan.angles), make_workspace(plan.model, numbers)
     return Handle(System(plan.model, numbers, state, work, plan.friction_workspace()))
 
@@ -62,7 +62,7 @@ def put_numbers(system: Handle, plan: Plan) -> bool:
 
 @contextmanager
 def state_kept(system: Handle) -> Iterator[None]:
-    """Restore the state of a system after a block."""
+    """Restore the state of a system at the end of a `with` block."""
     state = system.content.state
     before = [part.copy() for part in state]
     yield

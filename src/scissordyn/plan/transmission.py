@@ -29,7 +29,7 @@ class LineAngle:
 
     start: BodyPoint
     end: BodyPoint
-    near: str  # Body that turns with the line, at least approximately
+    near: str  # Body that turns with the line, exactly or approximately
 
     unit = "rad"
 
@@ -41,7 +41,7 @@ class LineAngle:
 
 @dataclass(frozen=True)
 class Thrust:
-    """Slide of a nut along a direction of its base [m]; its force acts back on the body of a thrust bearing."""
+    """Displacement of a nut along a direction of its base [m]; its force reacts on the body of a thrust bearing."""
 
     point: BodyPoint
     direction: float
@@ -111,7 +111,7 @@ def flank_terms(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, 
     The flank opens by tan(a) times the change of distance, measured along the path of the teeth; its force then acts along the
     pressure line.
     """
-    pressure, transmission = pressure_of(mechanism, part), part.transmission
+    pressure, transmission = separating_force_of(mechanism, part), part.transmission
     if pressure is None or not isinstance(transmission, Teeth):
         return ()
     factor = transmission.sense * pressure.per_force
@@ -123,7 +123,7 @@ def flank_terms(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, 
 
 
 def _rack(mechanism: Mechanism, part: Coupling, slide: Slide) -> Terms:
-    """Return the terms of a pinion on a rack: its angle, and the slide of its centre along the rack."""
+    """Return the terms of a pinion on a rack: the pinion's angle, and the displacement of its centre along the rack."""
     terms = list[tuple[float, Any]]()
     for end, (factor, coordinate) in zip(("output", "input"), part.terms, strict=True):
         if coordinate is slide:
@@ -296,34 +296,34 @@ def _check_radius(label: str, given: float, radius: float, why: str) -> None:
 
 
 @dataclass(frozen=True)
-class Pressure:
-    """Force between two wheels along the line of centres, or between a pinion and its rack across the rack; it does no work.
+class SeparatingForce:
+    """Force that separates two wheels along the line of centres, or a pinion from its rack; it does no work.
 
-    It is positive if it presses them apart; `mechanics.body_maps.pressure` defines the tables.
+    It is negative if it pulls them together, as a belt does; `mechanics.body_maps.pressure` defines the tables.
     """
 
     kind: int  # GEARS, BELT or RACK
     first: BodyPoint  # Centre of the output's wheel, or of the pinion on a rack
     second: BodyPoint  # Centre of the input's wheel, or body of the rack, without a point
-    per_force: float  # Pressure per unit force, or torque, on the output
-    numbers: tuple[float, float]
+    per_force: float  # Separating force per unit force, or torque, on the output
+    numbers: tuple[float, float]  # Sum of a belt's tensions [N] and distance of its centres [m]; 0 for teeth
     normal: Point = (0.0, 0.0)  # Normal from the rack to the pinion, in the frame of the rack
 
 
-def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
-    """Return the force by which teeth or a belt press the wheels apart or together; None without such a force."""
+def separating_force_of(mechanism: Mechanism, part: Any) -> SeparatingForce | None:
+    """Return the separating force of teeth or of a belt; None for a coupling without this force."""
     transmission = getattr(part, "transmission", None)
     if isinstance(transmission, Belt):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
         apart = abs(1.0 - part.ratio) * transmission.radius
-        return Pressure(BELT, *centres, 1.0 / transmission.radius, (2.0 * transmission.pretension, apart))
+        return SeparatingForce(BELT, *centres, 1.0 / transmission.radius, (2.0 * transmission.pretension, apart))
     if not isinstance(transmission, Teeth) or transmission.pressure_angle == 0.0:
         return None
     slope = math.tan(transmission.pressure_angle)
     if not _is_rack(part):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
         sense = 1.0 if part.ratio < 0.0 else -1.0  # the wheels of an internal gear are pressed together
-        return Pressure(GEARS, *centres, slope * sense * abs(1.0 - part.ratio), (0.0, 0.0))
+        return SeparatingForce(GEARS, *centres, slope * sense * abs(1.0 - part.ratio), (0.0, 0.0))
     slides = isinstance(part.output, Slide)
     slide = part.output if slides else part.input
     pinion = wheel_centre(mechanism, part, "input" if slides else "output")
@@ -331,4 +331,4 @@ def pressure_of(mechanism: Mechanism, part: Any) -> Pressure | None:
     # the pitch point is at -ratio times the left normal of the direction, from the pinion's centre
     side = math.copysign(1.0, part.ratio)
     normal = -side * math.sin(along), side * math.cos(along)
-    return Pressure(RACK, pinion, (slide.point[0], ""), slope * (1.0 if slides else abs(part.ratio)), (0.0, 0.0), normal)
+    return SeparatingForce(RACK, pinion, (slide.point[0], ""), slope * (1.0 if slides else abs(part.ratio)), (0.0, 0.0), normal)

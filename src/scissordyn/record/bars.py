@@ -94,7 +94,7 @@ def bar_motions(plan: Plan, record: Record, time: np.ndarray) -> list[BarMotion]
     if not axes:
         return []
     position, velocity, acceleration = (np.asarray((matrix @ part.T).T) for part in (record.X, record.V, record.A))
-    acceleration -= plan.coordinates.natural.uniform(plan.gravity_vector)
+    acceleration -= plan.coordinates.natural.translation(plan.gravity_vector)
     running: dict[int, list[tuple[np.ndarray, np.ndarray]]] = {}
     for i, axis in rail_axes(axes, plan.acting).items():
         force = -record.wrench[:, len(plan.contacts) + i, :2]
@@ -179,7 +179,7 @@ def with_distributed_mass(plan: Plan, record: Record, time: np.ndarray) -> Recor
     if not bends(plan.mechanism):
         return record
     coordinates = plan.coordinates
-    natural = np.asarray((coordinates.matrix @ record.A.T).T) - coordinates.natural.uniform(plan.gravity_vector)
+    natural = np.asarray((coordinates.matrix @ record.A.T).T) - coordinates.natural.translation(plan.gravity_vector)
     inertia = np.asarray((beam_mass(plan.mechanism, coordinates.natural) @ natural.T).T)
     for axis, motion in zip(coordinates.natural.axes, bar_motions(plan, record, time), strict=True):
         for force in _negative_internal_forces(axis, motion):

@@ -17,7 +17,7 @@ from scissordyn.model.coupling import Belt, Coordinate, Coupling, Distance, Rela
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint
 from scissordyn.plan.plan import Plan
-from scissordyn.plan.transmission import direction_on, pressure_of, wheel_centre
+from scissordyn.plan.transmission import direction_on, separating_force_of, wheel_centre
 from scissordyn.record.results import Run, Variables, along, described, labels
 from scissordyn.tolerance import DATA_TOL
 from scissordyn.warning import RunWarning, warning
@@ -133,7 +133,7 @@ def _force_and_point(
     plan: Plan, motion: Record, part: Coupling, constraint: Constraint, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the force of a coupling on its output body, and a point on its line of action, each of shape (nt, 2)."""
-    coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, pressure_of(plan.mechanism, part)
+    coordinates, mechanism, pressure = plan.coordinates, plan.mechanism, separating_force_of(plan.mechanism, part)
     slide = next((end for end in (part.output, part.input) if isinstance(end, Slide)), None)
     if isinstance(part.transmission, Screw):
         return _screw_force_and_point(plan, motion, part, force)

@@ -15,7 +15,7 @@ from scissordyn.config.file import read_case
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
-from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, SingularPosition, suspects
+from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, SingularPosition, suspected_samples
 from scissordyn.plan.plan import plan
 
 FILES = sorted(EXAMPLES.glob("*.toml"))
@@ -180,12 +180,12 @@ def test_failed_run_gives_the_locking_position() -> None:
 
 
 def test_equally_near_samples_are_both_examined() -> None:
-    """Closed form: a zero midway between two samples makes both suspects, as do dependent gradients everywhere."""
+    """Closed form: a zero midway between two samples makes both suspected_samples, as do dependent gradients everywhere."""
     volume = np.abs(np.arange(8.0) - 3.5)
-    assert suspects(volume) == [3, 4]
-    assert suspects(volume[::-1]) == [3, 4]
-    assert suspects(np.zeros(4)) == [0, 1, 2, 3]
-    assert suspects(np.array([3.0, 0.0, 3.0])) == [1]
+    assert suspected_samples(volume) == [3, 4]
+    assert suspected_samples(volume[::-1]) == [3, 4]
+    assert suspected_samples(np.zeros(4)) == [0, 1, 2, 3]
+    assert suspected_samples(np.array([3.0, 0.0, 3.0])) == [1]
 
 
 def test_free_motion_is_judged_by_its_samples() -> None:

@@ -8,7 +8,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.plugin.element import SLOTS, Part, Slot, arguments_of
 from scissordyn.units import State
 
-DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}  # Attributes of controllers without a delay
+DEFAULTS = {"delay": 0.0, "recorded": "", "recursion_gain": 0.0}  # Values of attributes of a controller without a delay
 
 
 class Controller(Part):
@@ -41,7 +41,7 @@ class Controller(Part):
         return states
 
     def _uses(self, signal: str) -> bool:
-        """Return whether a kernel has an argument whose name starts with a signal's."""
+        """Return whether a kernel has an argument whose name begins with `signal`."""
         kernels: Any = self.declaration.kernels.values()
         return any(name.startswith(signal) for kernel in kernels for name in arguments_of(kernel))
 

@@ -27,11 +27,20 @@ SIGNALS = (
     "delayed",
     "feed_forward",
 )
-"""Reference motion [rad, rad/s, rad/s^2]; reference minus measured angle, in (-pi, pi]; measured speed; sensor vector [m]
-and its rate [m/s]; recorded signal one delay ago; feed-forward torque [N m].
+"""Signals of an actuator, in order.
+
+They are the reference motion [rad, rad/s, rad/s^2]; the error, reference minus measured angle, in (-pi, pi]; the measured speed
+[rad/s]; the sensor vector [m] and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m].
 """
 
-REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = 0, 3, 4, 5, 9, 10  # Indices of signals
+REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = (
+    0,
+    3,
+    4,
+    5,
+    9,
+    10,
+)  # Indices in `SIGNALS` of a signal or its first entry
 
 RECORDABLE: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}

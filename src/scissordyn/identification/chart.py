@@ -20,7 +20,7 @@ from scissordyn.plan.system import make_system
 
 @dataclass(frozen=True)
 class Chart:
-    """Coordinates of states near a reference state: displacements and rates along the degrees of freedom."""
+    """Local coordinates of states near a reference state: displacements and rates along the degrees of freedom."""
 
     mechanism: Mechanism  # Mechanism at the reference state
     # (natural coordinates, degrees of freedom) Directions of motion at the reference, scaled to a largest entry of one

@@ -24,7 +24,7 @@ from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 
 def has_events(problem: Problem) -> bool:
-    """Return True if the mechanism has contacts, stops or latches, and no start of a segment is estimated."""
+    """Return True for a fit with contacts, stops or latches, whose segments all start as the case says."""
     guards = plan(problem.mechanism).model.guard_component.size
     return guards > 0 and all(segment.chart is None for segment in problem.segments)
 
@@ -72,7 +72,7 @@ def _moved_curves(
     step: float,
     options: Options,
 ) -> np.ndarray:
-    """Return the curves of a run whose states are extrapolated along their derivatives by one parameter.
+    """Return the curves of a run after a small change of one parameter, by linear extrapolation of its states.
 
     `parameter` is the index of the derivative in `run`, `value` the parameter in the run, and `step` its change, divided by
     its scale.

@@ -139,9 +139,9 @@ def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) 
 
 
 def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None:
-    """Return the standard deviations that weight jumps of the state between segments, or None if jumps are not penalised.
+    """Return the standard deviations with which jumps of the state between segments are penalised; None without a penalty.
 
-    `jump`: [range of the motion] Standard deviation of the jumps.
+    `jump`: standard deviation of the jumps, as a fraction of the range of the motion.
     """
     if jump is None or not any(segment.follows for segment in segments):
         return None
@@ -169,7 +169,7 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
     return np.asarray(jump * np.where(sizes > 0.0, sizes, 1.0))
 
 
-TITLE = "scissordyn fit"  # attribute `title` of the result
+TITLE = "scissordyn fit"  # attribute `title` of the Dataset with the result of a fit
 
 
 def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset:

@@ -26,7 +26,7 @@ from scissordyn.studies.ask.distribution import Distribution, Interval, Variatio
 
 
 class FailedRunError(Exception):
-    """A run of a fit ended before the last instant of its record."""
+    """Error: a run of a fit ended before the last instant of its record."""
 
 
 KINEMATIC_VARIABLES = {
@@ -34,9 +34,9 @@ KINEMATIC_VARIABLES = {
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
-"""Variables that follow from the motion alone; if only these were measured, runs compute no forces and energies."""
+"""Variables of a run that follow from the motion alone; a fit to these only computes no forces and energies."""
 
-STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")  # variables of a run that are the state of its bodies
+STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")  # variables of a run with the state of the bodies
 
 
 def motion(mechanism: Mechanism, options: Options, times: np.ndarray, *, monitor: bool = True) -> xr.Dataset:
@@ -80,11 +80,11 @@ class Free:
     path: str
     unit: str  # SI unit
     start: float  # Initial value of the search
-    scale: float  # Typical size of changes; the search varies the parameter divided by its scale
+    scale: float  # Typical change of the parameter; the unknown of the search is the parameter divided by its scale
     low: float  # Lower bound
     high: float  # Upper bound
-    mean: float  # Value of the parameter from another measurement, such as weighing
-    deviation: float  # Standard deviation of `mean`; infinite without another measurement
+    mean: float  # Value of the parameter by an independent measurement, such as weighing
+    deviation: float  # Standard deviation of `mean`; infinite without an independent measurement
     places: Sequence[Place]  # Attributes of the mechanism that `path` names, from `find`
 
 

@@ -42,8 +42,7 @@ def check_autonomous(mechanism: Mechanism) -> None:
 
 
 START_WINDOWS = (0.05, 0.25, 1.0)
-"""Fractions of a segment, from its beginning, to which its start is fitted one after another; a short first one avoids
-local minima."""
+"""Initial fractions of a segment to which its start is fitted one after another; a short first one avoids local minima."""
 
 
 def prepare_segments(

@@ -91,9 +91,9 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
 
 
 def _direction(row: np.ndarray, least: float = 0.2) -> dict[int, float]:
-    """Return the largest entries of a direction in parameter space by parameter index, divided by the largest one.
+    """Return the entries of a direction in parameter space by parameter index, divided by the largest entry.
 
-    `least`: [largest entry] Entry below which a parameter is left out.
+    `least`: smallest entry that is returned, as a fraction of the largest.
     """
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]

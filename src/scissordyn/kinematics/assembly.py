@@ -24,12 +24,12 @@ from scissordyn.plan.plan import plan as make_plan
 from scissordyn.plan.system import make_system
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-IMPROVEMENT_FRACTION = 0.9  # A correction towards given positions or speeds must reduce their error to less than this fraction
+IMPROVEMENT_FRACTION = 0.9  # Largest ratio of new to old error at which a correction towards given positions continues
 
 
 @dataclass(frozen=True)
 class Start:
-    """A consistent state of a mechanism at t = 0."""
+    """State of a mechanism at t = 0 that meets its constraints."""
 
     position: np.ndarray  # (n,) Free coordinates
     velocity: np.ndarray  # (n,) Rates of the free coordinates
@@ -37,9 +37,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Held:
-    """Vectors held at given values during the assembly."""
+    """Vectors that have given values and rates during an assembly, in addition to the constraints of the mechanism."""
 
-    names: list[str] = field(default_factory=list)  # Joints or rods that the vectors belong to, for messages
+    names: list[str] = field(default_factory=list)  # Joints or rods of the vectors, for messages
     maps: list[PointMap] = field(default_factory=list)
     values: list[tuple[float, float]] = field(default_factory=list)
     rates: list[tuple[float, float]] = field(default_factory=list)
@@ -68,7 +68,7 @@ def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.nd
 
 
 def whole_state(system: System, position: np.ndarray, velocity: np.ndarray | None = None) -> np.ndarray:
-    """Return free coordinates, rates (zero if not given) and zero internal states, shape (ny,)."""
+    """Return the state y, shape (ny,): free coordinates, their rates (0 if not given), and internal states of 0."""
     moving = np.zeros(position.size) if velocity is None else velocity
     return np.concatenate([position, moving, np.zeros(int(system.model.state_start[-1]))])
 

@@ -131,12 +131,12 @@ MassKind = Annotated[Literal["given", "section"], Meaning("whether a bar keeps i
 BENDING_STIFFNESS = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
 AXIAL_STIFFNESS = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
 ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
-NODE = "node"  # Name of the only point of a cross-section where the rigid bar has no point of its own
+NODE = "node"  # Name of the point of a cross-section at which the rigid bar has no named point
 PARTS_OF_BODIES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
     ("latches", "latch", ("body", "base")),
 )
-"""Parts that refer to bodies: field of the mechanism, name in messages, fields that may name a flexible bar."""
+"""Kinds of parts that refer to bodies: field of `Mechanism`, name in messages, their fields that may name a flexible bar."""
 
 
 @documented

@@ -19,24 +19,24 @@ from scissordyn.kinematics.singular import (
     LOCKING_KIND,
     NEAR_KIND,
     SingularPosition,
-    concerned,
     measure,
+    moving_parts,
     smallest,
-    suspects,
+    suspected_samples,
 )
 from scissordyn.plan.plan import Plan
 
 SAMPLE_ROTATION_MAX = 0.2
-"""Largest rotation between two samples of a run [rad] for which the search uses the samples.
+"""Largest rotation of a body between two samples of a run with which singular positions are searched in the samples [rad].
 
-With a larger rotation, the path of a driven mechanism is computed instead.
+With a larger rotation, the path of the driven mechanism is computed instead.
 """
 
 
 SEARCHED_EQUATIONS_MAX = 300
-"""Largest number of closure equations of a mechanism whose singular positions are searched.
+"""Largest number of closure equations with which singular positions are searched; the search then takes some seconds.
 
-The cost is cubic: some seconds at this size.
+Its cost grows with the third power of the number.
 """
 
 
@@ -49,11 +49,11 @@ class PositionWarning(NamedTuple):
     text: str
 
 
-CHANCE = "which one the real structure takes is a matter of chance"  # End of each warning about a change point
+CHANCE = "which one the real structure takes is a matter of chance"  # Last words of each warning about a change point
 
 
 def passing_warnings(plan: Plan, run: Any, until: float, least_samples: int = 9) -> list[str]:
-    """Return warnings for the singular positions that a run passes; `run` is a Dataset or the record it is made of.
+    """Return warnings for the singular positions that a run passes; `run` is a Dataset or the `Record` of its samples.
 
     Recorded samples show cheaply where singular positions may be. Where the drives determine the motion, the path of the ideal
     mechanism then locates them; otherwise the samples do.
@@ -79,10 +79,10 @@ def passing_warnings(plan: Plan, run: Any, until: float, least_samples: int = 9)
     chosen = np.unique(np.minimum(np.searchsorted(rotated, wanted), len(angle) - 1))
     position = run.variables["position"].values
     z = closure.coordinates_of_motion(position[chosen], angle[chosen])
-    near = suspects(measure(closure, z))
+    near = suspected_samples(measure(closure, z))
     if near and square:
         # one redundant constraint and one free coordinate give a square matrix that is singular at every position
-        near = [] if start_of(closure) is None else suspects(measure(closure, z))
+        near = [] if start_of(closure) is None else suspected_samples(measure(closure, z))
     time, warnings = run.variables["time"].values, []
     if driven and closure.mobility == 0:
         if not near and not _has_deep_contact(plan, run):
@@ -99,7 +99,7 @@ def passing_warnings(plan: Plan, run: Any, until: float, least_samples: int = 9)
 
 
 def _has_deep_contact(plan: Plan, run: Any) -> bool:
-    """Return whether a journal is pressed in by more than a tenth of its clearance, as beyond a locking position."""
+    """Return whether an indentation exceeds a tenth of its clearance, as happens beyond a locking position."""
     if not plan.contacts:
         return False
     at = plan.places(contact.name for contact in plan.contacts)
@@ -122,7 +122,7 @@ def _closed_along(closure: Closure, time: np.ndarray, z: np.ndarray) -> bool:
     if closed is None or np.max(np.abs(closed[: time.size] - z)) > 0.1:  # [mechanism sizes or rad] another position
         return False
     side = np.linalg.slogdet(closure.jacobian(closed))[0]
-    return bool(np.all(side == side[0])) and not suspects(measure(closure, closed[: time.size]))
+    return bool(np.all(side == side[0])) and not suspected_samples(measure(closure, closed[: time.size]))
 
 
 def _driven(closure: Closure, run: Any, until: float) -> list[str]:
@@ -264,7 +264,7 @@ def _passed(
         between = z[i] + fraction * (z[i + 1] - z[i])
         if smallest(closure, between) <= 0.1 * max(values[i], values[i + 1]):
             place = float(time[i] + fraction * (time[i + 1] - time[i]))
-            return [(SingularPosition(CHANGE_KIND, place, *concerned(closure, between, float(np.median(values)))), between)]
+            return [(SingularPosition(CHANGE_KIND, place, *moving_parts(closure, between, float(np.median(values)))), between)]
     return []
 
 

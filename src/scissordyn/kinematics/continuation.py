@@ -16,8 +16,8 @@ from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.unfolding import INPUT_STEP_FRACTION, Point, Unfolding
 from scissordyn.tolerance import DATA_TOL
 
-TURN_MAX = 0.15  # Largest rotation of a body in one step [rad]
-CORRECTION_FRACTION = 0.3  # Largest accepted correction by Newton's method relative to the step; a larger one may be a jump
+TURN_MAX = 0.15  # [rad] Largest rotation of a body in one step along a path
+CORRECTION_FRACTION = 0.3  # Largest Newton correction of a predicted position, relative to the step; a larger one may be a jump
 AtPlace = Callable[[float], np.ndarray]  # Inputs or natural coordinates as a function of the path parameter
 
 
@@ -25,8 +25,8 @@ AtPlace = Callable[[float], np.ndarray]  # Inputs or natural coordinates as a fu
 class Meeting:
     """Position where branches of the assembly meet, or come near each other without meeting."""
 
-    place: float
-    z: np.ndarray  # (nZ,)
+    place: float  # Path parameter
+    z: np.ndarray  # (nZ,) Natural coordinates
     miss: float  # Distance between the branches in mechanism sizes; 0 if they meet
 
 
@@ -109,7 +109,7 @@ def _passes_change_point(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple
 def _nearest_to_singular(
     closure: Closure, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]
 ) -> tuple[float, np.ndarray]:
-    """Return the position with the smaller singular value."""
+    """Return the one of two positions with the smaller singular value."""
     sizes = [np.linalg.svd(closure.jacobian(z), compute_uv=False)[-1] for _, z in (one, other)]
     return one if sizes[0] <= sizes[1] else other
 

@@ -18,7 +18,7 @@ from scissordyn.tolerance import ASSEMBLY_TOL
 
 
 class Given(NamedTuple):
-    """Linear equations for the positions or velocities that bodies are given, weighted by the roots of mass and inertia.
+    """Linear equations for the initial positions or velocities that the user gives, weighted by the roots of mass and inertia.
 
     Their unknowns are the free coordinates x and the basis b of the drives, in one vector [x; b].
     """
@@ -88,7 +88,7 @@ def _rows(plan: Plan, origins: list[Any], directions: list[Any]) -> Given | None
 
 
 def _squares(body: Body, origin: bool, direction: bool) -> list[tuple[float, tuple[float, float, float]]]:
-    """Return weights and coefficients (origin, direction, normal to it) of the vectors that a body's given values fix."""
+    """Return the vectors that the given values of a body fix, as weights and coefficients of origin, direction and normal."""
     (x, y), inertia = body.centre, body.inertia or 0.0
     if origin and direction:
         return [(math.sqrt(body.mass), (1.0, x, y)), (math.sqrt(inertia), (0.0, 1.0, 0.0))]

@@ -15,17 +15,17 @@ from scissordyn.kinematics.singular import (
     LOCKING_KIND,
     NEAR_KIND,
     SingularPosition,
-    concerned,
     locate,
     measure,
+    moving_parts,
     smallest,
-    suspects,
+    suspected_samples,
 )
 from scissordyn.mechanics.time_function import breaks_of
 from scissordyn.plan.plan import Plan
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
-INPUT_SAMPLES = 4001  # [samples] number at which the range of the inputs is searched
+INPUT_SAMPLES = 4001  # [samples] number of instants at which the inputs are evaluated to find their range
 
 
 @dataclass(frozen=True)
@@ -132,24 +132,24 @@ def follow(
         if not point.miss or (point.miss <= REPORTED_FRACTION and place[0] <= point.place <= place[-1]):
             kind = NEAR_KIND if point.miss else CHANGE_KIND
             at = float(np.clip(point.place, place[0], place[-1]))
-            passed.append(SingularPosition(kind, at, *concerned(closure, point.z, typical), point.miss))
+            passed.append(SingularPosition(kind, at, *moving_parts(closure, point.z, typical), point.miss))
     for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
-            passed.append(SingularPosition(LOCKING_KIND, end, *concerned(closure, last, typical)))
+            passed.append(SingularPosition(LOCKING_KIND, end, *moving_parts(closure, last, typical)))
     return Path(closure, parameter, place, z, tuple(sorted(passed, key=lambda each: each.place)))
 
 
 def _typical(path: Path) -> float:
-    """Return the typical smallest singular value along a path."""
+    """Return the median, along a path, of the smallest singular value of the gradients."""
     chosen = np.linspace(0, path.place.size - 1, min(path.place.size, 9)).astype(int)
     return max(float(np.median([smallest(path.closure, path.z[k]) for k in chosen])), 1e-6)
 
 
 def _meetings(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
-    """Return where branches meet or nearly meet on a path: `known` ones, and those found between samples."""
+    """Return the positions at which branches meet or nearly meet: the `known` ones, and those found between samples."""
     closure, meetings = path.closure, list(known)
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
-    for k in suspects(measure(closure, path.z)):
+    for k in suspected_samples(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])
         margin = DATA_TOL * (high - low)
         if any(low - margin <= other.place <= high + margin for other in meetings) or any(

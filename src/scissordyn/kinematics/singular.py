@@ -44,7 +44,7 @@ class SingularPosition:
 
 
 def measure(closure: Closure, z: np.ndarray, few_equations: int = 24) -> np.ndarray:
-    """Return how far the gradients of the closure equations are from dependent; zero if they are dependent.
+    """Return a measure of the independence of the closure equations' gradients, which is zero if they are dependent.
 
     The measure is the smallest singular value. With many equations it is the volume of the gradients as a fraction of the
     largest.
@@ -67,8 +67,8 @@ def measure(closure: Closure, z: np.ndarray, few_equations: int = 24) -> np.ndar
     return np.exp(volume - largest) if np.isfinite(largest) else np.zeros(len(z))
 
 
-def suspects(volume: np.ndarray) -> list[int]:
-    """Return the samples near which the gradients may be dependent."""
+def suspected_samples(volume: np.ndarray) -> list[int]:
+    """Return the indices of samples near which the gradients may be dependent, from their `measure`."""
     if volume.size < 3:
         return list(range(volume.size))
     padded = np.concatenate([volume[1:2], volume, volume[-2:-1]])
@@ -146,7 +146,9 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
     return zero
 
 
-def concerned(closure: Closure, z: np.ndarray, typical: float, least: float = 0.2) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def moving_parts(
+    closure: Closure, z: np.ndarray, typical: float, least: float = 0.2
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the bodies that can move to first order at a singular position, and the joints that turn in that motion.
 
     Shapes: `z` (nZ,).

@@ -96,7 +96,7 @@ def panel_ends(body: Body) -> list[tuple[str, str]]:
 
 
 def _with_points(body: Body, places: dict[str, Point], earlier: int) -> Body:
-    """Return a body with further points, numbered if it has such points already."""
+    """Return a body with further points; `earlier` is the count of its points with these names, from which numbers follow."""
     number = f" {earlier + 1}" if earlier else ""
     named = {re.sub(f"^({PAYLOAD}|{PANEL})", rf"\g<1>{number}", name): place for name, place in places.items()}
     return dataclasses.replace(body, points={**body.points, **named})
@@ -189,7 +189,7 @@ def _rotating_body(mechanism: Mechanism, joint: Revolute) -> tuple[str, str]:
 
 _STOP_QUANTITIES = quantities(AngleStop)  # Units and bounds of the parameters of an end stop
 
-FLANKS = " flanks"  # Suffix of the name of the body that carries the flanks of a coupling
+FLANKS_SUFFIX = " flanks"  # Suffix of the name of the body that carries the flanks of a coupling
 
 
 @documented
@@ -224,7 +224,7 @@ def with_backlash(
     angle = getattr(part, end) if end else None
     if not isinstance(angle, RelativeAngle) or angle.body == GROUND:
         raise InputError(f"backlash in coupling '{coupling}', which has no wheel", "the angle of a body as its output or input")
-    wheel, flanks = _wheel_in_mesh(mechanism, part, angle), coupling + FLANKS
+    wheel, flanks = _wheel_in_mesh(mechanism, part, angle), coupling + FLANKS_SUFFIX
     centre = _pivot(mechanism, angle)
     point = getattr(part.transmission, f"{end}_centre", "") or "centre"
     if wheel.inertia is None:
@@ -260,17 +260,17 @@ def without_backlash(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[st
     before, numbers = mechanism, dict[str, dict[str, float]]()
     for part in reversed(mechanism.couplings):
         stops: list[Any] = [other for other in before.components if other.name in _flanks(part.name)]
-        end = next((end for end in ("output", "input") if part.name + FLANKS in getattr(part, end).bodies), None)
+        end = next((end for end in ("output", "input") if part.name + FLANKS_SUFFIX in getattr(part, end).bodies), None)
         if len(stops) != 2 or end is None or not all(isinstance(stop, AngleStop) for stop in stops):
             continue
-        wheel, flanks = before.body(stops[0].body), before.body(part.name + FLANKS)
-        mass, share = _without_roundoff(wheel.mass + flanks.mass), _without_roundoff(flanks.mass / (wheel.mass + flanks.mass))
-        whole = dataclasses.replace(wheel, mass=mass, inertia=_without_roundoff((flanks.inertia or 0.0) / share))
+        wheel, flanks = before.body(stops[0].body), before.body(part.name + FLANKS_SUFFIX)
+        mass, share = _rounded(wheel.mass + flanks.mass), _rounded(flanks.mass / (wheel.mass + flanks.mass))
+        whole = dataclasses.replace(wheel, mass=mass, inertia=_rounded((flanks.inertia or 0.0) / share))
         ends = {end: dataclasses.replace(getattr(part, end), body=wheel.name)}
         before = before.with_parts(
             {
                 "bodies": tuple(whole if body is wheel else body for body in before.bodies if body is not flanks),
-                "joints": tuple(joint for joint in before.joints if part.name + FLANKS not in joint.bodies),
+                "joints": tuple(joint for joint in before.joints if part.name + FLANKS_SUFFIX not in joint.bodies),
                 "components": tuple(other for other in before.components if other not in stops),
                 "couplings": tuple(dataclasses.replace(part, **ends) if other is part else other for other in before.couplings),
             },
@@ -288,7 +288,7 @@ def without_backlash(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[st
 
 
 def _wheel_in_mesh(mechanism: Mechanism, part: Coupling, angle: RelativeAngle) -> Body:
-    """Return the wheel of a coupling, turned to the angle that the coupling's offset gives: midway between both flanks."""
+    """Return a wheel turned to the angle at which the coupling's relation holds: midway between both flanks."""
     wheel = mechanism.body(angle.body)
     if part.offset is None or wheel.inertia is None:
         return wheel
@@ -316,8 +316,8 @@ def _flanks(coupling: str) -> tuple[str, str]:
     return f"{coupling} leading flank", f"{coupling} trailing flank"
 
 
-def _without_roundoff(number: float) -> float:
-    """Return a number as typed, without the round-off of sums and quotients."""
+def _rounded(number: float) -> float:
+    """Return a number rounded to twelve digits, which removes the round-off of sums and quotients."""
     return float(f"{number:.12g}")
 
 

@@ -14,12 +14,12 @@ from scissordyn.units import Meaning, Quantity, check_quantities, checked, docum
 
 
 def check_place(label: str, place: Point) -> None:
-    """Raise `InputError` for a position that is not finite or is outside the bounds of `PLACE`."""
-    if not all(PLACE.admits(x) for x in place):
-        raise InputError(f"{label} = {place!r}", f"two numbers {PLACE.bounds}")
+    """Raise `InputError` for a position that is not finite or is outside the bounds of `POSITION`."""
+    if not all(POSITION.admits(x) for x in place):
+        raise InputError(f"{label} = {place!r}", f"two numbers {POSITION.bounds}")
 
 
-PLACE = Quantity("m")  # Position [m], within the bounds that all lengths have
+POSITION = Quantity("m")  # Unit and bounds of a coordinate of a position
 
 
 @documented
@@ -87,7 +87,7 @@ class Body:
         return max([math.hypot(*point) for point in (self.centre, *self.points.values())] + [gyration])
 
     def turned(self, offset: Point) -> Point:
-        """Return an offset in the body's frame in the fixed frame at the start [m]."""
+        """Return a vector, given in the body's frame, in the fixed frame at the start [m]."""
         (x, y), cos, sin = offset, math.cos(self.placed_angle), math.sin(self.placed_angle)
         return cos * x - sin * y, sin * x + cos * y
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from scissordyn.model.mechanism import Mechanism
 
 
-DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
-"""Dimensions of the data set of every run; the section name of a component class must differ from them."""
+RUN_DIMENSIONS = ("time", "body", "joint", "weld", "axis", "drive", "contact", "event")
+"""Dimensions of the Dataset of every run; no class of components may have one of them as its section name."""
 
 
 def check_parts(mechanism: Mechanism) -> None:
@@ -166,7 +166,7 @@ def _check_section_names(components: tuple[Any, ...]) -> None:
     owner: dict[str, type] = dict(COMPONENTS)
     for component in components:
         section, kind = component.declaration.section, type(component)
-        if section in DIMENSIONS or owner.setdefault(section, kind) is not kind:
+        if section in RUN_DIMENSIONS or owner.setdefault(section, kind) is not kind:
             raise InputError(
                 f"{component.declaration.label} '{component.name}': its class '{kind.__name__}' has the section '{section}', "
                 "which is already used",
@@ -222,7 +222,7 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
 
 
 def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
-    """Return for each welded body, or the ground, the representative of its group."""
+    """Return, for each body that is welded to others or to the ground, the body that represents its rigid group."""
     group: dict[str, str] = {}
     for weld in mechanism.welds:
         (first, _), (second, _) = weld.start, weld.end
@@ -275,7 +275,7 @@ def _bodies_in(component: object, names: set[str]) -> tuple[str, ...]:
 
 
 def proportion_warnings(mechanism: Mechanism) -> list[str]:
-    """Return a warning for each quantity that is far larger than those of the rest of a mechanism."""
+    """Return a warning for each quantity that is far larger than quantities of its kind in the rest of a mechanism."""
     size, bodies = mechanism.size, mechanism.bodies
     # text, value, unit, reference value, largest allowed ratio, name of the reference
     compared: list[tuple[str, float, str, float, float, str]] = []

@@ -24,12 +24,12 @@ from scissordyn.laws.oil import COLD, TEMPERATURE_RANGE, Oil, oil_of
 from scissordyn.model.body import check_place
 from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities, documented, quantities
 
-LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Smallest and largest length over diameter in the table of finite bearings
+LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Range of length over diameter in the table of finite journal bearings
 
 ROUGHNESS = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
 ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
-ROUGHNESS_RATIO_MAX = 0.1  # Largest roughness over the clearance; the asperities' force is a series in this ratio
+ROUGHNESS_RATIO_MAX = 0.1  # Largest ratio of roughness to clearance; the asperity force is a series in this ratio
 
 
 @documented
@@ -181,7 +181,7 @@ ReferenceKind = Annotated[
 ]
 
 
-ANGLES_MIN = 90  # Smallest number of angles at which the depth of a worn bearing is given: a loaded arc spans several degrees
+ANGLES_MIN = 90  # Smallest number of angles in a worn contour, 4 deg apart: the loaded arc of a bearing spans several degrees
 
 CONTOUR = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
 WEAR = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")

@@ -81,10 +81,9 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
-# Bounds, default and meanings of the parameters of teeth and belts
 CENTRE = Meaning("point of the wheel's body at its centre; by default that of its bearing")
-PRESSURE_ANGLE_MAX = math.radians(60.0)
-STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # ISO 53:1998
+PRESSURE_ANGLE_MAX = math.radians(60.0)  # [rad] Largest operating pressure angle of teeth; gears have less than half of it
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # [rad] Default pressure angle of teeth, that of ISO 53:1998
 
 
 Flank = Literal["", "forward", "backward"]

@@ -32,7 +32,10 @@ Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational ac
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
 
 MOVED_PARTS = ("components", "rods", Rod), ("components", "latches", Latch), ("drives", "coordinate_drives", CoordinateDrive)
-"""Parts that are moved to a field of their own: as components they would exert no force."""
+"""Parts that a mechanism moves from one field to another, as the field, the new field and the class of the part.
+
+In their first field they would have no effect.
+"""
 
 Named = TypeVar("Named", Body, Revolute, Guide)
 

@@ -10,8 +10,8 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.integrate.method import METHODS
 from scissordyn.units import Meaning, Quantity, check_quantities
 
-TIME_STEPPING = "moreau-jean"  # Method for mechanisms with hard contacts
-AUTO: Final = "auto"  # Number of samples for equally spaced instants plus the contacts' own instants
+TIME_STEPPING = "moreau-jean"  # Name of the time-stepping method, the only one for hard contacts
+AUTO: Final = "auto"  # Value of the option `samples` for equally spaced samples and further ones during contacts
 DEFAULT_SAMPLES = 2001  # Default number of equally spaced samples
 
 StartKind = Annotated[

@@ -26,7 +26,7 @@ GROUPS = {
     "pivots": ("*/pivot",),
     "ends": ("*/upper", "*/lower", "*/left", "*/right"),
 }
-"""Name patterns of groups of joints in an array: all joints, those inside the units, those between units."""
+"""Name patterns of groups of joints in an array: all joints, pivots inside the units, joints between units."""
 
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
@@ -59,8 +59,8 @@ KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "b
 KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
 """Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names."""
 
-LAW_OF_KEY = {"restitution": "damping"}  # Fields of a law that a path may name without the law, with the law's kind
-AXES = ("x", "y")  # Coordinates of a point
+LAW_OF_FIELD = {"restitution": "damping"}  # Field of a law that a path may name without the law -> kind of the law
+AXES = ("x", "y")  # Words in a parameter path for the coordinates of a point
 
 # Examples in error messages: a parameter of a study that varies in each joint, and parameter paths
 EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
@@ -141,7 +141,7 @@ def every_number(mechanism: Mechanism) -> list[str]:
         if inside is not None:
             before = f"{kind}.{name}" if kind in kinds else name
             paths += [f"{before}.{path}" for path in _paths(inside, None)]
-    return [path for path in dict.fromkeys(paths) if _leads_somewhere(mechanism, path)]
+    return [path for path in dict.fromkeys(paths) if _selects_one_place(mechanism, path)]
 
 
 def _is_free(value: Any, quantity: Quantity | None) -> bool:
@@ -164,7 +164,7 @@ def _paths(owner: Any, quantity: Quantity | None) -> Iterator[str]:
         yield from (f"{name}.{path}".rstrip(".") for path in _paths(value, quantity_inside))
 
 
-def _leads_somewhere(mechanism: Mechanism, path: str) -> bool:
+def _selects_one_place(mechanism: Mechanism, path: str) -> bool:
     try:
         return len(find(mechanism, path)) == 1
     except InputError:
@@ -172,14 +172,14 @@ def _leads_somewhere(mechanism: Mechanism, path: str) -> bool:
 
 
 def changed(mechanism: Mechanism, parameter: str, value: Any) -> Mechanism:
-    """Return the mechanism with another value at a parameter path, at all places of a pattern."""
+    """Return the mechanism with a new value at each place that a parameter path selects."""
     return changed_all(mechanism, {parameter: value})
 
 
 def changed_all(
     mechanism: Mechanism, changes: Mapping[str, Any], places: Mapping[str, Sequence[Place]] | None = None
 ) -> Mechanism:
-    """Return the mechanism with other values at some parameter paths."""
+    """Return the mechanism with new values at several parameter paths."""
     new: dict[str, Any] = {}
     numbers = True
     for parameter, value in changes.items():
@@ -266,7 +266,7 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
     """Return whether a part has a field."""
     part = getattr(mechanism, field)[index]
-    return LAW_OF_KEY.get(name, name) in _fields(getattr(part, INNER_FIELDS[field], None) if field in INNER_FIELDS else part)
+    return LAW_OF_FIELD.get(name, name) in _fields(getattr(part, INNER_FIELDS[field], None) if field in INNER_FIELDS else part)
 
 
 def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
@@ -282,8 +282,8 @@ def _place(mechanism: Mechanism, path: Route, parameter: str) -> Place:
         owner = at(mechanism, walked)
         if owner is None:
             raise _not_given(parameter)
-        if word in LAW_OF_KEY and word not in _fields(owner) and LAW_OF_KEY[str(word)] in _fields(owner):
-            walked = (*walked, LAW_OF_KEY[str(word)])
+        if word in LAW_OF_FIELD and word not in _fields(owner) and LAW_OF_FIELD[str(word)] in _fields(owner):
+            walked = (*walked, LAW_OF_FIELD[str(word)])
             owner = at(mechanism, walked)
         step, quantity = _step(owner, str(word), quantity, parameter)
         walked = (*walked, step)

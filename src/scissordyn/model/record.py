@@ -14,12 +14,12 @@ from scissordyn.errors import InputError
 from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.user_file import origin_of
 
-PACKAGE = "scissordyn"
-KIND = "kind"  # Key for the class of a description
+PACKAGE = "scissordyn"  # Name of this package, with which modules of built-in classes begin
+KIND = "kind"  # Key, in plain data, of the class of a description
 FUNCTION, CLASS = "function", "class"
 """Values of the key "kind" for a Python function, and for a class, that are in no file."""
 
-DIGEST = "digest"  # Key for the digest of the file of a user-defined function or class
+DIGEST = "digest"  # Key, in plain data, of the digest of a user-defined function or class
 
 
 def to_plain(described: Any) -> Any:
@@ -72,8 +72,8 @@ def _entries(tree: dict[str, Any] | list[Any]) -> dict[Any, Any]:
     return tree if isinstance(tree, dict) else dict(enumerate(tree))
 
 
-_SCALARS = (str, int, float, bool, type(None))  # Types of values that plain data contain unchanged
-_SCALAR_TYPES = frozenset(_SCALARS)  # The same as a set, to test whether all entries of a list are plain
+_SCALARS = (str, int, float, bool, type(None))  # Types of values that `to_plain` leaves unchanged
+_SCALAR_TYPES = frozenset(_SCALARS)  # Types in `_SCALARS`, as a set to compare with the types of a list's entries
 
 
 @cache

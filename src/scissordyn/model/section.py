@@ -51,7 +51,7 @@ MATERIALS: Mapping[str, StructuralMaterial] = MappingProxyType(
         "titanium": StructuralMaterial(114e9, 4430.0, 880e6, "Ti-6Al-4V, typical data sheet values", 8.6e-6),
     }
 )
-"""Materials by name, with nominal values."""
+"""Materials of flexible bars by name, with nominal values."""
 
 
 def _box(width: float, depth: float, wall: float) -> Section:
@@ -108,10 +108,13 @@ SECTIONS: Mapping[str, tuple[Mapping[int, Callable[..., Section]], str]] = Mappi
         "strip": ({2: _rectangle}, "strip 30x2 mm (width, thickness in the plane)"),
     }
 )
-"""Functions that make a section of a kind, by number of dimensions, and its text form; depths lie in the plane of motion."""
+"""Kinds of sections: functions that compute a section, by count of dimensions, and examples of its text.
 
-UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Units of a section's dimensions [m]
-# Kind, dimensions and unit of a section's text
+The depth lies in the plane of motion.
+"""
+
+UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # Length of each unit of a section's dimensions [m]
+# Pattern of the text of a section, such as "tube 60x60x1.5 mm": kind, dimensions and unit
 SECTION_PATTERN = re.compile(r"\s*([a-z]+)\s+([-+0-9.e]+(?:\s*x\s*[-+0-9.e]+)*)\s*([a-z]+)\s*")
 
 

@@ -13,7 +13,7 @@ from scissordyn.components.place import Point
 from scissordyn.units import Quantity, extras, quantities
 
 Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description
-POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Quantity of the points of a body
+POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Unit and meaning of the points of a body
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def is_described(value: Any) -> bool:
 
 
 def given(described: Any) -> Iterator[tuple[Declared, Any]]:
-    """Yield the fields that differ from their defaults, bit for bit."""
+    """Yield the fields of a description whose values differ from their defaults, with these values."""
     for field in declared(type(described)).values():
         value = getattr(described, field.name)
         if repr(value) != repr(field.default) or value != field.default:
@@ -68,7 +68,7 @@ def given(described: Any) -> Iterator[tuple[Declared, Any]]:
 
 
 def at(described: Any, path: Sequence[str | int]) -> Any:
-    """Return the value at a path."""
+    """Return the value at a path inside a description."""
     for key in path:
         described = getattr(described, str(key)) if is_described(described) else described[key]
     return described

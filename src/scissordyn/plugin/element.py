@@ -33,11 +33,11 @@ from scissordyn.units import Quantity, State, check_quantities, quantities
 
 Kernel = Callable[..., Any]
 
-RECIPES: dict[int, Recipe] = {}  # Kernel pointer -> recipe (Python function and memory layout) that it was compiled from
+RECIPES: dict[int, Recipe] = {}  # Kernel pointer -> Python function and memory layout from which the kernel was compiled
 
 
 def check_names(what: str, key: str, kernel: Kernel, places: Mapping[str, str]) -> None:
-    """Raise `InputError` if a kernel has an argument that its slot does not provide; `places` has the provided ones."""
+    """Raise `InputError` if a kernel has an argument that is not in `places`, the arguments that its slot provides."""
     for argument in arguments_of(kernel):
         if argument not in places:
             raise InputError(
@@ -66,8 +66,9 @@ def pointer_of(recipe: Recipe) -> int:
 
 
 _LOADED: list[Any] = []
-"""Libraries and functions of user-defined elements. The list keeps them in memory; kernel pointers are plain integers."""
+"""Compiled libraries and functions of user-defined elements, kept here so that kernel pointers, plain integers, stay valid."""
 
+# Type of a kernel in C: a function of six arrays
 _KERNEL_TYPE = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_double)] * 6)
 
 
@@ -100,8 +101,8 @@ def _in_python(recipe: Recipe) -> Callable[..., float]:
     return answer
 
 
-ELEMENT_PARAMETERS_MAX = 16  # Largest number of parameters of an element: columns of the parameter tables of kernels
-ABSENT_STATE = "-0.0"  # Source text of a kernel argument for a state that the part does not have; adding -0.0 changes no sum
+ELEMENT_PARAMETERS_MAX = 16  # Largest number of parameters of an element: number of columns of the parameter tables
+ABSENT_STATE = "-0.0"  # C text of the kernel argument for a state that an element lacks; adding -0.0 changes no sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ class Element:
 
 
 class Part:
-    """Base of the base classes of slots; the attributes of such a class may be set by an element's declaration."""
+    """Base class of the base classes of all slots; the declaration of an element may set the attributes of its base class."""
 
     slot: ClassVar[Slot]
     declaration: ClassVar[Any]

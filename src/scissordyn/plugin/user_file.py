@@ -18,7 +18,7 @@ from scissordyn.errors import InputError, did_you_mean
 DIGEST_ATTRIBUTE = "__digest__"  # Attribute of a loaded module: digest of the source text that was executed
 
 EXAMPLES = {"component": "my_components.py:Rubber", "controller": "my_controllers.py:servo", "measure": "my_measures.py:late"}
-"""Example of a reference in error messages, by kind; other kinds are laws."""
+"""References to user-defined elements that error texts show, by kind; other kinds are laws."""
 
 
 def split_reference(kind: str, reference: str, folder: Path | None = None) -> tuple[Path, str]:
@@ -42,8 +42,8 @@ def file_digest(path: Path) -> str:
     return _digest(path.read_bytes())
 
 
-def made_in(described: type) -> tuple[str, str] | None:
-    """Return the origin of a user-defined class: the reference "file.py:name" and the file's digest; None without a file."""
+def _origin_in_file(described: type) -> tuple[str, str] | None:
+    """Find the file that defines a class; return the reference "file.py:name" and the file's digest, or None."""
     module = sys.modules.get(described.__module__)
     file = Path(getattr(module, "__file__", None) or "")
     if "." in described.__module__ or described.__module__ == "__main__" or not described.__qualname__.isidentifier():
@@ -93,15 +93,17 @@ _CLASSES: dict[tuple[str, str], type] = {}  # User-defined classes that this pro
 
 
 def note_origin(made: Any, described: type) -> None:
-    """Record the origin of a class that is defined in a file, so that other processes can unpickle its instances."""
-    made.origin = origin = made_in(described)  # set even if None, so that the class does not inherit the origin of its base
+    """Record the file that defines a class, so that other processes can unpickle its instances."""
+    made.origin = origin = _origin_in_file(
+        described
+    )  # set even if None, so that the class does not inherit the origin of its base
     if origin is not None:
         made.__reduce__ = _reduced
         _CLASSES[origin] = made
 
 
 def origin_of(described: type) -> tuple[str, str] | None:
-    """Return the recorded origin of a class: reference and digest; None for a class of the package or without a file."""
+    """Return the reference and digest that `note_origin` recorded for a class; None if it recorded none."""
     origin: tuple[str, str] | None = vars(described).get("origin")
     return origin
 

@@ -16,7 +16,7 @@ from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 INTEGRAL_TORQUE = State("integral_torque", "N m", scale=1.0)
-"""Integral part of the torque; its errors are weighed by the mechanism's torques where these are smaller."""
+"""Internal state: integral part of the torque; its error scale is that of the mechanism's torques if this is smaller."""
 
 
 def feedback_numbers(described: Any) -> dict[str, float]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+# File to replace at its import, and the file that is compiled instead
 FILE, SOURCE = os.environ["ALTERED"], os.environ["ALTERED_FROM"]
 
 _as_it_is = SourceFileLoader.get_code

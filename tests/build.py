@@ -33,9 +33,9 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Problem
 from scissordyn.kernel import I1, PYTHON, Entry
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[1] / "examples"  # Folder of the package's example cases
 
-ORIGIN = (("O", (0.0, 0.0)),)
+ORIGIN = (("O", (0.0, 0.0)),)  # Ground of a mechanism with one point, "O", at the origin
 
 # mechanisms ---------------------------------------------------------------------------------------------------------------
 
@@ -111,6 +111,7 @@ def planetary(*components: Any, **how: Any) -> sd.Mechanism:
 
 # runs and files -----------------------------------------------------------------------------------------------------------
 
+# Terms of the energy balance of a run
 ENERGIES = ("kinetic_energy", "potential_energy", "stored_energy", "dissipated_energy", "drive_work", "load_work")
 
 

@@ -39,12 +39,13 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
 from noticing import DRAWN_CHANGES, EQUIVALENT, MOST_ALIVE, NAMED, SAME_ANSWER, SEED, of_runs, tests_of
 
+# Subpackages with kernels, whose changes need a compilation
 KERNEL_SUBPACKAGES = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
-HERE = Path(__file__).parent
-PACKAGE = HERE.parent / "src" / "scissordyn"
-PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"
-LOG = HERE.parent / "out" / "mutations.log"
-PATIENCE = 400  # A test file that takes longer [s] has noticed, too: a mutation can keep a loop from ending
+HERE = Path(__file__).parent  # Folder of the tests
+PACKAGE = HERE.parent / "src" / "scissordyn"  # Folder of the package's sources
+PAGE = HERE.parent / "docs" / "decisions" / "measured" / "mutations.md"  # Page with the results
+LOG = HERE.parent / "out" / "mutations.log"  # File of the results so far, with which an interrupted run continues
+PATIENCE = 400  # [s] longest time of a test file; one that takes longer has noticed the change, which may cause an endless loop
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,9 @@ class Target:
     compiled: bool = False  # The tests need the compiler
 
 
-COMPONENT_TESTS = ("components/test_closed_forms.py",)
+COMPONENT_TESTS = ("components/test_closed_forms.py",)  # Test files that must notice changes of components
 
+# Files in which numbers are changed, with the test files that must notice this
 TARGETS = (
     Target(("laws/elastic/[!q]*.py",), ("laws/test_elastic.py", "laws/test_energy.py"), by_name=True),
     Target(("laws/elastic/quadrature.py",), ("laws/test_energy.py",), compiled=True),

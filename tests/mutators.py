@@ -7,7 +7,7 @@ from pathlib import Path
 
 __all__ = ["KINDS", "Change", "Mutator", "changed", "changes_of", "drawn"]
 
-FACTOR = 1.01
+FACTOR = 1.01  # Factor by which numbers are multiplied
 INPUTS = {
     *("length", "rate", "angle", "speed", "travel", "x", "y", "cosine", "sine", "x_rate", "y_rate", "cosine_rate", "sine_rate"),
     *("mode", "approach_speed", "factor", "depth", "twist", "table", "first", "count", "straight", "negative", "positive"),
@@ -26,13 +26,15 @@ INPUTS = {
     ),
     *("integral_torque", "filtered_rate", "command", "described", "pointer", "low", "high"),
 }
-"""Arguments of kernels that are no parameters: coordinates, rates, states, rows, counts and switches."""
+"""Names of kernel arguments that are not parameters: coordinates, rates, states, rows, counts and switches."""
 
 KERNELS = "force", "energy", "steady", "start", "settled", "limit", "torque", "gap", "switch", "guide_force", "_work"
-"""Functions that are kernels by their names; what they hand on to others of the file is changed there."""
+"""Names, or parts of names, of functions that are kernels."""
 
-EDGES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
+EDGES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}  # Comparisons that differ only for equal values
+# Comparisons with the opposite result
 OPPOSITES = {ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
+# Functions that choose the other end of a range
 BOUNDS = {"max": "min", "min": "max", "maximum": "minimum", "minimum": "maximum"}
 
 KINDS = {
@@ -45,7 +47,7 @@ KINDS = {
     "factor": "a * b becomes a / b, or the other way round",
     "both": "and becomes or, or the other way round",
 }
-"""Change of an expression."""
+"""Kinds of changes of an expression, by name."""
 
 
 @dataclass(frozen=True)

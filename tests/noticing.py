@@ -2,14 +2,14 @@
 
 from fnmatch import fnmatch
 
-__all__ = ["DRAWN_CHANGES", "EQUIVALENT", "MOST_ALIVE", "NAMED", "SAME_ANSWER", "SEED", "tests_of"]
+__all__ = ["DRAWN_CHANGES", "EQUIVALENT", "NAMED", "SAME_ANSWER", "SEED", "UNNOTICED_MAX", "tests_of"]
 
-SEED = 22
+SEED = 22  # Seed with which changes are drawn
 
 DRAWN_CHANGES = {"integrate": 16, "mechanics": 16, "components/port": 6, "kinematics": 11, "run": 11}
 """Number of changes that are drawn in each subpackage."""
 
-MOST_ALIVE = 3
+UNNOTICED_MAX = 3  # Largest number of drawn changes that no test notices
 
 NAMED = (
     ("mechanics/guard.py", "lock", "plus", "lost += 0.5 * W.A[i] * W.A[i]"),
@@ -21,7 +21,7 @@ NAMED = (
     ("integrate/event.py", "all_far", "bound", "max(abs(w.left_rate[k]), abs(w.end_rate[k]))"),
     ("integrate/event.py", "may_rise", "dropped", "cubic(place, a, slope_a, b, slope_b)[0] + bump"),
 )
-"""Changes of what no test noticed once, by file, function, kind and expression; each is to be noticed."""
+"""Changes that a test must notice, because no test noticed them once: file, function, kind and expression."""
 
 EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("components/force.py", "parameters", "float(self.follows)"): "a switch",
@@ -41,24 +41,30 @@ EQUIVALENT: dict[tuple[str | int, ...], str] = {
     ("laws/friction/stribeck.py", "sliding_coefficient", "stribeck_exponent"): "shortcut for gamma = 2",
     ("laws/friction/stribeck.py", "sliding_coefficient", "2.0"): "shortcut for gamma = 2",
 }
-"""Mutations that change no answer beyond rounding, with the reason: by file, function, number and, after the first, which."""
+"""Reasons why a changed number changes no result beyond round-off, by file, function, number and count of its occurrence."""
 
+# Test files of the integrator
 INTEGRATE = ("integrate/test_event.py", "integrate/test_monitored_rows.py", "integrate/test_advance.py")
+# Test files of the equations of motion
 MECHANICS = (
     "mechanics/test_linearisation.py",
     "mechanics/test_plane_contact.py",
     "mechanics/test_impulses.py",
     "mechanics/test_elements.py",
 )
+# Test files of hard contacts
 HARD = (
     "run/test_hard_contact.py",
     "run/test_hard_answers.py",
     "run/test_hard_examples.py",
     "run/test_hard_turning.py",
 )
+# Reason why a change of the grouping of cases changes no result
 GROUPED = "how many cases are done together: no number depends on it"
+# Reason why a change in the search for a maximum changes no result
 BRENT = "which points Brent's parabola goes through: another way to the same maximum"
 
+# Test files of kinematics
 KINEMATICS = (
     *("kinematics/test_closure.py", "run/test_singular.py", "run/test_closed_limits.py"),
     *("test_linkages.py", "validation/test_singular_positions.py"),
@@ -109,7 +115,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "run/advance/tolerance.py": ("components/test_state.py", "run/test_warn.py"),
     "run/*": ("test_run.py",),
 }
-"""Test files that have to notice a change, one after another, by the first pattern that matches its file."""
+"""Test files that must notice a change, in the order in which they run, by pattern of the changed file."""
 
 SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ("integrate/monitor.py", "refine_peak", "both", "height >= third_value or third in (best, second)"): BRENT,

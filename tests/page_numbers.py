@@ -6,25 +6,26 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-WORD = r"(?:[GMkmµn]?(?:N|J|W|Pa|Hz|s|m|g|rad)|deg|rpm|%|times|steps)(?:\^?\d|[²³])?"
-NUMBER = r"(?<![\w.^/{-])[-+]?\d+(?:[  ]\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?"
-QUANTITY = re.compile(rf"({NUMBER})(?:\s+({WORD}(?:[ /·]{WORD})*)(?![\w^]))?")
-PREFIXES = {"G": 9, "M": 6, "k": 3, "m": -3, "µ": -6, "n": -9}
-BLOCK = re.compile(r"^ *```.*?^ *```", re.DOTALL | re.MULTILINE)
-RESULT_DIGITS = 2  # significant digits from which a number with a unit is a result, and not a round value that was chosen
-CELL_DIGITS = 3  # the same for a cell of a table, whose unit is in its head
+UNIT_WORD = r"(?:[GMkmµn]?(?:N|J|W|Pa|Hz|s|m|g|rad)|deg|rpm|%|times|steps)(?:\^?\d|[²³])?"  # Pattern of a unit in a page
+NUMBER = r"(?<![\w.^/{-])[-+]?\d+(?:[  ]\d{3})*(?:\.\d+)?(?:e[-+]?\d+)?"  # Pattern of a number in a page
+# Pattern of a number with or without a unit
+QUANTITY = re.compile(rf"({NUMBER})(?:\s+({UNIT_WORD}(?:[ /·]{UNIT_WORD})*)(?![\w^]))?")
+PREFIXES = {"G": 9, "M": 6, "k": 3, "m": -3, "µ": -6, "n": -9}  # Exponents of ten of unit prefixes
+BLOCK = re.compile(r"^ *```.*?^ *```", re.DOTALL | re.MULTILINE)  # Pattern of a code block in a page
+RESULT_DIGITS = 2  # smallest number of significant digits with which a number with a unit counts as a result
+CELL_DIGITS = 3  # smallest number of significant digits with which a number in a table counts as a result
 
 SOURCE = re.compile(
     r"\]\([^)]*(?:decisions/|validation\.md|doi\.org)|doi:|\b(?:19|20)\d\d[,:)]"
     r"|`(?:pytest )?(?:tests|benchmarks)/|`python -m |Check by hand"
 )
-"""A citation, a closed form with a test of its own, or the program that gives the numbers of a section."""
+"""Pattern of the source of a section's numbers: a citation, a closed form with a test, or a program."""
 
 WALL_TIME = re.compile(r"simulated in [\d.]+ (?:µs|ms|s|min)")
-"""Time that a run takes, which differs with each machine."""
+"""Pattern of the computing time of a run, which differs between machines."""
 
 STEPS = re.compile(r"\d+ steps of (\w+), \d+ rejected")
-"""Numbers of steps, which the last digits of a processor's linear algebra change."""
+"""Pattern of the number of steps of a run, which differs between processors by round-off."""
 
 MARKER = re.compile(r"<!-- numbers: (.*?) -->")
 """Commands, tests or pages that give the numbers of a section, or of the page if it stands before the second heading."""
@@ -121,7 +122,9 @@ def without_evidence(page: str, printed: Iterable[str] | None = None) -> list[st
     return [f"{one.text} {one.unit}".strip() for one in missing]
 
 
+# Pattern of a code block that a reader types
 TYPED = re.compile(r"^( *)```(sh|console|python|toml|\{code-cell\} ipython3)\n(.*?)^ *```\n", re.DOTALL | re.MULTILINE)
+# Pattern of the printed output after a code block
 PRINTED = re.compile(r"\s*(?:(?!```)[^\n#|][^\n]*\n)*\s*```text\n(.*?)^ *```", re.DOTALL | re.MULTILINE)
 
 

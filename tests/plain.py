@@ -8,14 +8,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[1]  # Root folder of the repository
 
+# First words that a docstring may not have: prepositions
 PREPOSITIONS = {"Of", "By", "With", "In", "On", "Between", "For", "From", "Beside", "To", "As", "At"}
 PRONOUNS = {"Those", "That", "What", "Which", "Where", "How", "Whose", "When", "Whether", "Who"}
-"""Words with which no docstring begins: a sentence has a verb, a phrase begins with its noun."""
+"""First words that a docstring may not have: pronouns and question words."""
 
-SUBJECT_MAX = 72  # Characters of a commit's subject
-COMMITS = 20  # Number of commits that are checked, from the last one back
+SUBJECT_MAX = 72  # [characters] longest subject of a commit
+COMMITS = 20  # Number of latest commits that are checked
 
 
 def docstrings(path: Path) -> Iterator[tuple[int, str]]:

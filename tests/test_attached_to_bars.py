@@ -11,8 +11,9 @@ from tests.build import assert_balance, chain, counts_of
 import scissordyn as sd
 from scissordyn.record.summary import summary_of
 
-LENGTH, MASS = 1.0, 2.0
-SOFT = {"bending_stiffness": 2000.0, "axial_stiffness": 2e6}
+LENGTH, MASS = 1.0, 2.0  # Length [m] and mass [kg] of a bar
+SOFT = {"bending_stiffness": 2000.0, "axial_stiffness": 2e6}  # Bending stiffness [N m^2] and axial stiffness [N] of a soft bar
+# Bending stiffness [N m^2] and axial stiffness [N] of a bar that is nearly rigid
 STIFF = {"bending_stiffness": 4e6, "axial_stiffness": 4e8}
 
 Attach = Callable[[sd.Mechanism], sd.Mechanism]
@@ -61,7 +62,7 @@ def own_in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
     return made.with_parts({"joints": made.joints[1:], "guides": (guide,)})
 
 
-ENDS = ("arm", "end"), ("ground", "wall")
+ENDS = ("arm", "end"), ("ground", "wall")  # Points between which components act
 ATTACHED: dict[str, Attach] = {
     "pin at a place": rod_between,
     "weld": welded,
@@ -90,7 +91,7 @@ ATTACHED: dict[str, Attach] = {
     "drive": lambda made: made.driven(speed=2.0),
     "controller": lambda made: made.controlled(sd.PID(300.0, 5.0), speed=2.0),
 }
-"""Functions that attach a part, by its name."""
+"""Functions that attach a part to a flexible bar, by name of the part."""
 
 
 @pytest.mark.parametrize("name", list(ATTACHED))
@@ -113,7 +114,7 @@ def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
     assert_balance(run, 1e-6)
 
 
-TUBE = 42743.0, 7.5e7  # EI [N m^2] and EA [N]
+TUBE = 42743.0, 7.5e7  # Bending stiffness EI [N m^2] and axial stiffness EA [N] of a steel tube
 
 
 def with_tubes(rigid: sd.Mechanism, stiffness: float = 1.0, **how: int) -> sd.Mechanism:

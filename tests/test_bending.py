@@ -21,10 +21,12 @@ from scissordyn.plan.flexible import contact_frequency, mode_count
 from scissordyn.plan.plan import plan
 from scissordyn.plan.shapes import shapes_of
 
+# Length [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a bar
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
-BAR = sd.bar("bar", length=LENGTH, mass=MASS)
-BENT = {"bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}
-BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761
+BAR = sd.bar("bar", length=LENGTH, mass=MASS)  # Rigid bar that the tests make flexible
+BENT = {"bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}  # Bending stiffness [N m^2] and axial stiffness [N] of the bar
+BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761  # Wave numbers beta L of the first three modes of a cantilever
+# Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
 TUBE: dict[str, Any] = {"bending_stiffness": 42743.0, "axial_stiffness": AXIAL}
 
 
@@ -145,7 +147,7 @@ def test_frequencies_of_a_cantilever() -> None:
     assert np.all(worst[2] < [1e-7, 2e-6, 6e-6])
 
 
-STIFF = 1e6
+STIFF = 1e6  # [N m^2] bending stiffness with which deflections are small
 
 
 @pytest.mark.parametrize(
@@ -248,6 +250,7 @@ def test_sections(section: str, area: float, second: float, depth: float) -> Non
     assert (found.area, found.second_moment, found.depth) == pytest.approx((area, second, depth), rel=1e-12)
 
 
+# Case file with flexible bars
 CASE = """
 [structure]
 kind = "scissor"
@@ -361,6 +364,7 @@ def test_a_payload_on_a_bar_that_bends(tmp_path: Path) -> None:
     assert sd.read_case(path).mechanism == made
 
 
+# Body that is not a bar
 PLATE = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, 1.0)}, centre=(0.6, 0.3))
 
 

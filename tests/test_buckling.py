@@ -11,8 +11,10 @@ import scissordyn as sd
 from reference.frame import Frame
 from scissordyn.errors import InputError
 
+# Length [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a bar
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 42743.0, 7.5e7
-KINDS = {"modes": 8}, {"elements": 8}
+KINDS = {"modes": 8}, {"elements": 8}  # Arguments of `with_bending` for a bar by modes and for beam elements
+# Rigid bar that the tests make flexible, and the guide of its end
 BAR, END = sd.bar("bar", length=LENGTH, mass=MASS), sd.Guide("end", ("bar", "end"))
 
 

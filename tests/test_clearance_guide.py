@@ -29,9 +29,10 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 
+# Length and width of a block, radius of its corners, and its clearance in the channel [m]
 LENGTH, WIDTH, RADIUS, GAP = 0.1, 0.04, 2e-3, 1e-3
-A, B = 0.5 * LENGTH - RADIUS, 0.5 * WIDTH - RADIUS
-MASS = 2.0
+A, B = 0.5 * LENGTH - RADIUS, 0.5 * WIDTH - RADIUS  # Half distances of the corners' centres along and across the block [m]
+MASS = 2.0  # [kg] mass of the block
 
 
 def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), components=(), gravity=0.0, **laws):

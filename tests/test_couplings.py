@@ -21,9 +21,9 @@ from scissordyn.explore.field import fields_of
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
-TIGHT = {"rtol": 1e-10, "atol": 1e-12}
-ANGLE = sd.RelativeAngle
-GROUND = (*ORIGIN, ("P", (0.5, 0.0)))
+TIGHT = {"rtol": 1e-10, "atol": 1e-12}  # Tolerances of accurate runs
+ANGLE = sd.RelativeAngle  # Short name of the coordinate class
+GROUND = (*ORIGIN, ("P", (0.5, 0.0)))  # Ground with the points "O" and "P"
 
 
 def gear_pair(ratio: float = -1.7) -> sd.Mechanism:
@@ -368,8 +368,8 @@ def test_redundant_only_where_joints_are_ideal() -> None:
     assert np.allclose(run["angle"].sel(body="rocker"), run["angle"].sel(body="crank"), atol=1e-9)
 
 
-BELT = coupled_arms().couplings[0]
-ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))
+BELT = coupled_arms().couplings[0]  # Coupling of two arms
+ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))  # Drive of the relative angle of two arms
 
 
 def arms_with(**parts: object) -> Callable[[], object]:

@@ -27,13 +27,15 @@ from scissordyn.config.file import read_case
 
 mpl.use("Agg")
 
-ROOT = Path(__file__).parents[1]
-DOCS = ROOT / "docs"
-ASKED = DOCS / "decisions" / "measured" / "questions.md"
-TASK = DOCS / "howto" / "choose_clearance_and_motor.md"
+ROOT = Path(__file__).parents[1]  # Root folder of the repository
+DOCS = ROOT / "docs"  # Folder of the documentation
+ASKED = DOCS / "decisions" / "measured" / "questions.md"  # Page with questions and the commands that answer them
+TASK = DOCS / "howto" / "choose_clearance_and_motor.md"  # Page that leads through a whole task
+# Pages with commands
 PAGES = sorted((*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), ASKED))
-TEXTS = (*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md")
+TEXTS = (*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md")  # Pages with commands, README and CONTRIBUTING
 
+# Program that makes a run with a user-defined law, needed by a page
 SOFT = """
 from pathlib import Path
 
@@ -46,7 +48,7 @@ soft = arm.replace("A.stiffness", sd.law("stiffness", "my_laws.py:soft")(1e10))
 sd.save(sd.simulate(soft, until=0.01), "run.nc")
 """
 GIVEN = {"files.md": SOFT}
-"""Code that the text around the examples of a page assumes."""
+"""Code that a page assumes before its first example, by page."""
 
 NOT_TYPED = {
     "pip install": "installs packages",
@@ -65,7 +67,7 @@ NOT_TYPED = {
     "scissordyn sweep --scheduler": "needs other machines, as in tests/studies/test_cluster.py",
     "scissordyn sweep --cluster": "needs a queueing system, as in tests/studies/test_slurm.py",
 }
-"""Words of commands that no test of a page types, and why. Blocks of `bash` need root or a home folder, as in test_slurm.py."""
+"""Words of commands that no test executes, with the reason; blocks of `bash` need root or a home folder."""
 
 WITH_OWN_SOURCES = ("validation.md", "claims.md", "release.md")  # Pages whose results are those of other programs or pages
 SLOW = (
@@ -81,7 +83,7 @@ SLOW = (
     *("design_study.md", "files.md", "fit_measured_data.md", "gallery.md", "gradients.md", "own_elements.md", "studies.md"),
     "wear.md",
 )
-"""Pages that take more than some seconds."""
+"""Pages whose commands take more than some seconds, and are tested with the slow tests."""
 
 
 def name(path: Path) -> str:
@@ -311,9 +313,10 @@ RUN_PAGES = (
     "choose_contact_and_friction_law.md",
     "studies.md",
 )
-"""Pages whose results the slow runs of their commands print, and which need no other source for them."""
+"""Pages whose numbers all come from the output of their own commands, in slow tests."""
 
-THEORY = [page for page in sorted((DOCS / "theory").glob("*.md")) if page.name != "catalogue.md"]  # it is made by the site
+# Theory pages written by hand
+THEORY = [page for page in sorted((DOCS / "theory").glob("*.md")) if page.name != "catalogue.md"]
 
 
 @pytest.mark.parametrize("page", [page for page in (*TEXTS, *THEORY) if page != ASKED], ids=name)
@@ -433,7 +436,7 @@ def test_task_is_answered_as_its_page_says(tmp_path: Path, say: Say) -> None:
         assert int((forces < 800.0).sum()) == met
 
 
-BARS = DOCS / "bending.md"
+BARS = DOCS / "bending.md"  # Page about flexible bars
 
 
 def run_bars(folder: Path, say: Say, *names: str) -> list[str]:

@@ -99,7 +99,8 @@ def test_check_of_couplings(tmp_path: Path, answer: Callable[..., str]) -> None:
     assert "1 degree of freedom besides the drives." in said
 
 
-PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)  # The slide of a wheel on a pin
+# Coupling with an impossible coordinate: the slide of a wheel that a pin holds
+PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)
 
 
 @pytest.mark.parametrize(

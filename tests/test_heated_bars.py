@@ -12,10 +12,10 @@ from reference.kernels import at_start, check_element_slopes, check_time_derivat
 from scissordyn.errors import InputError
 from scissordyn.model.addition import with_payload
 
-LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6
-MASS = 7850.0 * DEPTH**2 * LENGTH
-WARMING = sd.Cycloidal(0.0, 1.0, 0.02)
-LONG = sd.bar("bar", length=2.0, mass=5.68)
+LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6  # Length [m], depth [m] and coefficient of thermal expansion [1/K] of a bar
+MASS = 7850.0 * DEPTH**2 * LENGTH  # [kg] mass of a square steel bar
+WARMING = sd.Cycloidal(0.0, 1.0, 0.02)  # Factor of the temperatures, which rises in 0.02 s
+LONG = sd.bar("bar", length=2.0, mass=5.68)  # Rigid bar that the tests make flexible
 
 
 def cantilever(*, elements: int = 4, gravity: float = 0.0, guided: bool = False, **more: object) -> sd.Mechanism:
@@ -32,6 +32,7 @@ def damped() -> sd.Mechanism:
     return sd.with_bending(made, section="tube 60x60x1.56 mm", material="steel", modes=3, damping=1e-4, **heat)
 
 
+# Cantilevers that are heated, by the kind of their flexible bar
 HEATED = {
     "elements": cantilever(
         elements=2, temperature_difference=100.0, temperature_rise=50.0, time_function=WARMING, damping=1e-5
@@ -128,6 +129,7 @@ def test_vibration_decays_by_half_the_damping_time_times_the_frequency() -> None
     assert tops[1] / tops[2] == pytest.approx(expected, rel=1e-3)
 
 
+# Case file with flexible bars
 WITH_BARS = """
 [structure]
 kind = "scissor"

@@ -12,6 +12,7 @@ from tests.build import assert_balance, on_pin
 
 import scissordyn as sd
 
+# Lengths of both legs [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a kinked bar
 FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 
 

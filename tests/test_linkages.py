@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 import scissordyn as sd
 from scissordyn.errors import InputError
 
-TIGHT = {"rtol": 1e-12, "atol": 1e-12}
-CLOSE = 1e-9  # Of lengths, of lengths times the crank's speed, of lengths times its square
+TIGHT = {"rtol": 1e-12, "atol": 1e-12}  # Tolerances of accurate runs
+CLOSE = 1e-9  # Allowed relative error of positions, speeds and accelerations
 
 
 @pytest.mark.parametrize(("offset", "angle"), [(0.0, 0.0), (0.02, 0.5), (-0.03, 4.0)])
@@ -35,6 +35,7 @@ def test_slider_crank_motion(offset, angle):
     assert np.allclose(run["position"].sel(body="slider", axis="y"), offset, rtol=0, atol=1e-14)
 
 
+# Dimensions, motion of the crank, and end of the run [s] of four-bar linkages, by kind
 FOUR_BARS = {
     "crank-rocker": ({}, sd.ConstantSpeed(10.0), 0.8),
     "crossed": ({"branch": "crossed"}, sd.ConstantSpeed(-10.0), 0.8),

@@ -8,6 +8,7 @@ from scissordyn.run.simulate import simulate
 from scissordyn.units import rpm
 from test_reference import EVENTS
 
+# Length [m] and mass [kg] of a bar, mass of the slider [kg], gravity [m/s^2] of the paper's array
 L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81
 
 

@@ -20,15 +20,16 @@ from reference.marching import ClearanceJoint, Load, March, Model, Relative
 from reference.multipliers import Multipliers, clearance_joint
 from reference.slider_crank import SliderCrank
 
-C, RADIUS = 5e-4, 10e-3
-SPEED = math.radians(900.0)  # 150 rpm
-STEADY = constant_speed(math.pi / 6.0, SPEED)
+C, RADIUS = 5e-4, 10e-3  # Radial clearance and journal radius [m]
+SPEED = math.radians(900.0)  # [rad/s] speed of the drive, 150 rpm
+STEADY = constant_speed(math.pi / 6.0, SPEED)  # Motion at constant speed from 30 deg
+# Pairs of stiffness and damping law, by name
 PAIRS = {"liu": (sd.Liu(), sd.Flores(0.9)), "hertz": (sd.Hertz(), sd.LankaraniNikravesh(0.9))}
 
-TOLERANCE = 1e-11
+TOLERANCE = 1e-11  # Relative and absolute tolerance of the runs
 CLOSE = 1e-6
-"""Both roads err by about 1e-11 in a step, and each contact multiplies an error by 10 to 300: three leave about 1e-7."""
-CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: its round-off of 1e-12 shifts the peak by 1e-6 of the contact's length
+"""Largest relative difference: errors of 1e-11 in a step grow 10 to 300 times in each of three contacts."""
+CLOSE_PEAK_TIME = 1e-5  # [contact durations] largest difference of peak times: round-off of 1e-12 moves a flat peak by 1e-6
 
 
 def pin_clearance(pair: str = "liu", kinetic: float | None = None) -> sd.Clearance:
@@ -88,7 +89,7 @@ def assert_same_motion(run: xr.Dataset, reference: March, joints: Sequence[str])
 
 
 WITH_FRICTION = {(1, "pinned", "hertz"), (2, "pinned", "liu"), (2, "slider", "hertz")}
-"""Arrays of which the run with friction, some seconds each, is not left to the slow tests."""
+"""Arrays whose run with friction, of some seconds, is in the quick tests: units, driven bar, laws."""
 
 
 @pytest.mark.parametrize(
@@ -344,7 +345,7 @@ CRANK_EVENTS: tuple[dict[str, tuple[float, float]], ...] = (
     },
     {"contact_start": (6.3705643e-4, 1e-11), "approach_speed": (2.75694915, 1e-8), "peak_force": (20869.9, 0.06)},
 )
-"""Events of the slider-crank of docs/reference.md, with the digits that are printed there."""
+"""Events of the slider-crank in docs/reference.md: value and allowed error of each quantity."""
 
 
 def test_slider_crank_has_the_reference_events() -> None:

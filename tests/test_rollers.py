@@ -12,6 +12,7 @@ from reference.kernels import at_start, check_element_slopes
 from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
 
+# Length [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a beam
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
 
 

@@ -22,7 +22,7 @@ CONTRACT = {
         "contact",
     ): "contact_joint contact_start approach_speed contact_angle peak_force peak_time contact_duration rebound_speed",
 }
-"""Variables that others may rely on, by their dimensions."""
+"""Variables of a run that users may rely on, by their dimensions."""
 
 
 def same_bits(one, other):

@@ -15,10 +15,10 @@ from tests.build import ORIGIN, gears, planetary, warnings_of, wheel
 import scissordyn as sd
 from reference.balance import Balance
 
-ANGLE, FREE = sd.RelativeAngle, sd.NoFriction()
-LOAD, APART = 30.0, 0.15  # Torque on the wheel [N m], distance of the centres [m]
-PRESSED = math.radians(20.0)  # Pressure angle
-ELASTIC = sd.Clearance(1e-4, damping=sd.Flores(1.0), friction=FREE)
+ANGLE, FREE = sd.RelativeAngle, sd.NoFriction()  # Short names of the coordinate class and of the law without friction
+LOAD, APART = 30.0, 0.15  # Torque on the wheel [N m] and distance of the centres [m]
+PRESSURE_ANGLE = math.radians(20.0)  # [rad] pressure angle
+ELASTIC = sd.Clearance(1e-4, damping=sd.Flores(1.0), friction=FREE)  # Clearance without energy losses
 
 
 def pair(ratio: float, transmission: Any, *parts: Any, load: float = LOAD) -> sd.Mechanism:
@@ -39,7 +39,7 @@ def last(run: Any, variable: str, **where: str) -> np.ndarray:
     return np.asarray(run[variable].sel(where).values[-1])
 
 
-@pytest.mark.parametrize("angle", [0.0, PRESSED])
+@pytest.mark.parametrize("angle", [0.0, PRESSURE_ANGLE])
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
 def test_bearings_of_gears(angle: float, load: float) -> None:
     """Closed form: F = T/r along the teeth and F tan(a) across, apart for an external pair, on both bearings."""
@@ -55,9 +55,9 @@ def test_bearings_of_gears(angle: float, load: float) -> None:
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
 def test_teeth_push(ratio: float, load: float) -> None:
     """Identity: the force makes the pressure angle with the path of the pitch point and points into external teeth."""
-    run = sd.simulate(pair(ratio, sd.Teeth(PRESSED), load=load), until=0.1, samples=3)
+    run = sd.simulate(pair(ratio, sd.Teeth(PRESSURE_ANGLE), load=load), until=0.1, samples=3)
     force, point = (last(run, f"coupling_transmitted_{name}", coupling="mesh") for name in ("force", "point"))
-    assert abs(force[1]) / np.linalg.norm(force) == pytest.approx(math.cos(PRESSED))
+    assert abs(force[1]) / np.linalg.norm(force) == pytest.approx(math.cos(PRESSURE_ANGLE))
     speeds = last(run, "angular_velocity")
     assert speeds[0] * point[0] == pytest.approx(speeds[1] * (point[0] - APART))  # both wheels have one velocity there
     outside = ratio < 0.0
@@ -71,7 +71,7 @@ def test_friction_of_a_geared_bearing() -> None:
     """Closed form: F r cos(a) = T + M with M = R sin(phi) F, so that the pin rubs by what the teeth press on it."""
     radius, kinetic = 0.015, 0.15
     arm = radius * math.sin(math.atan(kinetic))
-    for angle in (0.0, PRESSED):
+    for angle in (0.0, PRESSURE_ANGLE):
         rubbing = pair(-0.5, sd.Teeth(angle), sd.PinFriction("f", "wheel", radius, kinetic))
         run = sd.simulate(rubbing, until=0.1, samples=3)
         force = LOAD / (0.1 * math.cos(angle) - arm)
@@ -82,11 +82,11 @@ def test_friction_of_a_geared_bearing() -> None:
 
 def test_statics_and_largest_force() -> None:
     """Cross-check: without inertia the bearings carry what a run at constant speed says, in the same words."""
-    mechanism = pair(-0.5, sd.Teeth(PRESSED))
+    mechanism = pair(-0.5, sd.Teeth(PRESSURE_ANGLE))
     forces = sd.statics(mechanism, until=0.1, points=3)
     named = dict(zip(forces["quantity"].values.tolist(), forces["largest"].values.tolist(), strict=True))
-    assert named["reaction A"] == pytest.approx(LOAD / 0.1 / math.cos(PRESSED))
-    assert named["coupling transmitted force mesh"] == pytest.approx(LOAD / 0.1 / math.cos(PRESSED))
+    assert named["reaction A"] == pytest.approx(LOAD / 0.1 / math.cos(PRESSURE_ANGLE))
+    assert named["coupling transmitted force mesh"] == pytest.approx(LOAD / 0.1 / math.cos(PRESSURE_ANGLE))
     assert "319.3 N at ideal joint" in str(sd.simulate(mechanism, until=0.1).scissordyn.summary())
 
 
@@ -127,9 +127,9 @@ def rack(transmission: Any, ratio: float = 0.05) -> sd.Mechanism:
 @pytest.mark.parametrize("ratio", [0.05, -0.05])
 def test_rack(ratio: float) -> None:
     """Closed form: the rack is pressed away from the pinion by F tan(a), at the pitch point, which its guide bears."""
-    mechanism = rack(sd.Teeth(PRESSED), ratio)
+    mechanism = rack(sd.Teeth(PRESSURE_ANGLE), ratio)
     run = sd.simulate(mechanism, until=0.1, samples=3)
-    away = -math.copysign(1.0, ratio) * 40.0 * math.tan(PRESSED)
+    away = -math.copysign(1.0, ratio) * 40.0 * math.tan(PRESSURE_ANGLE)
     assert last(run, "coupling_transmitted_force", coupling="teeth") == pytest.approx([40.0, away])
     assert last(run, "coupling_transmitted_point", coupling="teeth") == pytest.approx([0.0, -ratio], abs=1e-12)
     assert last(run, "reaction", joint="bed") == pytest.approx([0.0, -away], abs=1e-9)
@@ -168,7 +168,7 @@ def loaded_planetary(transmission: Any) -> sd.Mechanism:
 
 def test_planetary_gear() -> None:
     """Closed form: sun and ring push the planet alike, and its pin drives the arm: 2 F a = T, beside centripetal forces."""
-    mechanism = loaded_planetary(sd.Teeth(PRESSED))
+    mechanism = loaded_planetary(sd.Teeth(PRESSURE_ANGLE))
     run = sd.simulate(mechanism, until=1.0, samples=11)
     force = 1.0 / (2.0 * 0.037)
     slow = 0.25 * 0.037 * (20.0 / 74.0) ** 2
@@ -180,8 +180,8 @@ def test_planetary_gear() -> None:
         # the sun presses the planet outwards and the ring inwards, by the same force
         assert pin @ along == pytest.approx(slow, rel=1e-6)
         inner, outer = run["coupling_transmitted_force"].values[sample]
-        assert inner @ along == pytest.approx(force * math.tan(PRESSED), rel=1e-9)
-        assert outer @ along == pytest.approx(-force * math.tan(PRESSED), rel=1e-9)
+        assert inner @ along == pytest.approx(force * math.tan(PRESSURE_ANGLE), rel=1e-9)
+        assert outer @ along == pytest.approx(-force * math.tan(PRESSURE_ANGLE), rel=1e-9)
     assert max(Balance(run, mechanism).residual()) < 1e-12
 
 
@@ -258,10 +258,15 @@ def test_the_motion_is_that_of_the_relation() -> None:
             np.testing.assert_array_equal(*(run[name].values for run in runs))
 
 
+# Functions that build a mechanism with a loose bearing, and its ideal mechanism, and the joint, by name
 LOOSE: dict[str, tuple[Callable[[], sd.Mechanism], Callable[[], sd.Mechanism], str]] = {
-    "wheel": (lambda: pair(-0.5, sd.Teeth(PRESSED, flank="backward")), lambda: pair(-0.5, sd.Teeth(PRESSED)), "B"),
-    "ring": (lambda: pair(0.5, sd.Teeth(PRESSED, flank="backward")), lambda: pair(0.5, sd.Teeth(PRESSED)), "A"),
-    "pinion on a rack": (lambda: rack(sd.Teeth(PRESSED, flank="forward")), lambda: rack(sd.Teeth(PRESSED)), "A"),
+    "wheel": (
+        lambda: pair(-0.5, sd.Teeth(PRESSURE_ANGLE, flank="backward")),
+        lambda: pair(-0.5, sd.Teeth(PRESSURE_ANGLE)),
+        "B",
+    ),
+    "ring": (lambda: pair(0.5, sd.Teeth(PRESSURE_ANGLE, flank="backward")), lambda: pair(0.5, sd.Teeth(PRESSURE_ANGLE)), "A"),
+    "pinion on a rack": (lambda: rack(sd.Teeth(PRESSURE_ANGLE, flank="forward")), lambda: rack(sd.Teeth(PRESSURE_ANGLE)), "A"),
     "planet": (lambda: loaded_planetary(sd.Teeth(0.0)), lambda: loaded_planetary(sd.Teeth(0.0)), "P"),
 }
 
@@ -309,7 +314,7 @@ def test_teeth_on_a_bar_that_bends() -> None:
 def test_backlash_and_teeth() -> None:
     """Contract: after the flanks have come to rest on each other the bearings carry what those without backlash do."""
     for load in (LOAD, -LOAD):
-        rigid = pair(-0.5, sd.Teeth(PRESSED), load=load)
+        rigid = pair(-0.5, sd.Teeth(PRESSURE_ANGLE), load=load)
         loose = sd.with_backlash(rigid, "mesh", sd.degrees(0.5), restitution=0.1)
         run = sd.simulate(loose, until=0.5, samples=101)
         assert max(Balance(run, loose).residual()) < 1e-9

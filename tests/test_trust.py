@@ -12,9 +12,12 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parent  # Folder of the tests
+# Text of the page about messages
 PAGE = (HERE.parent / "docs" / "decisions" / "measured" / "messages.md").read_text(encoding="utf-8")
+# Python code in the page, which defines the names of its commands
 NAMES = "\n".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
+# Cells of the rows of the page's table of messages
 ROWS = [
     [cell.strip() for cell in line.strip("|").split(" | ")]
     for line in PAGE.splitlines()

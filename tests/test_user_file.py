@@ -19,7 +19,7 @@ NAMED: dict[str, Callable[[str], Any]] = {
     "component": lambda reference: component_class(reference, Path.cwd()),
     "measure": lambda reference: OwnMeasure("late", reference).callable(),
 }
-"""Functions that read each kind of definition from a user's file."""
+"""Functions that read a user-defined element or measure from a file, by kind."""
 
 
 @pytest.mark.parametrize("kind", NAMED)

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import xarray as xr
 
-CLEARANCE = 1e-3
+CLEARANCE = 1e-3  # [m] radial clearance of the only clearance joint in a made-up run
+# Names of the bodies in a made-up run: two scissor units and a slider
 BODIES = ["unit 1/bar 1", "unit 1/bar 2", "unit 2/bar 1", "unit 2/bar 2", "slider"]
 
 
@@ -81,10 +82,10 @@ def henon(count: int) -> np.ndarray:
     return values
 
 
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)  # Golden ratio, 0.618...: the rotation by this fraction of a turn is quasi-periodic
 
 
-def rotation(count: int, number: float = GOLDEN) -> np.ndarray:
+def rotation(count: int, number: float = GOLDEN_RATIO) -> np.ndarray:
     """Return points that rotate on the unit circle by the fraction `number` of a revolution each, shape (count, 2)."""
     turned = 2.0 * np.pi * number * np.arange(count)
     return np.stack([np.cos(turned), np.sin(turned)], axis=1)

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 from scissordyn.file.export import export
 from scissordyn.record.store import save
 
-TIME = np.linspace(0.0, 1.0, 1001)
+TIME = np.linspace(0.0, 1.0, 1001)  # [s] instants of the made-up curves
 
 
 def sine(phase=0.0, scale=1.0, offset=0.0):

@@ -15,12 +15,13 @@ from scissordyn.run.simulate import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run
 
-SPANS = [(0.1, 0.2), (0.4, 0.45), (0.9, math.nan)]
+# [s] start and end of each contact in a made-up run; the last contact does not end
+CONTACT_SPANS = [(0.1, 0.2), (0.4, 0.45), (0.9, math.nan)]
 
 
 def test_fractions_of_time() -> None:
     """Closed form: contacts of 0.1, 0.05 and 0.1 s in 1 s, the last until the end; flights lie between them."""
-    found = contact_statistics(made_up_run(SPANS)).sel(joint="A")
+    found = contact_statistics(made_up_run(CONTACT_SPANS)).sel(joint="A")
     assert int(found["impacts"]) == 3
     assert float(found["impact_rate"]) == pytest.approx(3.0, rel=1e-14)
     assert float(found["contact_fraction"]) == pytest.approx(0.25, rel=1e-14)
@@ -35,7 +36,7 @@ def test_fractions_of_time() -> None:
 
 def test_quantile_over_the_contact_time() -> None:
     """Closed form: the force not exceeded for half of the contact time, however the samples are spread over it."""
-    run = made_up_run(SPANS)
+    run = made_up_run(CONTACT_SPANS)
     time = run["time"].values
     touching = run["in_contact"].sel(joint="A").values.astype(bool)
     late = touching & (time > 0.39)
@@ -52,7 +53,7 @@ def test_quantile_over_the_contact_time() -> None:
 
 def test_window_clips_contacts() -> None:
     """Closed form: a contact over the edge of the window counts by its part inside, and as an impact if it starts there."""
-    run = made_up_run(SPANS)
+    run = made_up_run(CONTACT_SPANS)
     found = contact_statistics(run, after=0.15, until=0.42).sel(joint="A")
     assert int(found["impacts"]) == 1
     assert float(found["contact_fraction"]) == pytest.approx(0.07 / 0.27, rel=1e-12)
@@ -77,7 +78,7 @@ def test_no_contact_at_all() -> None:
 
 def test_impulses_and_losses() -> None:
     """Closed form: sums, means and quantiles of impulses and losses, over contacts begun in the window."""
-    run = made_up_run(SPANS).assign(
+    run = made_up_run(CONTACT_SPANS).assign(
         impulse=("contact", [1.0, 2.0, 6.0]),
         contact_damping_loss=("contact", [0.1, 0.2, 0.3]),
         contact_friction_loss=("contact", [1.0, 2.0, 3.0]),

@@ -12,7 +12,7 @@ from scissordyn.errors import InputError
 
 from .made_up import made_up_run
 
-W = 2.0 * math.pi  # Angular frequency of the made-up slider
+W = 2.0 * math.pi  # [rad/s] angular frequency of the made-up slider
 
 
 def test_strobe_takes_samples() -> None:

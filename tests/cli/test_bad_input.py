@@ -19,20 +19,24 @@ from scissordyn.errors import InputError
 from scissordyn.periodic.cycles import cycle
 from scissordyn.record.store import load, save
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-QUICK, ALL, BLOCK = 30, 2000, 100
-SHORT = ("--set", "run.most_steps=2000", "--samples", "5")  # Options with which any run ends soon
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+# Number of damaged cases in every test run, number in the slow tests, and number in each slow test
+QUICK_CASES, ALL, BLOCK = 30, 2000, 100
+SHORT = ("--set", "run.most_steps=2000", "--samples", "5")  # Options that end a run of any case file within a second
 
-LEAST = '[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[run]\nuntil = "1 ms"\n'
-JOINT = '[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
+# Smallest case file that runs
+SMALLEST_CASE = '[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[run]\nuntil = "1 ms"\n'
+# Table of a clearance joint, to be appended to a case file
+CLEARANCE_TABLE = '[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
 
 
 NUMBERS = (
     *("0", "-0.0", "1e308", "-1e308", "5e-324", "1e-308", "nan", "inf", "-inf", "1e999", "-1", "0.5", "3", "1e30", "1e-30"),
     *("9" * 400, "9" * 5000, "0x7fffffffffffffff", "0b1", "1_000", "100000", "1e12", "1e-12"),
 )
-"""Numbers that a file may hold."""
+"""Numbers, right and wrong, that replace a number of a case file."""
 
+# Units, right and wrong, that replace a unit of a case file
 UNITS = (
     *("m", "mm", "kg", "s", "rad", "deg", "rpm", "N", "m/0", "m^-9", "m**m", "", "furlong", "m m", "Hz", "1/s", "N m", "%"),
     *("m/", "m/(s-s)", "m^0.5"),
@@ -44,18 +48,19 @@ VALUES = (
     *("[[[[1]]]]", "1979-05-27", "07:32:00", '"my.py:f"', '"*"', '"all"', "[" * 40 + "]" * 40, "[" * 1200 + "]" * 1200),
     *('"' + "x" * 3000 + '"', '"1, 2 m"', '"0, 0 m"', "{ time = [], angle = [] }", '{ time = "0 1 s", angle = "0 1 deg" }'),
 )
-"""Values of other kinds."""
+"""TOML values of other types, which replace a value of a case file."""
 
+# Lines, most of them wrong, that are inserted into a case file
 LINES = (
     *("[run]", "[[clearance]]", "[structure]", "[[body]]", "[[spring]]", "[[drive]]", "[drive.x]", "= 3", "a = "),
     *("\ufeff", "\x00"),
 )
 
 ENTRY = re.compile(r"^(\s*[\w.-]+\s*=\s*)([^\n#]*)", re.MULTILINE)
-UNITS_KEY = re.compile(r"\bunits = (\d[\d_]*)")
-MOST_UNITS = 40  # Largest number of units in a case; larger arrays take long and test nothing else
+UNITS_KEY = re.compile(r"\bunits = (\d[\d_]*)")  # Pattern of the key `units`, the number of scissor units
+UNITS_MAX = 40  # Largest number of scissor units in a damaged case; larger arrays only take longer
 
-INNER = re.compile(r'([\w-]+ = )("[^"\n]*"|[-\w.]+)')
+INLINE_ENTRY = re.compile(r'([\w-]+ = )("[^"\n]*"|[-\w.]+)')  # Pattern of an entry of an inline table: key and value
 
 
 def _value(chance: random.Random) -> str:
@@ -91,7 +96,7 @@ def _mutated(text: str, chance: random.Random) -> str:
     kind, lines = chance.random(), text.split("\n")
     at = chance.randrange(len(lines))
     if kind < 0.85:
-        pattern = ENTRY if chance.random() < 0.7 else INNER
+        pattern = ENTRY if chance.random() < 0.7 else INLINE_ENTRY
         found = list(pattern.finditer(text))
         if not found:
             return text + chance.choice(LINES)
@@ -123,13 +128,13 @@ def mutated_cases(count: int, seed: int = 1) -> Iterator[str]:
         text = chance.choice(texts)
         for _ in range(chance.choice((1, 1, 2, 3))):
             text = _mutated(text, chance)
-        if not any(MOST_UNITS < float(units.replace("_", "")) < 1e6 for units in UNITS_KEY.findall(text)):
+        if not any(UNITS_MAX < float(units.replace("_", "")) < 1e6 for units in UNITS_KEY.findall(text)):
             made += 1
             yield text
 
 
-FACTORS = (0.0, -1.0, 0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 1000.0)
-PLAIN_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")
+FACTORS = (0.0, -1.0, 0.01, 0.1, 0.5, 0.9, 1.1, 2.0, 10.0, 1000.0)  # Factors by which a number of a case file is multiplied
+PLAIN_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?")  # Pattern of a number without its unit
 OTHER_VALUES = {
     "start": ("run", ("concentric", "in-contact", "static", "as-placed")),
     "events": ("run", ("located", "crossed")),
@@ -137,7 +142,7 @@ OTHER_VALUES = {
     "contact": ("clearance", ("hard", "compliant")),
     "driven_bar": ("structure", ("pinned", "slider")),
 }
-"""Words of some keys, with their tables."""
+"""Allowed words of some keys, with the table of each key."""
 
 
 def _altered(text: str, chance: random.Random) -> str:
@@ -188,11 +193,11 @@ def tried(said: Said, folder: Path, texts: Iterable[str]) -> list[int]:
 
 def test_mutated_case_files(folder: Path, said: Said) -> None:
     """Contract: files with slips run, or are refused or fail in one line; some do each."""
-    assert {0, 2, 3} <= set(tried(said, folder, mutated_cases(QUICK)))
+    assert {0, 2, 3} <= set(tried(said, folder, mutated_cases(QUICK_CASES)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(QUICK, ALL, BLOCK))
+@pytest.mark.parametrize("first", range(QUICK_CASES, ALL, BLOCK))
 def test_all_mutated_case_files(folder: Path, said: Said, first: int) -> None:
     """Contract: as above, for the rest of 2000 files."""
     assert 2 in tried(said, folder, itertools.islice(mutated_cases(ALL), first, min(first + BLOCK, ALL)))
@@ -212,26 +217,26 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         ("x = " + "[" * 1000 + "]" * 1000, "nested"),
         ("x = " + "[" * 60 + "]" * 60, "more than 32 nested lists and tables"),
         ("x = " + "{ y = " * 500 + "1" + " }" * 500, "nested"),
-        (LEAST.replace('"1 ms"', "9" * 5000), "a number of thousands of digits"),
-        (LEAST.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),
-        (LEAST + "samples = " + "9" * 4000 + "\n", "run.samples"),
-        (LEAST.replace("1 ms", "1 m/0"), "is not a unit"),
-        (LEAST.replace("1 ms", "1e-308 s"), "run.until = \"1e-308 s\": out of bounds; expected a number from 1e-12"),
-        (LEAST.replace('"scissor"', '["scissor"]'), "unknown kind of structure"),
-        (LEAST.replace('"scissor"', '{ a = "scissor" }'), "unknown kind of structure"),
-        (LEAST + JOINT + "material = []\n", "unknown material"),
-        (LEAST + JOINT + 'stiffness = { law = ["liu"] }\n', "the stiffness law has no name"),
-        (LEAST + JOINT + 'journal_radius = "1e308 m"\n', "to 1e+06 [m]"),
-        (LEAST + JOINT + 'friction = { law = "ambrosio", kinetic = 1e308 }\n', "to 10"),
-        (LEAST.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), "from 1e-12 to 1e+09 [kg]"),
-        (LEAST.replace("[drive]", 'gravity = "1e300 m/s^2"\n[drive]'), "to 1e+06 [m/s^2]"),
-        (LEAST.replace('speed = "1 rpm"', 'speed = "1e200 rpm"'), "to 1e+07 [rad/s]"),
+        (SMALLEST_CASE.replace('"1 ms"', "9" * 5000), "a number of thousands of digits"),
+        (SMALLEST_CASE.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),
+        (SMALLEST_CASE + "samples = " + "9" * 4000 + "\n", "run.samples"),
+        (SMALLEST_CASE.replace("1 ms", "1 m/0"), "is not a unit"),
+        (SMALLEST_CASE.replace("1 ms", "1e-308 s"), "run.until = \"1e-308 s\": out of bounds; expected a number from 1e-12"),
+        (SMALLEST_CASE.replace('"scissor"', '["scissor"]'), "unknown kind of structure"),
+        (SMALLEST_CASE.replace('"scissor"', '{ a = "scissor" }'), "unknown kind of structure"),
+        (SMALLEST_CASE + CLEARANCE_TABLE + "material = []\n", "unknown material"),
+        (SMALLEST_CASE + CLEARANCE_TABLE + 'stiffness = { law = ["liu"] }\n', "the stiffness law has no name"),
+        (SMALLEST_CASE + CLEARANCE_TABLE + 'journal_radius = "1e308 m"\n', "to 1e+06 [m]"),
+        (SMALLEST_CASE + CLEARANCE_TABLE + 'friction = { law = "ambrosio", kinetic = 1e308 }\n', "to 10"),
+        (SMALLEST_CASE.replace("[drive]", 'bar_mass = "5e-324 kg"\n[drive]'), "from 1e-12 to 1e+09 [kg]"),
+        (SMALLEST_CASE.replace("[drive]", 'gravity = "1e300 m/s^2"\n[drive]'), "to 1e+06 [m/s^2]"),
+        (SMALLEST_CASE.replace('speed = "1 rpm"', 'speed = "1e200 rpm"'), "to 1e+07 [rad/s]"),
         (
-            LEAST.replace('speed = "1 rpm"', 'table = { time = "0 1 2 3 4 5 us", angle = "30 31 32 33 34 35 deg" }'),
+            SMALLEST_CASE.replace('speed = "1 rpm"', 'table = { time = "0 1 2 3 4 5 us", angle = "30 31 32 33 34 35 deg" }'),
             "tabulated from 0 s to 5e-06 s",
         ),
         (
-            LEAST + '[[force]]\nname = "f"\npoint = "slider.centre"\nforce = "1, 0 N"\n'
+            SMALLEST_CASE + '[[force]]\nname = "f"\npoint = "slider.centre"\nforce = "1, 0 N"\n'
             'time_function = { table = { time = "0 1 2 3 4 5 us", factor = [0, 1, 2, 3, 4, 5] } }\n',
             "a time function of 'f' is tabulated from 0 s to 5e-06 s",
         ),
@@ -246,6 +251,7 @@ def test_extreme_files_are_refused(folder: Path, said: Said, text: str, says: st
         assert says in error
 
 
+# Values of the attribute `configuration` that no run has
 MALFORMED = (None, "", "{", "[]", "3", "null", '{"mechanism": 3}', '{"mechanism": {}, "options": []}', 7)
 
 
@@ -266,6 +272,7 @@ def diagram(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     return load(path)
 
 
+# Arguments of a short bifurcation diagram of two values
 SCAN = (
     *(str(EXAMPLES / "periodic.toml"), "--over", "drive.angular_frequency", "--from", "3 Hz", "--to", "3.1 Hz"),
     *("--values", "2", "--cycles", "1", "--threads", "1"),

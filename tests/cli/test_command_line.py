@@ -23,7 +23,7 @@ from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.record.store import load
 
-EXAMPLES = PAPER.parent
+EXAMPLES = PAPER.parent  # Folder of the package's example cases
 
 LOOP = """
 ground = [{ name = "left", position = "0, 0 m" }, { name = "right", position = "2.001, 0 m" }]
@@ -40,7 +40,7 @@ clearance = [{ joint = "B", clearance = "2 mm" }, { joint = "C", clearance = "2 
 run = { until = "10 ms", start = "as-placed", samples = 11 }
 structure = { kind = "mechanism", gravity = "9.81 m/s^2" }
 """
-"""Two bars between two grounded pins that are 1 mm too far apart; the clearance of 2 mm bridges that."""
+"""Case file of two bars between two ground pins that are 1 mm too far apart, which a clearance of 2 mm permits."""
 
 
 def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

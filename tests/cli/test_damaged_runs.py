@@ -18,8 +18,9 @@ from tests.build import add_checksum, write_as_other
 from scissordyn.cli.main import status_of
 from scissordyn.record.store import load
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-QUICK, ALL, BLOCK = 20, 1020, 50
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+# Number of damaged files in every test run, number after the slow tests, and number in each slow test
+QUICK_FILES, ALL, BLOCK = 20, 1020, 50
 
 Said = Callable[..., tuple[int, str]]
 
@@ -28,10 +29,12 @@ ATTRIBUTES: tuple[Any, ...] = (
     *("", "soon", "{", "[]", "{}", "null", "NaN", '{"mechanism": {}}', '{"steps": "x"}', "[3]", '"x"', "x" * 5000),
     *(0, -1, 3.5, 1e308, float("nan"), float("inf"), np.array([1.0, 2.0]), np.array([], float), np.int8(3), True),
 )
-"""Values that an attribute may hold instead of its own."""
+"""Values, most of them wrong, that replace an attribute of a stored run."""
 
+# Numbers that replace a value of a stored run
 NUMBERS = (float("nan"), float("inf"), -float("inf"), 1e308, -1e308, 5e-324, 0.0, -1.0)
 
+# Units, most of them wrong, that replace the unit of a stored variable
 UNITS: tuple[Any, ...] = ("", "furlong", "1", "m", "N m/s^2", 3, 2.5, np.array([1.0, 2.0]), "$\\frac{", "x" * 500)
 
 
@@ -136,6 +139,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return made
 
 
+# Commands that read a damaged file and draw nothing
 READING = (
     ("compare", "damaged.nc", "whole.nc"),
     ("compare", "whole.nc", "damaged.nc"),
@@ -143,20 +147,21 @@ READING = (
     ("export", "damaged.nc", "contacts.csv", "--contacts"),
     ("export", "damaged.nc", "arrays.mat"),
 )
+# Commands that draw pictures of a damaged file
 DRAWING = (
     ("compare", "whole.nc", "damaged.nc", "-o", "figures"),
     ("plot", "damaged.nc", "-o", "figures", "--only", "response,force,torque,orbit,energy"),
     ("plot", "damaged.nc", "-o", "figures", "--only", "structure"),
     ("animate", "damaged.nc", "film.html"),
 )
-AGAIN = ("run", "damaged.nc", "--events", "3")
-DRAWN = 10  # One of this number of files is drawn, which takes seconds, and one of this number is run again
+AGAIN = ("run", "damaged.nc", "--events", "3")  # Command that runs the case of a damaged file again
+FILES_PER_PICTURE = 10  # Number of damaged files of which one is drawn and one is run again, because each takes seconds
 
 
 def command_of(number: int) -> tuple[str, ...]:
     """Return the command that reads the damaged file with this number."""
-    turn = number // DRAWN
-    return {3: DRAWING[turn % len(DRAWING)], 7: AGAIN}.get(number % DRAWN, READING[(number + turn) % len(READING)])
+    turn = number // FILES_PER_PICTURE
+    return {3: DRAWING[turn % len(DRAWING)], 7: AGAIN}.get(number % FILES_PER_PICTURE, READING[(number + turn) % len(READING)])
 
 
 def tried(said: Said, whole: list[Path], first: int, last: int) -> set[int]:
@@ -174,11 +179,11 @@ def tried(said: Said, whole: list[Path], first: int, last: int) -> set[int]:
 
 def test_damaged_runs(said: Said, whole: list[Path], folder: Path) -> None:
     """Contract: of twenty damaged files each is refused in one line or read; some do each."""
-    assert {0, 2} <= tried(said, whole, 0, QUICK)
+    assert {0, 2} <= tried(said, whole, 0, QUICK_FILES)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", range(QUICK, ALL, BLOCK))
+@pytest.mark.parametrize("first", range(QUICK_FILES, ALL, BLOCK))
 def test_a_thousand_damaged_runs(said: Said, whole: list[Path], folder: Path, first: int) -> None:
     """Contract: as above, for a thousand further files."""
     assert 2 in tried(said, whole, first, first + BLOCK)
@@ -208,7 +213,7 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
     "contact_joint": lambda run: run.drop_vars("contact_joint"),
     "joint": lambda run: run.assign_coords(joint=("joint", ["A"] * run.sizes["joint"], run["joint"].attrs)),
 }
-"""Damages by what is damaged: another type, no unit, an unknown number, a missing variable, names that are not unique."""
+"""Functions that damage a run, by what they damage: types, units, numbers, variables, unique names."""
 
 
 @pytest.mark.parametrize("named", DAMAGES)

@@ -13,10 +13,10 @@ from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 from scissordyn.record.store import load
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-PAPER = EXAMPLES / "paper.toml"
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+PAPER = EXAMPLES / "paper.toml"  # Case file of the paper's array
 SHORT = ("--set", "run.until=3 ms", "--set", "clearance.A.friction=none", "--samples", "31")
-"""The first contact of the paper's case, without friction: a few milliseconds of computing."""
+"""Options of a run that takes milliseconds: the first contact of the paper's case, without friction."""
 
 
 Refused = Callable[..., str]
@@ -69,6 +69,7 @@ def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch
     assert "not a regular file" in refused("check", "table.toml")
 
 
+# File of a user with a stiffness law
 LAWS = """
 import scissordyn as sd
 

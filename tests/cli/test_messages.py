@@ -8,9 +8,9 @@ import pytest
 
 from scissordyn.cli.main import status_of
 
-GROUND = '[[ground]]\nname = "O"\nposition = "0, 0 m"\n'
-JOINT = '[[joint]]\nname = "O"\njournal = "crank.start"\nbearing = "ground.O"\n'
-RUN = '[run]\nuntil = "1 ms"\n'
+GROUND = '[[ground]]\nname = "O"\nposition = "0, 0 m"\n'  # Table of a ground point, part of a case file
+JOINT = '[[joint]]\nname = "O"\njournal = "crank.start"\nbearing = "ground.O"\n'  # Table of a joint, part of a case file
+RUN = '[run]\nuntil = "1 ms"\n'  # Table [run], part of a case file
 
 
 def body(name: str, x: float) -> str:

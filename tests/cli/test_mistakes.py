@@ -22,11 +22,13 @@ from scissordyn.run import sample_memory
 from scissordyn.studies.ask.design import Design, design_size, design_values
 from scissordyn.studies.ask.distribution import Interval, Levels
 
+# Mistakes in commands and files, each with words of its message, by kind of mistake
 TABLE: dict[str, list[dict[str, Any]]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
-MISTAKES = [(kind, mistake) for kind, mistakes in TABLE.items() for mistake in mistakes]
-EXAMPLES = Path(__file__).parents[2] / "examples"
-HELPS = ("; expected ", "; for example ", "did you mean ", "Did you mean ")
+MISTAKES = [(kind, mistake) for kind, mistakes in TABLE.items() for mistake in mistakes]  # Pairs of kind and mistake in `TABLE`
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+HELPS = ("; expected ", "; for example ", "did you mean ", "Did you mean ")  # Words of a message that introduce what is right
 
+# Case file in which mistakes are made
 CASE = """\
 [structure]
 kind = "scissor"
@@ -39,6 +41,7 @@ clearance = "0.5 mm"
 until = "1 ms"
 samples = 11
 """
+# Study file in which mistakes are made
 STUDY = 'case = "case.toml"\nmeasures = ["peak_force"]\n[vary]\n"A.clearance" = "0.1..0.4 mm, 2 values"\n'
 
 
@@ -98,12 +101,13 @@ def test_the_table_has_every_class() -> None:
     }
 
 
+# Too long name of a file, integer with 400 digits, and too large number of points
 NAME, DIGITS, MANY = "n" * 256, "9" * 400, "1000000000000"
-SWEEP = "sweep case.toml -o out.db --vary A.clearance='0.05..0.4 mm'"
+SWEEP = "sweep case.toml -o out.db --vary A.clearance='0.05..0.4 mm'"  # Command of a study, to which options are appended
+# Command of a bifurcation diagram, to which the number of values is appended
 SCAN = "bifurcation periodic.toml --over A.clearance --from '0.1 mm' --to '0.2 mm' --values"
-LARGE = "mast.toml --set structure.units=10"
-LONG = f"{DIGITS[:12]}... (400 digits)"
-LATE = "--measure late=mine.py:late"
+LONG = f"{DIGITS[:12]}... (400 digits)"  # Text with which a message abbreviates the integer with 400 digits
+LATE = "--measure late=mine.py:late"  # Option with a user-defined measure
 
 REFUSED = {
     "No such file or directory": ("run case.toml -o no/such/folder/run.nc", "run case.toml --animate no/such/folder/film.gif"),
@@ -138,7 +142,7 @@ REFUSED = {
     "--seconds": ("animate run.nc film.gif --seconds 1e9",),
     "two measures named 'late'": (f"{SWEEP} {LATE} {LATE}",),
 }
-"""Commands by what is said of them: places that cannot be written, names that no file system takes, numbers without end."""
+"""Commands that are an error, by words of its message: unwritable paths, impossible file names, too long numbers."""
 
 TOO_MANY = (
     *(f"{SWEEP} --design {kind} --points {MANY}" for kind in ("sobol", "random", "latin-hypercube", "saltelli", "morris")),
@@ -150,7 +154,7 @@ TOO_MANY = (
     f"{SCAN} {MANY}",
     f"{SCAN} 2 --cycles {DIGITS}",
 )
-"""Commands with more cases or cycles than results can be held of."""
+"""Commands with more cases or cycles than memory can store results for."""
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,9 @@ from reference.paper_case import paper_case
 from scissordyn.cli.main import status_of
 from scissordyn.errors import command
 
-SOURCES = Path(scissordyn.__file__).parent
+SOURCES = Path(scissordyn.__file__).parent  # Folder of the package's sources
 
+# File name that would execute commands if a message pasted it into a shell without quotes
 BAD = "a;touch pasted $(touch pasted) `touch pasted` 'b\" &"
 
 
@@ -83,7 +84,7 @@ def placeholders(text: ast.JoinedStr) -> list[ast.expr]:
 
 
 OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a number of a figure"}
-"""Values that are put into commands without quotes."""
+"""Expressions whose values messages put into a command without quotes, with the reason why that is safe."""
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +118,7 @@ def test_options_that_are_shown_are_quoted(nodes: list[tuple[Path, ast.expr]]) -
                 assert unquoted <= allowed | OURS.keys(), f"{path}, line {node.lineno}"
 
 
+# File of a user that leaves a mark when it is executed
 LAWS = """
 from pathlib import Path
 

@@ -142,7 +142,7 @@ def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) ->
 
 
 HOSTILE = "[/red][link=http://x]:smile:\x1b[31m\x07\u202e"
-"""Markup, a picture by name, an escape code, a bell and a change of direction."""
+"""Text that a terminal must not interpret: markup, an emoji's name, an escape code, a bell and a change of direction."""
 
 
 def test_names_are_text() -> None:

@@ -19,8 +19,9 @@ import pytest
 
 from scissordyn.record.store import load
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]  # Command line of `scissordyn`
+# Options of a run that takes much longer than a test
 LONG = ("--set", "run.until=2000 s", "--set", "run.most_steps=1000000000", "--set", "run.samples=2000")
 
 
@@ -88,7 +89,7 @@ def announcing(until):
 run.progress_bar = announcing
 entry.run()
 """
-"""The command that prints a line when the integration has begun."""
+"""Program that runs a command and prints a line when its integration begins."""
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
@@ -108,9 +109,11 @@ def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, s
     assert list(tmp_path.iterdir()) == [target]
 
 
+# Program that runs a command and saves bifurcation diagrams every 0.1 s
 SAVING_OFTEN = (
     "import scissordyn.periodic.bifurcation as b; b.SAVE_SECONDS = 0.1; from scissordyn.cli import entry; entry.run()"
 )
+# Options of a bifurcation diagram that takes longer than a test
 SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values", "200", "--cycles", "10", "--threads", "2")
 
 
@@ -141,16 +144,17 @@ def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signal
     assert list(tmp_path.iterdir()) == [target]
 
 
+# Options that choose the threads or processes of a command
 ENGINES = ("--threads", "1"), ("--threads", "2"), ("--workers", "2")
-SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
-QUICK = {(SIGNALS[1], ENGINES[1]), (SIGNALS[2], ENGINES[2])}
-"""A signal that threads take, and one that leaves worker processes alone; the other pairs run with ``-m slow``."""
+SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGKILL  # Signals that end a command
+QUICK_PAIRS = {(SIGNALS[1], ENGINES[1]), (SIGNALS[2], ENGINES[2])}
+"""Pairs of signal and option in every test run: a signal that threads handle, and one that leaves worker processes behind."""
 
 
 @pytest.mark.parametrize(
     ("number", "engine"),
     [
-        pytest.param(number, engine, marks=() if (number, engine) in QUICK else pytest.mark.slow)
+        pytest.param(number, engine, marks=() if (number, engine) in QUICK_PAIRS else pytest.mark.slow)
         for number in SIGNALS
         for engine in ENGINES
     ],
@@ -175,6 +179,7 @@ def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine
         assert load(path).attrs["status"] == "complete"
 
 
+# Program that handles signals but catches the exception of each
 STUBBORN = """
 import time
 from scissordyn.cli.main import install_signal_handlers
@@ -201,6 +206,7 @@ def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Sign
     assert process.returncode == -second
 
 
+# Program in which Python loses the exception of a signal, because a callback raises it
 LOSING = """
 import sys, time
 from scissordyn.cli import entry, main
@@ -243,7 +249,8 @@ def test_a_signal_while_the_commands_are_loaded() -> None:
         assert process.returncode in (-signal.SIGINT, 130, 0)
 
 
-PROGRAM = f"{sys.executable} -m scissordyn"
+PROGRAM = f"{sys.executable} -m scissordyn"  # Shell command of `scissordyn`
+# Environment variables of a terminal that shows ASCII characters only
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 

@@ -14,6 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.plot.wear import history, profile
 from scissordyn.record.store import load
 
+# Case file with a joint that wears
 CASE = """
 [structure]
 kind = "slider-crank"

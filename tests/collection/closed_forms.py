@@ -18,7 +18,7 @@ __all__ = ["CLOSED_FORMS"]
 
 Values = Sequence[float | None]
 
-G = 9.81
+G = 9.81  # [m/s^2] gravitational acceleration
 
 
 def rad(degrees: float) -> float:
@@ -325,4 +325,4 @@ CLOSED_FORMS: dict[str, Callable[[], Values]] = {
     for name, made in list(globals().items())
     if getattr(made, "__annotations__", {}).get("return") == "Values"
 }
-"""Functions above that give values, by the names of mechanisms."""
+"""Functions that compute the reference values of a mechanism of the zoo by closed forms, by its name."""

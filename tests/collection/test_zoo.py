@@ -21,9 +21,9 @@ from scissordyn.collection.catalogue import DECLARATION, ENTRIES_FOLDER, Zoo, re
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity
 
-NAMES = tuple(sd.zoo)
+NAMES = tuple(sd.zoo)  # Names of all mechanisms of the zoo
 
-WRITTEN = 1e-10  # Numbers are declared with twelve digits
+WRITTEN = 1e-10  # Largest relative difference of a declared value from the exact one; values have twelve digits
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -117,6 +117,7 @@ def test_zoo_costs_no_import() -> None:
     assert done.stdout.strip() == "[]"
 
 
+# File `zoo.toml` of a mechanism that a test adds to the zoo
 DECLARED = """title = "A pendulum"
 kind = "toy"
 about = "Own sizes."

@@ -21,9 +21,9 @@ from scissordyn.plugin.element import RECIPES
 from scissordyn.run.trajectory import make_driver
 
 POINTERS = (("model", ("force_kernel", "gap_kernel", "switch_kernel")), ("parameters", ("law", "controller")))
-"""Arrays of kernel pointers by the part of a system that contains them."""
+"""Fields with kernel pointers, by the part of a system that has them."""
 
-DERIVATIVES = 8  # Derivatives per call of the right-hand side
+DERIVATIVES = 8  # Number of derivatives that one call of the right-hand side computes
 
 
 def number_type(derivatives: int) -> Any:

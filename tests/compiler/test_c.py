@@ -33,8 +33,10 @@ from scissordyn.plan.plan import plan
 from scissordyn.plugin.element import RECIPES, pointers, row_of
 from scissordyn.run.trajectory import make_driver
 
-QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)  # Compilers take a fifth of the time so
+# Compiler flags without optimisation, with which compilation takes a fifth of the time
+QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)
 
+# Joint of the contacts in which laws are compared
 JOINT = JointContact(clearance=4e-4, journal_radius=10e-3, length=15e-3, journal=sd.STEEL, bearing=sd.STEEL)
 
 
@@ -67,11 +69,11 @@ def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
                 yield f"{type(part).__name__} {key}", found[key], row
 
 
-KERNELS = [*law_kernels(), *component_kernels()]
+KERNELS = [*law_kernels(), *component_kernels()]  # Name, pointer and parameters of the kernels of all laws and components
 
 
 POWERS = ("bai-zhao-as-printed energy", "Beam force")
-"""x**3 is two products in C and a function of the library of mathematics in Python."""
+"""Kernels with the power x**3, which is two products in C but a library function in Python; results differ by round-off."""
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])
@@ -100,6 +102,7 @@ def test_all_elements_are_compared() -> None:
     assert len(KERNELS) > 70
 
 
+# Program that prints digests of whole runs, to compare the compiled engine with Python
 WHOLE = """
 import hashlib, sys, numpy as np, scissordyn as sd
 loose = sd.Clearance(4e-4, friction=sd.LuGre(kinetic=0.05))
@@ -166,6 +169,7 @@ def machines():
     }
 
 
+# C function that evaluates the rates of an FMU at a state
 RATES = """
 __attribute__((visibility("default"))) void *opened(void) {
     Fmu *m = calloc(1, sizeof(Fmu));

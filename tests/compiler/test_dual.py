@@ -23,15 +23,15 @@ from scissordyn.errors import InputError
 from scissordyn.kernel import call_at, derivative, equals, value_of
 from scissordyn.plugin.element import RECIPES
 
-DERIVATIVES = 16
-TRIALS = 20
+DERIVATIVES = 16  # Number of derivatives of a dual number in these tests
+TRIALS = 20  # Number of random arguments of each kernel
 
-PRECISE = mpmath.MPContext()
+PRECISE = mpmath.MPContext()  # Arithmetic with 40 digits
 PRECISE.dps = 40
-STEP = PRECISE.mpf(10) ** -15
+STEP = PRECISE.mpf(10) ** -15  # Step of differences in arithmetic with 40 digits; both errors are far below those of doubles
 
 
-PARAMETERS = 4  # Index of the parameters after the inputs, rates, states and context
+PARAMETERS = 4  # Index of the parameters among a kernel's arrays: inputs, rates, states, context, parameters
 
 
 class Dual(ctypes.Structure):
@@ -125,7 +125,7 @@ def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: li
     return slopes
 
 
-CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")  # A slope that is a small difference of large numbers
+CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")  # Kernels with a slope that is a difference of large numbers
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])
@@ -152,12 +152,17 @@ def test_the_derivatives_of_an_element_are_exact(name: str, pointer: int, row: n
 
 
 APART = ("GasSpring", "TapeSpring", "Cam")
-"""Elements with parameters that are counts, and the gas spring, whose energy has a formula of its own at the exponent 1."""
+"""Elements without derivatives by all parameters: some are counts, and a gas spring has another formula at exponent 1."""
 
-OF_PARAMETERS = [kernel for kernel in KERNELS if kernel[0].endswith(("force", "torque")) and not kernel[0].startswith(APART)]
+# Kernels whose derivatives by parameters are compared
+DIFFERENTIABLE_BY_PARAMETERS = [
+    kernel for kernel in KERNELS if kernel[0].endswith(("force", "torque")) and not kernel[0].startswith(APART)
+]
 
 
-@pytest.mark.parametrize(("name", "pointer", "row"), OF_PARAMETERS, ids=[name for name, _, _ in OF_PARAMETERS])
+@pytest.mark.parametrize(
+    ("name", "pointer", "row"), DIFFERENTIABLE_BY_PARAMETERS, ids=[name for name, _, _ in DIFFERENTIABLE_BY_PARAMETERS]
+)
 def test_the_derivatives_by_parameters_are_exact(name: str, pointer: int, row: np.ndarray) -> None:
     """Cross-check: forces by up to 16 parameters as in 40 digits, also where a default value has a formula of its own."""
     recipe, random = RECIPES[pointer], np.random.default_rng(1)
@@ -175,7 +180,7 @@ def test_the_derivatives_by_parameters_are_exact(name: str, pointer: int, row: n
 
 
 ZERO_PARAMETERS = {"Beam force": (3,), "feed-forward torque": (6,)}
-"""Parameters that are zero, without which a kernel leaves out a part, by kernel."""
+"""Indices of parameters that are zero in the compared kernels, by kernel; the kernel then skips a part of its formula."""
 
 
 def all_functions(x, y):
@@ -195,6 +200,7 @@ def all_functions(x, y):
     return a, b, c, d, e, f, g, turned, -x / 3 - 2 * y + +x
 
 
+# Kernel that calls every function for which dual numbers have a derivative
 FUNCTIONS = Recipe(all_functions, ("q[0]", "q[1]"), tuple(f"out[{k}]" for k in range(9)))
 
 
@@ -222,6 +228,7 @@ def bounded(x, y):
     )
 
 
+# Kernel with a minimum, a maximum and other functions with kinks
 BOUNDED = Recipe(bounded, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(7)))
 
 
@@ -269,7 +276,7 @@ BOUNDS = {
     "pid": 1e-7,
     "components": 1e-6,
 }
-"""Largest error of step matrices; those with laws, components and controllers have central differences."""
+"""Largest relative error of the step matrix, by mechanism; some kernels have derivatives by central differences."""
 
 
 @pytest.mark.parametrize("case", BOUNDS)

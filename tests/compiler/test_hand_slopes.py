@@ -20,8 +20,9 @@ from scissordyn.mechanics.port import add_port_curvature, port_forces, sense_por
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plugin.element import RECIPES
 
+# Name, pointer and parameters of the kernels that return an energy
 POTENTIALS = [(name.removesuffix(" energy"), pointer, row) for name, pointer, row in KERNELS if name.endswith(" energy")]
-FORCES = {name: pointer for name, pointer, _ in KERNELS}
+FORCES = {name: pointer for name, pointer, _ in KERNELS}  # Pointers to all kernels by name
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), POTENTIALS, ids=[name for name, _, _ in POTENTIALS])
@@ -36,6 +37,7 @@ def test_an_elastic_force_is_the_slope_of_its_energy(name: str, pointer: int, ro
         assert slope == pytest.approx(exerted, rel=1e-12), depth
 
 
+# Name, pointer and parameters of the kernels that return a gap
 GAPS = [(name.removesuffix(" gap"), pointer, row) for name, pointer, row in KERNELS if name.endswith(" gap")]
 
 
@@ -50,6 +52,7 @@ def test_the_rate_of_a_gap_is_its_slope(name: str, pointer: int, row: np.ndarray
         assert values[1] == pytest.approx(slopes[0] @ inputs[1, :4], rel=1e-12)
 
 
+# Ports whose coordinates have derivatives written by hand, by name
 PORTS = {"line": LINE, "hinge": HINGE, "travel": TRAVEL, "point": POINT, "frame": FRAME}
 
 
@@ -87,11 +90,14 @@ def test_the_slopes_of_a_port_are_exact(name: str) -> None:
     np.testing.assert_allclose(K, forces[:6, 1:7], **close)
 
 
+# Names of the component classes that store energy
 STORES = (
     *("Spring", "ConstantForceSpring", "Cable", "TorsionSpring", "TapeSpring", "Bushing", "Beam", "Roller"),
     *("AngleStop", "TravelStop"),
 )
+# Declarations of the component classes in `STORES`, by name
 BY_CLASS = {kind.__name__: kind.declaration for kind in COMPONENTS.values() if kind.__name__ in STORES}
+# Name, pointer and parameters of the force kernels of the classes in `STORES`
 STORING = [
     (name.removesuffix(" force"), pointer, row) for name, pointer, row in KERNELS if name.removesuffix(" force") in BY_CLASS
 ]

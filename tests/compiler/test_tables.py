@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-DIGESTS = Path(__file__).with_name("tables.sha256")
+DIGESTS = Path(__file__).with_name("tables.sha256")  # File with the digests of the generated tables
 
 
 def source(folder: Path, **environment: str) -> str:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from scissordyn.components.catalogue import COMPONENTS
 
-PAGE = Path(__file__).parents[2] / "docs" / "components.md"
+PAGE = Path(__file__).parents[2] / "docs" / "components.md"  # Documentation page of the components
 SECTIONS = tuple(section for section in COMPONENTS if section not in ("actuator", "flexible_bar"))
-"""Components that a short case can hold alone; [control] describes an actuator, [[bending]] makes flexible bars."""
+"""Sections of components with a table of their own; [control] describes an actuator, [[bending]] a flexible bar."""
 
 
 def outputs(section: str) -> str:

@@ -22,7 +22,7 @@ __all__ = ["assert_balance"]
 
 METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11}
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
 
 ENDS = ("ground", "O"), ("ball", "centre")  # End points of a component between ground and ball
 

@@ -17,10 +17,12 @@ from .shared import ENDS as BALL
 from .shared import ball_on
 from .test_user import own
 
-ENDS = ("one", "start"), ("other", "start")
-HINGED = "one", "other"
+ENDS = ("one", "start"), ("other", "start")  # End points of components between two bodies
+HINGED = "one", "other"  # Two bodies between which rotational components act
+# Points (angle [rad], radius [m]) of the profile of an eccentric cam
 PROFILE = tuple((math.radians(angle), 0.08 + 0.02 * math.cos(math.radians(angle))) for angle in range(0, 361, 30))
 
+# One component of each passive class
 PARTS: tuple[Component, ...] = (
     sd.Spring("spring", *ENDS, stiffness=80.0, free_length=0.4, damping=3.0),
     sd.ConstantForceSpring("drum", *ENDS, tension=20.0, uncoiling_length=0.6, damping=2.0),
@@ -41,6 +43,7 @@ PARTS: tuple[Component, ...] = (
 )
 
 
+# Values of the arguments that depend on the state of a contact or load, by name
 CONTEXT = {"approach_speed": 1.5, "effective_mass": 20.0, "factor": 0.7, "factor_rate": 0.0, "reaction": 30.0}
 
 

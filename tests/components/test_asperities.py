@@ -24,8 +24,8 @@ from .shared import shaft_in_bearing
 
 contact, gap_of, plain = (getattr(kernel, "py_func", kernel) for kernel in (asperity_contact, mean_gap, force))
 
-ROUGHNESS = 1e-6
-BEARING = ("ground", "O"), ("shaft", "centre")
+ROUGHNESS = 1e-6  # [m] combined rms roughness of journal and bearing
+BEARING = ("ground", "O"), ("shaft", "centre")  # Bearing and journal points of an oil film
 
 
 def density(s: float) -> float:

@@ -14,8 +14,10 @@ from scipy.optimize import brentq
 from scissordyn.components.beam import Beam, force
 from scissordyn.components.elastic import node_inertia
 
-LENGTH, EA, EI = 0.25, 3e4, 20.0
+LENGTH, EA, EI = 0.25, 3e4, 20.0  # Length [m], axial stiffness EA [N] and bending stiffness EI [N m^2] of a beam element
+# Depth of the section [m], Young's modulus [Pa] and yield strength [Pa] of a beam element
 DEPTH, MODULUS, STRENGTH = 0.03, 2e9, 5e7
+# Beam element between two bodies
 BEAM = Beam("beam", ("one", "end"), ("other", "start"), LENGTH, EA, EI, 1.2, DEPTH, MODULUS, STRENGTH)
 
 
@@ -65,7 +67,7 @@ def test_energy_and_outputs_are_those_of_the_definition(place):
 
 
 HEATED_AND_DAMPED = (LENGTH, EA, EI, 2e-3, 3e-3, 0.4, DEPTH, 0.0, 0.0)
-"""Parameters with a damping time of 2 ms, a thermal strain of 3e-3 and a thermal curvature of 0.4/m per unit of the factor."""
+"""Parameters of a beam kernel with a damping time of 2 ms, a thermal strain of 3e-3 and a thermal curvature of 0.4/m."""
 
 
 @pytest.mark.parametrize("factor", [0.0, 1.0])

@@ -15,7 +15,8 @@ from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance, phases
 
-FULL = {
+# Parameters of a bushing with all stiffnesses [N/m, N m/rad] and dampings [N s/m, N m s/rad]
+BUSHING_PARAMETERS = {
     "stiffness_x": 400.0,
     "stiffness_y": 900.0,
     "stiffness_xy": 150.0,
@@ -36,7 +37,7 @@ def plate_on(bushing: Bushing) -> Mechanism:
 @pytest.mark.parametrize("method", METHODS)
 def test_oscillations_about_the_ground(method: str) -> None:
     """Closed form: on the ground both displacements are a linear system, coupled by K_xy and D_xy, and the angle another."""
-    bushing = Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **FULL)
+    bushing = Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **BUSHING_PARAMETERS)
     run = sd.simulate(plate_on(bushing), until=0.5, method=method, samples=51, **TIGHT)
     K, D = np.array([[400.0, 150.0], [150.0, 900.0]]), np.array([[1.5, -0.8], [-0.8, 3.0]])
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-K / 2.0, -D / 2.0]])
@@ -94,7 +95,7 @@ def test_two_free_bodies(method: str) -> None:
             angular_velocity=speed[2],
         )
 
-    bushing = Bushing("rubber", ("body 0", "eye"), ("body 1", "eye"), free_angle=-0.5, **FULL)
+    bushing = Bushing("rubber", ("body 0", "eye"), ("body 1", "eye"), free_angle=-0.5, **BUSHING_PARAMETERS)
     mechanism = Mechanism((body(0), body(1)), components=(bushing,), gravity=0.0)
     run = sd.simulate(mechanism, until=1.0, method=method, samples=51, **TIGHT)
     _, _, at = phases(rate, (lambda t, y: 1.0, lambda t, y: 1.0), start, 1.0)

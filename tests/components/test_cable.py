@@ -15,6 +15,7 @@ from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, events_of, phases
 
+# Mass [kg], gravity [m/s^2], stiffness [N/m], free length [m] and drop height [m] of a ball on a cable
 MASS, GRAVITY, STIFFNESS, FREE, HEIGHT = 2.0, 9.81, 200.0, 0.5, 0.3
 ball = partial(ball_on, mass=MASS, gravity=GRAVITY)
 

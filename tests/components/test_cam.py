@@ -16,9 +16,9 @@ from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance
 
-A, E, B = 0.03, 0.01, 0.008  # Radius of the circle, its eccentricity, radius of the roller [m]
+A, E, B = 0.03, 0.01, 0.008  # Radius of a circular cam, its eccentricity, and radius of the roller [m]
 
-MASS, G = 0.5, 9.81
+MASS, G = 0.5, 9.81  # Mass of the follower [kg] and gravitational acceleration [m/s^2]
 
 
 def circle(pairs: int = 91) -> tuple[tuple[float, float], ...]:
@@ -107,6 +107,7 @@ def test_a_follower_lifts_off() -> None:
     assert_balance(run, 1e-6)
 
 
+# Points (angle [rad], radius [m]) of the profile of a cam with three lobes
 LOBES = tuple(
     (k * math.pi / 18, 0.04 + 0.006 * math.cos(3 * k * math.pi / 18) + 0.002 * math.sin(k * math.pi / 18)) for k in range(36)
 )

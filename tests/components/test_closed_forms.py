@@ -16,35 +16,48 @@ from scissordyn.plugin.element import arguments_of
 from .shared import ENDS
 
 XI = 8.0 * (1.0 - 0.4) / (5.0 * 0.4)
-"""Damping factor of Flores et al. 2011 (doi:10.1007/s11044-010-9237-4) at a restitution of 0.4."""
-ELASTIC = 1e6 * 0.01**1.5  # Of a stop with K = 1e6 and n = 1.5, 10 mm or 10 mrad behind its limit
+"""Damping factor of Flores et al. 2011 (doi:10.1007/s11044-010-9237-4) for a restitution coefficient of 0.4."""
+ELASTIC = 1e6 * 0.01**1.5  # [N, N m] elastic force K d^n of a stop at an indentation of 10 mm or 10 mrad
 PUSH, STORED, LOST = ELASTIC * (1.0 + 0.2 * XI), ELASTIC * 0.01 / 2.5, 0.02 * XI * ELASTIC
-"""K delta^n (1 + xi delta'/delta'(-)), K delta^(n+1)/(n+1) and what is dissipated, at a fifth of the approach speed of 0.5."""
+"""Force, stored energy and dissipated power of the stop at 0.1 m/s, a fifth of its approach speed."""
 
-PLACED = 0.3, 0.0, 0.1  # Coordinates at the start, on which the sense of stops and a free angle depend
+START_COORDINATES = 0.3, 0.0, 0.1  # Coordinates of a port at the start; the side of a stop and a free angle depend on them
 
-SPRING = {"stiffness": 50.0, "damping": 3.0}
-CABLE = sd.Cable("c", *ENDS, free_length=0.3, **SPRING)
+SPRING = {"stiffness": 50.0, "damping": 3.0}  # Stiffness [N/m] and damping [N s/m] of springs and cables
+CABLE = sd.Cable("c", *ENDS, free_length=0.3, **SPRING)  # Cable whose force is compared with its formula
+# Constant-force spring whose force is compared with its formula
 DRUM = sd.ConstantForceSpring("d", *ENDS, tension=8.0, uncoiling_length=0.4, damping=3.0)
-RUBBER = {"stiffness_x": 10.0, "stiffness_y": 20.0, "stiffness_xy": 5.0, "torsional_stiffness": 7.0}
-RUBBER |= {"damping_x": 1.0, "damping_y": 2.0, "damping_xy": 0.5, "torsional_damping": 0.3}
+# Parameters of a bushing in SI units
+BUSHING_PARAMETERS = {"stiffness_x": 10.0, "stiffness_y": 20.0, "stiffness_xy": 5.0, "torsional_stiffness": 7.0}
+BUSHING_PARAMETERS |= {"damping_x": 1.0, "damping_y": 2.0, "damping_xy": 0.5, "torsional_damping": 0.3}
+# Motors with a stall torque of 4 N m, by the sense of their torque
 MOTORS = {sense: sd.Motor("m", "one", stall_torque=sense * 4.0, no_load_speed=10.0, limit=3.0) for sense in (1.0, -1.0)}
-STOP = {"stiffness": 1e6, "exponent": 1.5, "restitution": 0.4}
-TRAVEL = sd.TravelStop("t", ENDS[1], direction=0.0, limit=1.5, **STOP)
-ANGLES = {side: sd.AngleStop("a", "one", angle=side * 1.5, **STOP) for side in (1.0, -1.0)}
-LATCH = sd.Latch("l", "one", angle=-0.5)
-PUSHED = {False: sd.Force("f", ENDS[1], (3.0, 4.0)), True: sd.Force("f", ENDS[1], (3.0, 4.0), follows=True)}
-TURNED = 0.0, 0.0, 0.6, 0.8, *[0.0] * 4  # Place, direction and rates of a body at arctan(4/3)
+STOP = {"stiffness": 1e6, "exponent": 1.5, "restitution": 0.4}  # Parameters of the contact law of end stops
+TRAVEL = sd.TravelStop("t", ENDS[1], direction=0.0, limit=1.5, **STOP)  # End stop of a displacement at 1.5 m
+# End stops of an angle at 1.5 rad, by the side on which they act
+ANGLE_STOPS = {side: sd.AngleStop("a", "one", angle=side * 1.5, **STOP) for side in (1.0, -1.0)}
+LATCH = sd.Latch("l", "one", angle=-0.5)  # Latch at an angle of -0.5 rad
+# Forces of 5 N by whether they follow the body
+FORCES_OF_PUSH = {False: sd.Force("f", ENDS[1], (3.0, 4.0)), True: sd.Force("f", ENDS[1], (3.0, 4.0), follows=True)}
+# Coordinates of a port at an angle of arctan(4/3): position, direction, and rates of zero
+TURNED_COORDINATES = (
+    0.0,
+    0.0,
+    0.6,
+    0.8,
+    *[0.0] * 4,
+)
 TAPE = sd.TapeSpring("t", "one", "ground", 10.0, 2.0, 0.5, 1.0, 0.3, 0.1)
-"""Straight branch of 10 N m/rad to 2 and -1 N m; folds of 0.5 and -0.3 N m; free at 0.1 rad."""
+"""Tape spring: straight branch of 10 N m/rad up to 2 and -1 N m, folded moments 0.5 and -0.3 N m, free angle 0.1 rad."""
 TABLES = sd.TapeSpring(
     *("t", "one"),
     straight=((-0.2, -2.0), (0.0, 0.0), (0.1, 2.0), (0.3, 3.0)),
     folded=((-1.0, -0.6), (-0.05, -0.5), (0.05, 1.0), (1.05, 0.8)),
 )
-"""Piecewise linear branches with three and two pairs, and constant moments beyond them."""
+"""Tape spring with piecewise linear branches of three and two points, and constant moments beyond them."""
 
-FORCES = [
+# Component, coordinates and other arguments, expected results, and allowed relative error of force kernels
+FORCE_CASES = [
     (sd.Spring("s", *ENDS, free_length=0.3, **SPRING), (0.5, 0.7), (10.0 + 2.1, 1.0, 1.47), 1e-14),
     (sd.TorsionSpring("s", "one", free_angle=0.3, **SPRING), (0.5, 0.7), (-12.1, 1.0, 1.47), 1e-14),
     (CABLE, (0.5, 0.7, 1.0), (12.1, 1.0, 1.47, 1.0), 1e-14),
@@ -56,7 +69,7 @@ FORCES = [
     (DRUM, (0.9, 0.7), (10.1, 8.0 * 0.7, 1.47), 1e-14),
     (DRUM, (0.1, 0.7), (2.0 + 2.1, 0.1, 1.47), 1e-14),
     (
-        sd.Bushing("b", *ENDS, **RUBBER, free_angle=0.2),
+        sd.Bushing("b", *ENDS, **BUSHING_PARAMETERS, free_angle=0.2),
         (0.1, -0.2, 0.6, 0.3, 0.4, 0.5),
         (
             *(-0.5, 3.5 - 0.95, -2.8 - 0.15),
@@ -71,11 +84,14 @@ FORCES = [
         for speed, torque in ((-5.0, 3.0), (0.0, 3.0), (5.0, 2.0), (12.5, -1.0), (30.0, -3.0))
     ),
     (MOTORS[-1.0], (0.0, -5.0), (-2.0,), 1e-14),
-    (PUSHED[False], (*TURNED, 2.0), (6.0, 8.0), 1e-14),
-    (PUSHED[True], (*TURNED, 2.0), (2.0 * (3.0 * 0.6 - 4.0 * 0.8), 2.0 * (3.0 * 0.8 + 4.0 * 0.6)), 1e-14),
+    (FORCES_OF_PUSH[False], (*TURNED_COORDINATES, 2.0), (6.0, 8.0), 1e-14),
+    (FORCES_OF_PUSH[True], (*TURNED_COORDINATES, 2.0), (2.0 * (3.0 * 0.6 - 4.0 * 0.8), 2.0 * (3.0 * 0.8 + 4.0 * 0.6)), 1e-14),
     (sd.Torque("t", "one", 5.0), (0.0, 0.0, 2.0), (10.0,), 1e-14),
     (TRAVEL, (1.51, 0.1, 1.0, 0.5, 1e9), (-PUSH, STORED, LOST), 1e-11),
-    *((stop, (side * 1.51, side * 0.1, 1.0, 0.5, 1e9), (-side * PUSH, STORED, LOST), 1e-11) for side, stop in ANGLES.items()),
+    *(
+        (stop, (side * 1.51, side * 0.1, 1.0, 0.5, 1e9), (-side * PUSH, STORED, LOST), 1e-11)
+        for side, stop in ANGLE_STOPS.items()
+    ),
     (TAPE, (0.25, 0.0, 0.0), (-1.5, 0.5 * 10.0 * 0.15**2, 0.0, 0.0), 1e-12),
     # folded: stored where it snaps back, at 0.05 and -0.03, and then the steady moment times the angle
     (TAPE, (1.1, 0.0, 1.0), (-0.5, 0.0125 + 0.5 * 0.95, 0.0, 1.0), 1e-12),
@@ -89,10 +105,11 @@ FORCES = [
     (TABLES, (-0.525, 0.0, 1.0), (0.55, 0.0125 + 0.475 * 0.525, 0.0, 1.0), 1e-12),
     (TABLES, (-0.201, 0.0, 0.0), (2.0, 0.2 + 0.002, 0.0, 0.0), 1e-12),
 ]
-GUARDS = [
+# Component, kernel, arguments, expected results, and allowed relative error of gap and switch kernels
+GUARD_CASES = [
     (CABLE, "gap", (0.5, 0.7), (0.2, 0.7), 1e-14),
     (TRAVEL, "gap", (1.51, 0.1), (0.01, 0.1), 1e-12),
-    *((stop, "gap", (side * 1.51, side * 0.1), (0.01, 0.1), 1e-12) for side, stop in ANGLES.items()),
+    *((stop, "gap", (side * 1.51, side * 0.1), (0.01, 0.1), 1e-12) for side, stop in ANGLE_STOPS.items()),
     (LATCH, "gap", (-0.7, -2.0, 0.0), (0.2, 2.0), 1e-14),
     (LATCH, "gap", (9.0, 0.0, 1.0), (1.0, 0.0), 0.0),  # locked it stays
     (TAPE, "gap", (0.35, 2.0, 0.0), (0.05, 2.0), 1e-12),
@@ -106,11 +123,11 @@ GUARDS = [
 
 
 @pytest.mark.parametrize(
-    ("part", "kernel", "state", "expected", "bound"), [*((part, "force", *row) for part, *row in FORCES), *GUARDS]
+    ("part", "kernel", "state", "expected", "bound"), [*((part, "force", *row) for part, *row in FORCE_CASES), *GUARD_CASES]
 )
 def test_kernel_at_one_state(part: Any, kernel: str, state: tuple[float, ...], expected: Any, bound: float) -> None:
     """Closed form: what a kernel gives of coordinates, rates and context of its component, to so many digits."""
-    declared, numbers = part.declaration, part.parameters(PLACED)
+    declared, numbers = part.declaration, part.parameters(START_COORDINATES)
     values = dict(zip((*declared.port.coordinates, *declared.port.rates, *declared.context), state, strict=False))
     values |= {**dict(zip(declared.numbers, numbers, strict=False)), "table": np.array(numbers)}
     function = declared.kernels[kernel]
@@ -120,7 +137,7 @@ def test_kernel_at_one_state(part: Any, kernel: str, state: tuple[float, ...], e
 
 def test_free_angle_of_a_bushing() -> None:
     """Closed form: as placed unless it is given."""
-    assert sd.Bushing("b", *ENDS).parameters(PLACED)[-1] == 0.1
+    assert sd.Bushing("b", *ENDS).parameters(START_COORDINATES)[-1] == 0.1
 
 
 def test_push_of_a_stop() -> None:

@@ -13,8 +13,9 @@ import scissordyn as sd
 
 from .shared import METHODS, TIGHT, assert_balance
 
+# Capacity [N m], yield angle [rad], inertias of both sides [kg m^2] and speed at the start [rad/s]
 CAPACITY, YIELD, ONE, OTHER, SPEED = 2.0, 0.02, 0.3, 0.5, 10.0
-REDUCED = ONE * OTHER / (ONE + OTHER)
+REDUCED = ONE * OTHER / (ONE + OTHER)  # [kg m^2] inertia of the relative rotation of both sides
 
 
 def rotors(**options: object) -> sd.Mechanism:

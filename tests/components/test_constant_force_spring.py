@@ -13,7 +13,7 @@ from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, phases
 
-MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25
+MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25  # Mass of the ball [kg], tension [N] and uncoiling length [m] of the spring
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.2])

@@ -23,6 +23,7 @@ from scissordyn.record.summary import summary_of
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on
 
+# Points of a curve through which the interpolation passes
 PAIRS = ((-0.2, 3.0), (0.1, 5.0), (0.35, 5.0), (0.5, -2.0), (1.2, 0.0))
 
 

@@ -21,8 +21,14 @@ from scissordyn.laws.oil import OILS
 from .shared import shaft_in_bearing
 
 plain = getattr(force, "py_func", force)
-BEARING = ("ground", "O"), ("shaft", "centre")
-SOMMERFELD = {0.2: 0.631, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188}  # Raimondi and Boyd 1958, full bearing, L/D = 1
+BEARING = ("ground", "O"), ("shaft", "centre")  # Bearing and journal points of an oil film
+# Sommerfeld number by eccentricity ratio for L/D = 1 (Raimondi and Boyd 1958)
+SOMMERFELD = {
+    0.2: 0.631,
+    0.6: 0.121,
+    0.8: 0.0446,
+    0.9: 0.0188,
+}
 
 
 def film(model: str = "finite", **given) -> Film:
@@ -340,6 +346,7 @@ def test_a_batch_and_a_replay_have_the_film(tmp_path) -> None:
     np.testing.assert_array_equal(sd.replay(sd.load(path))["film_force"], run["film_force"])
 
 
+# Case file with a lubricated joint; "{oil}" is replaced by its lubrication
 CASE = """
 [structure]
 kind = "scissor"
@@ -416,7 +423,7 @@ import scissordyn as sd
 def soft(indentation):
     return 1e9 * indentation**1.5
 """
-"""A law of a user's."""
+"""File of a user with an elastic law."""
 
 
 def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:

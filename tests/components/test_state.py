@@ -14,7 +14,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.tolerance import Tolerances, error_weights
 
-TORQUE = 2.0  # Torque of the dashpot at the speed of the tests [N m]
+TORQUE = 2.0  # [N m] torque of the dashpot at the speed of the tests
 
 
 def creep_force(angle, speed, twist, stiffness, viscosity):
@@ -37,8 +37,11 @@ def creeping(state: sd.State, name: str = "Creep") -> type:
     return Creep
 
 
+# Class of a component whose internal state has an error scale computed from its stiffness
 BY_TORQUE = creeping(sd.State("twist", "rad", scale=lambda part: TORQUE / part.stiffness), "by_torque")
+# Class of the same component, with a number as error scale of its state
 BY_NUMBER = creeping(sd.State("twist", "rad", scale=TORQUE / 1e6), "by_number")
+# Class of the same component, with an error scale that is far too large
 COARSE = creeping(sd.State("twist", "rad", scale=1.0), "coarse")
 
 

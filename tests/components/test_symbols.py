@@ -10,9 +10,9 @@ import pytest
 
 from scissordyn.components.port import ACTUATOR, FRAME, HINGE, LINE, POINT, TRAVEL
 
-SIZE = 0.2
-PLACES = {"tip": (3.0, 1.0), "foot": (1.0, -1.0), "pin": (2.0, 0.5)}
-TURNED = 0.4
+SIZE = 0.2  # [m] size of a symbol
+PLACES = {"tip": (3.0, 1.0), "foot": (1.0, -1.0), "pin": (2.0, 0.5)}  # [m] positions of the points that symbols join, by name
+ARM_ANGLE = 0.4  # [rad] angle of the body that carries a symbol
 
 
 class Scene:
@@ -26,7 +26,7 @@ class Scene:
 
     def angle(self, body):
         """Return the angle of the arm or of the ground."""
-        return np.full(2, TURNED if body == "arm" else 0.0)
+        return np.full(2, ARM_ANGLE if body == "arm" else 0.0)
 
     def pivot(self, body, base):
         """Return the pin as pivot, with symbols 1.5 times as large."""
@@ -74,7 +74,7 @@ def test_a_line_without_length_is_drawn_at_its_point() -> None:
 def test_what_is_at_a_hinge_turns_with_its_body_but_a_motor_stays_upright(port, symbol) -> None:
     """Closed form: a rotation about the pivot, enlarged."""
     strokes, anchor = drawn(port, symbol, body="arm", base="ground")
-    turn = rotation(0.0 if symbol == "motor" else TURNED)
+    turn = rotation(0.0 if symbol == "motor" else ARM_ANGLE)
     np.testing.assert_allclose(anchor[0], PLACES["pin"])
     for given, placed in zip(port.symbols[symbol], strokes, strict=True):
         np.testing.assert_allclose(placed[0], PLACES["pin"] + 1.5 * SIZE * given @ turn.T, atol=1e-12)
@@ -98,7 +98,7 @@ def test_a_frame_has_a_line_to_its_end() -> None:
     strokes, anchor = drawn(FRAME, "frame", start=("arm", "foot"), end=("b", "tip"))
     np.testing.assert_allclose(anchor[0], PLACES["foot"])
     square = FRAME.symbols["frame"][0]
-    np.testing.assert_allclose(strokes[0][0], PLACES["foot"] + SIZE * square @ rotation(TURNED).T, atol=1e-12)
+    np.testing.assert_allclose(strokes[0][0], PLACES["foot"] + SIZE * square @ rotation(ARM_ANGLE).T, atol=1e-12)
     np.testing.assert_allclose(strokes[-1][0], [PLACES["foot"], PLACES["tip"]])
 
 

@@ -17,8 +17,11 @@ from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance, events_of, phases
 
+# Stiffness [N m/rad], then peak and steady moment [N m] in opposite-sense and equal-sense folding
 STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL = 20.0, 2.0, 0.3, 0.8, 0.2
+# Tape spring given by its moments
 TAPE = TapeSpring("tape", "rod", "ground", STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL)
+# Tape spring given by tables of moments
 TABLES = TapeSpring(
     "tape",
     "rod",

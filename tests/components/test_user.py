@@ -17,6 +17,7 @@ from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, assert_documented, ball_on, checked, phases, read
 
+# File of a user with a component, a rubber band
 RUBBER = '''
 from typing import Annotated
 import scissordyn as sd
@@ -38,6 +39,7 @@ class RubberBand:
     free_length: Annotated[float, sd.Quantity("m", minimum=0.0)] = 0.1
 '''
 
+# Case file with a ball on a user-defined rubber band
 CASE = """
 [structure]
 kind = "mechanism"
@@ -67,7 +69,7 @@ until = "1 s"
 
 
 PLACES = {"line": ("start", "end"), "frame": ("start", "end"), "point": ("point",), "travel": ("point",)}
-"""Fields of the ports that are points of bodies."""
+"""Names of the fields of a component that are points of bodies, by port."""
 
 
 def own(name: str, at: str, force: Any, numbers: Mapping[str, str] = MappingProxyType({}), **options: Any) -> Any:
@@ -77,7 +79,7 @@ def own(name: str, at: str, force: Any, numbers: Mapping[str, str] = MappingProx
     return sd.component(**{"port": at, "force": force, **options})(type(name, (), {"__annotations__": fields}))
 
 
-SLIP = sd.State("slip", "m", scale=1e-2)
+SLIP = sd.State("slip", "m", scale=1e-2)  # Internal state of a user-defined component
 
 
 def maxwell_force(length, rate, slip, stiffness, viscosity, free_length):
@@ -107,7 +109,7 @@ def rope_force(length, rate, mode, stiffness, free_length):
     return stiffness * stretch, 0.5 * stiffness * stretch * stretch, 0.0
 
 
-ROPE = {"stiffness": "N/m", "free_length": "m"}
+ROPE = {"stiffness": "N/m", "free_length": "m"}  # Names and units of the parameters of a user-defined rope
 Rope = own("Rope", "line", rope_force, ROPE, gap=rope_gap, context=("mode",), events=("loose", "tight"))
 
 

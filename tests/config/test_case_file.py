@@ -27,8 +27,8 @@ from scissordyn.plugin.element import element_class
 from scissordyn.run.simulate import simulate
 from scissordyn.units import degrees, rpm
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
+EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
+SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smallest case file
 
 
 def test_paper_case_is_the_one_built_in_python() -> None:
@@ -89,7 +89,7 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
 
 def test_left_out_keys_take_the_defaults_of_the_model(case_of: Callable[..., Case]) -> None:
     """Contract: the shortest case file against the defaults in Python."""
-    case = case_of(LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n')
+    case = case_of(SMALLEST_CASE + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n')
     assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
@@ -107,7 +107,7 @@ friction = { law = "lugre", kinetic = 0.1, stribeck_speed = "2 mm/s", bristle_st
 material = { youngs_modulus = "70 GPa", poisson_ratio = 0.33, density = "2.7 g/cm^3" }
 bearing_material = "steel"
 """
-    gap = case_of(LEAST + text).mechanism.joint("A").clearance
+    gap = case_of(SMALLEST_CASE + text).mechanism.joint("A").clearance
     assert gap is not None
     assert gap.stiffness == Hertz()
     assert gap.damping == LankaraniNikravesh(restitution=0.6)
@@ -121,9 +121,9 @@ bearing_material = "steel"
 def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Callable[..., Case]) -> None:
     """Cross-check: the same table in a file beside the case file, and in the case file."""
     (tmp_path / "motion.csv").write_text("time [ms], angle [deg]\n0, 30\n10, 31\n20, 34\n\n30, 39\n40, 46\n50, 55\n")
-    from_file = case_of(LEAST + '[drive]\ntable = "motion.csv"\n').mechanism.drives[0].motion
+    from_file = case_of(SMALLEST_CASE + '[drive]\ntable = "motion.csv"\n').mechanism.drives[0].motion
     text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
-    inline = case_of(LEAST + text).mechanism.drives[0].motion
+    inline = case_of(SMALLEST_CASE + text).mechanism.drives[0].motion
     assert isinstance(from_file, Tabulated)
     assert from_file == inline
     assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
@@ -146,7 +146,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
     """Contract: the message names the file, or the line in it."""
     (tmp_path / "motion.csv").write_text(content)
     with pytest.raises(InputError, match=r"drive\.table") as caught:
-        case_of(LEAST + '[drive]\ntable = "motion.csv"\n')
+        case_of(SMALLEST_CASE + '[drive]\ntable = "motion.csv"\n')
     assert reason in str(caught.value)
 
 
@@ -217,7 +217,8 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
             read_case(path)
 
 
-OWN = """
+# File of a user with a stiffness law
+USER_LAW = """
 import scissordyn as sd
 
 
@@ -229,9 +230,13 @@ def soft(indentation, k, n=1.5):
 
 def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
     """Contract: the file beside the case file is found, numbers of its law reach the function, a missing one is named."""
-    (tmp_path / "my_laws.py").write_text(OWN)
+    (tmp_path / "my_laws.py").write_text(USER_LAW)
     law = '{ law = "my_laws.py:soft", k = 2e9 }'
-    gap = case_of(LEAST + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n').mechanism.joint("A").clearance
+    gap = (
+        case_of(SMALLEST_CASE + f'[[clearance]]\njoint = "A"\nclearance = "1 mm"\nstiffness = {law}\n')
+        .mechanism.joint("A")
+        .clearance
+    )
     assert gap is not None
     assert gap.stiffness == element_class("stiffness", "my_laws.py:soft", tmp_path)(2e9)
     assert gap.stiffness.parameters() == (2e9, 1.5)

@@ -38,9 +38,9 @@ from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
 from scissordyn.units import Pairs, Quantity, quantities
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 
-ODD = 'a "name" \\ with ünïcode, #, = and \t\x7f'
+ODD = 'a "name" \\ with ünïcode, #, = and \t\x7f'  # Name with characters that TOML must escape
 
 
 def bits(described: Any) -> Any:
@@ -78,6 +78,7 @@ def test_every_example(example: Path, tmp_path: Path) -> None:
             assert one[name].values.tobytes() == other[name].values.tobytes()
 
 
+# Functions that build a mechanism of each kind of structure
 BUILT = {
     "scissor": lambda: sd.scissor(units=3, bar_length=1.7, driven_bar="slider", angle=sd.degrees(33.3)),
     "polar": lambda: sd.polar_scissor(units=3),
@@ -112,8 +113,9 @@ PLUGINS: Mapping[type, tuple[type, ...]] = {
     Controller: tuple(CONTROLLERS.values()),
     Component: tuple(COMPONENTS.values()),
 }
-"""Classes that implement a declared protocol: the entries of its catalogue."""
+"""Classes of laws and controllers to try as values of a field, by the type that the field declares."""
 
+# Curves of the tape spring: straight, then folded
 TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
 OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     sd.Guide: (sd.Guide("guide", ("plate", "corner"), aligned=True),),
@@ -166,9 +168,9 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     ),
     sd.Tabulated: (sd.Tabulated(tuple(k / 7.0 for k in range(9)), tuple(math.sin(k) for k in range(9))),),
 }
-"""Instances of classes whose fields depend on each other."""
+"""Instances of classes whose fields depend on each other and cannot be tried one by one, by class."""
 
-DRAW = random.Random(20)
+DRAW = random.Random(20)  # Generator of the random numbers in this file
 
 
 @cache
@@ -184,7 +186,9 @@ def host(field: str, part: Any) -> sd.Mechanism:
     return sd.Mechanism((part,)) if field == "bodies" else dataclasses.replace(parts_only(), **{field: (part,)})
 
 
+# Texts to try as values of a field
 TEXTS = ("crank", "rod", "plate", "ground", "end", "start", "error", "sensor_x", *METHODS, ODD)
+# Points of bodies to try as values of a field
 PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), ("slider", "centre"), ("plate", "corner"))
 
 
@@ -257,7 +261,7 @@ def lists() -> Mapping[type, tuple[str, ...]]:
     return found
 
 
-LISTS = lists()
+LISTS = lists()  # Fields of `Mechanism` that list parts, by class of the part
 
 
 @cache

@@ -27,6 +27,7 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import mast, scissor
 
+# Body with points, mass centre and start values off its origin
 ROD = Body(
     "rod",
     mass=2.0,
@@ -38,7 +39,8 @@ ROD = Body(
     velocity=(0.0, 1.0),
     angular_velocity=2.0 * math.pi,
 )
-TOOL = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))
+TOOL = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))  # Body that is welded to another
+# Mechanism with one part of most kinds
 MECHANISM = Mechanism(
     bodies=(bar("crank", length=0.5, mass=1.0), ROD, point_mass("block", mass=0.5, position=(0.5, 1.0)), TOOL),
     joints=(
@@ -61,7 +63,8 @@ MECHANISM = Mechanism(
     input_body="crank",
     output_body="block",
 )
-CASE = sd.case_text(MECHANISM)
+CASE = sd.case_text(MECHANISM)  # Case file that `case_text` writes for `MECHANISM`
+# Case file of `MECHANISM` as a user would write it
 WRITTEN = """
 ground = [{ name = "O", position = "0, 0 mm" }, { name = "wall", position = "1 0 m" }]
 joint = [
@@ -137,6 +140,7 @@ no_load_speed = "60 rpm"
 limit = "4 N m"
 inertia = "0.125 kg m^2"
 """
+# Tables of rods, latches and other connections, to be appended to a case file
 CONNECTIONS = """
 [[rod]]
 name = "jack"

@@ -17,6 +17,7 @@ from scissordyn.config.file import apply_changes, read_case
 from scissordyn.config.study import read_study
 from scissordyn.errors import InputError, did_you_mean
 
+# Case file whose line numbers are tested
 TEXT = '''# a case
 [structure]
 kind = "scissor"   # [run]
@@ -46,7 +47,7 @@ law = "lugre"
 until = "1 ms"
 '''
 
-LEAST = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'
+SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smallest case file
 
 
 @pytest.mark.parametrize(
@@ -86,26 +87,29 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        (LEAST.replace("scissor", "sissor"), "case.toml, line 2: structure.kind"),
-        (LEAST + '[drive]\nspeed = "1 m"\n', "case.toml, line 6: drive.speed"),
-        (LEAST + '[drive]\nspeed = "1 rpm"\nbodi = "x"\n', "case.toml, line 7: drive: unknown key 'bodi'"),
-        (LEAST + '[drive]\nspeed = "1 rpm"\nbody = "x"\n', "case.toml, line 5: drive: the drive refers to body 'x'"),
-        (LEAST + '[[clearance]]\njoint = "A"\nclearance = "1 s"\n', "case.toml, line 7: clearance.A.clearance"),
-        (LEAST + '[[clearance]]\njoint = "A"\n', "case.toml, line 5: clearance.A: missing key 'clearance'"),
-        (LEAST + '[[clearance]]\nclearance = "1 mm"\n', "case.toml, line 5: clearance (the first): missing key 'joint'"),
+        (SMALLEST_CASE.replace("scissor", "sissor"), "case.toml, line 2: structure.kind"),
+        (SMALLEST_CASE + '[drive]\nspeed = "1 m"\n', "case.toml, line 6: drive.speed"),
+        (SMALLEST_CASE + '[drive]\nspeed = "1 rpm"\nbodi = "x"\n', "case.toml, line 7: drive: unknown key 'bodi'"),
+        (SMALLEST_CASE + '[drive]\nspeed = "1 rpm"\nbody = "x"\n', "case.toml, line 5: drive: the drive refers to body 'x'"),
+        (SMALLEST_CASE + '[[clearance]]\njoint = "A"\nclearance = "1 s"\n', "case.toml, line 7: clearance.A.clearance"),
+        (SMALLEST_CASE + '[[clearance]]\njoint = "A"\n', "case.toml, line 5: clearance.A: missing key 'clearance'"),
         (
-            LEAST + '[[spring]]\nname = "s"\nstart = "slider.centre"\nend = "ground.nowhere"\nstiffness = "1 N/m"\n',
+            SMALLEST_CASE + '[[clearance]]\nclearance = "1 mm"\n',
+            "case.toml, line 5: clearance (the first): missing key 'joint'",
+        ),
+        (
+            SMALLEST_CASE + '[[spring]]\nname = "s"\nstart = "slider.centre"\nend = "ground.nowhere"\nstiffness = "1 N/m"\n',
             "case.toml, line 5: spring 's' refers to point 'nowhere'",
         ),
-        (LEAST + "[drive\n", "line 5"),
+        (SMALLEST_CASE + "[drive\n", "line 5"),
         ("[structure\n", "not valid TOML"),
         ('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms', "not valid TOML"),
         ('[structure]\nkind = "scissor"\n', "missing key 'run'"),
         ('[run]\nuntil = "1 ms"\n', "missing key 'structure'"),
         ('[structure]\n[run]\nuntil = "1 ms"\n', "missing key 'kind'"),
-        (LEAST + "[drive]\n", "0 time functions"),
-        (LEAST + '[clearance]\njoint = "A"\n', "[[clearance]]"),
-        (LEAST + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "tables for joint"),
+        (SMALLEST_CASE + "[drive]\n", "0 time functions"),
+        (SMALLEST_CASE + '[clearance]\njoint = "A"\n', "[[clearance]]"),
+        (SMALLEST_CASE + 2 * '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n', "tables for joint"),
         ("", "missing key 'structure'"),
         ('[[body]]\nname = "a"\n', 'structure = { kind = "mechanism" }'),
         ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "the mechanism has no bodies"),
@@ -121,7 +125,7 @@ def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., Case], t
 def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., Case]) -> None:
     """Contract: the file does not hold it."""
     with pytest.raises(InputError, match=r"case\.toml: structure\.angle"):
-        case_of(LEAST, ["structure.angle=30 m"])
+        case_of(SMALLEST_CASE, ["structure.angle=30 m"])
 
 
 def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
@@ -136,7 +140,7 @@ def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of
 
 def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     """Contract: the mark that some editors put first changes nothing."""
-    (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + LEAST.encode())
+    (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + SMALLEST_CASE.encode())
     assert read_case(tmp_path / "case.toml").run.until == 1e-3
 
 

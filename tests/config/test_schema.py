@@ -21,15 +21,17 @@ from scissordyn.config.study import StudyText
 from scissordyn.config.template import template
 from scissordyn.errors import InputError
 
-ROOT = Path(__file__).parents[2]
-ELSEWHERE = {".venv", "out", "build"}
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+IGNORED_FOLDERS = {".venv", "out", "build"}  # Folders without files of the project
+# Content of all TOML files of the project, by path
 FILES = {
     path: tomllib.loads(path.read_text(encoding="utf-8"))
     for path in sorted(ROOT.glob("**/*.toml"))
-    if not ELSEWHERE & set(path.relative_to(ROOT).parts)
+    if not IGNORED_FOLDERS & set(path.relative_to(ROOT).parts)
 }
+# Paths of the case files of the project
 CASES = [path for path, tree in FILES.items() if isinstance(tree.get("structure"), dict)]
-STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), str)]
+STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), str)]  # Paths of the study files of the project
 
 
 @pytest.fixture(scope="module", params=["case"])
@@ -157,7 +159,7 @@ WRONG = [
     ("self_deploying", "torsion_spring.0.stiffness", "2 N/m^2 kgg"),
     ("self_deploying", "torsion_spring.0.body", None),
 ]
-"""Fifty and more files with one fault each: an example, the place of the fault, and what stands there; None for nothing."""
+"""Files with one fault each: the example, the place of the fault, and the wrong value there; None deletes the value."""
 
 assert len(WRONG) >= 50, "as many as docs/claims.md says"
 
@@ -212,7 +214,9 @@ def test_wrong_studies_are_refused(validator, key, value):
         instance(StudyText, tree, {"folder": ROOT})
 
 
+# Units that the schema accepts
 UNITS = "m mm inch ft s ms min kg g t rad deg ° turn rpm Hz N kN lbf Pa MPa bar J kW degC K".split()  # noqa: SIM905
+# Composed units that the schema accepts
 COMPOSED = "N/m,kN/mm,N m,N*m,N m s/rad,kg m^2,kg*m**2,mm²,1/s,m/s^2,N/(m/s),kg/m³,N m/(rad s)".split(",")  # noqa: SIM905
 
 

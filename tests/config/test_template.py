@@ -27,7 +27,7 @@ from scissordyn.model.options import Options
 from scissordyn.model.scissor import scissor
 from scissordyn.run.simulate import simulate
 
-PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"  # Case file of the paper's array
 
 
 def test_template_is_the_paper_case(case_of: Callable[..., Case]) -> None:
@@ -80,18 +80,20 @@ def test_keys_left_out_can_be_put_in(kind: str) -> None:
         assert len(tomllib.loads(line)) == 1
 
 
-DRIVING = ("servo", "motor", "tabulated_motor", "linear_motor", "rod")
-APART = ("pin_friction", "pin_lugre", "tape_spring")
+DRIVING = ("servo", "motor", "tabulated_motor", "linear_motor", "rod")  # Names of the additional parts that move a structure
+APART = ("pin_friction", "pin_lugre", "tape_spring")  # Names of the additional parts that are tested alone
 GROUPS = [
     ("servo", "tip", "payload", "panels", "latch"),
     *((part,) for part in (*DRIVING[1:], *APART)),
     tuple(part for part in PART_VALUES if part not in (*DRIVING, *APART, "tip", "payload", "panels", "latch")),
 ]
-"""Parts that are added together; only one of them drives the structure."""
+"""Groups of additional parts that are added to a structure together; only one part of a group drives it."""
 
+# Error of a kind of structure that cannot have an additional part
 REFUSED = {("slider-crank", "rod"): "cannot drive this structure at its start"}
 REFUSED |= {("ring", part): "not determined" for part in ("pin_friction", "pin_lugre")}
-HELD = {"tip": "tracks", "rod": "rods", "latch": "latches"}
+# Field of `Mechanism` for an additional part that is not among its components
+PART_FIELDS = {"tip": "tracks", "rod": "rods", "latch": "latches"}
 
 
 def has_part(mechanism: Mechanism, part: str) -> bool:
@@ -100,8 +102,8 @@ def has_part(mechanism: Mechanism, part: str) -> bool:
         return any(isinstance(one, Actuator) for one in mechanism.components)
     if part in ("payload", "panels"):
         return any({"payload": payload_points, "panels": panel_ends}[part](body) for body in mechanism.bodies)
-    if part in HELD:
-        return bool(getattr(mechanism, HELD[part]))
+    if part in PART_FIELDS:
+        return bool(getattr(mechanism, PART_FIELDS[part]))
     return any(one.declaration.section == part for one in mechanism.components)
 
 

@@ -14,6 +14,7 @@ from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.run.inverse_dynamics import feed_forward
 
+# Case file; "CONTROL" is replaced by a table [control]
 CASE = """
 [structure]
 kind = "scissor"

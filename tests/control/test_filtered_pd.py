@@ -8,6 +8,7 @@ from tests.build import on_pin, wheel
 import scissordyn as sd
 from scissordyn.control.tracking.filtered_pd import FilteredPD
 
+# Inertia [kg m^2], proportional gain [N m/rad], derivative gain [N m s/rad] and filter time [s]
 INERTIA, PROPORTIONAL, DERIVATIVE, TIME = 0.4, 30.0, 4.0, 0.05
 
 

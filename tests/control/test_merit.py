@@ -13,8 +13,9 @@ from scissordyn.components.time_function import Cycloidal, tabulated
 from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.run.inverse_dynamics import feed_forward
 
-UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0
-REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)
+UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0  # End of the run [s], duration of the motion [s] and largest torque of the motor [N m]
+REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)  # Reference angle of the array
+# Load that disturbs the array from 0.6 to 0.8 s
 GUST = Force(
     "gust",
     ("slider", "centre"),

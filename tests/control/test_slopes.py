@@ -13,8 +13,8 @@ from scissordyn.control.tracking.feed_forward import FeedForward
 from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM, make_history
 
-REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)
-TIME = 0.3
+REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)  # Reference angle of the controlled body
+TIME = 0.3  # [s] instant at which derivatives are compared
 
 
 def controlled_state(laws):
@@ -43,6 +43,7 @@ def controlled_state(laws):
     return handle, state, n
 
 
+# Controllers whose derivatives are compared, with the feed-forward torque of some, by name
 LAWS = {
     "pid": (PID(300.0, 40.0, 700.0),),
     "limited": (PID(300.0, 40.0, 700.0, limit=5.0, ramp=1.0),),

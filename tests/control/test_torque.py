@@ -22,7 +22,9 @@ def torque(controller, signals, *, t=1.0, integral=0.3):
     return control_torque(pointers(controller)["torque"], t, recorded, q, z, dz, row_of(controller)), dz
 
 
+# Signals of a controller that tracks a reference, in SI units
 TRACKING = {"reference_speed": 2.0, "error": 0.03, "speed": 1.7, "feed_forward": 0.0}
+# Signals of the sensor of a controller, in SI units
 BRAKING = {"sensor_x": 3e-5, "sensor_y": -4e-5, "sensor_rate_x": 0.2, "sensor_rate_y": 0.1}
 
 

@@ -19,7 +19,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.run.inverse_dynamics import feed_forward
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}  # Options of `simulate` for accurate runs
 INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
 
 

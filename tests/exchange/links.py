@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 
-DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"
+DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # Digits 0 to 63 of numbers in a PMKS+ link
 
-PRISMATIC, INPUT, GROUNDED, WELDED = 1, 2, 4, 8
+PRISMATIC, INPUT, GROUNDED, WELDED = 1, 2, 4, 8  # Flags of a joint in a PMKS+ link
 
-PLACE = tuple[float, float]
+PLACE = tuple[float, float]  # Type of a position: x and y
 
 
 def number(value: int) -> str:

@@ -11,7 +11,7 @@ from scissordyn.exchange import dxf_entity
 
 from .test_drawings import ezdxf, text
 
-MIRRORED = {"extrusion": (0, 0, -1)}
+MIRRORED = {"extrusion": (0, 0, -1)}  # DXF attributes of an entity that is seen from behind
 
 FIGURE = [
     ("0", [(0, 0), (100, 200)], False),
@@ -25,7 +25,7 @@ FIGURE = [
     ("ground", [(465, 80)], False),  # within the plate
     ("guide", [(400, 360), (200, 280)], False),
 ]
-"""Layer, corners and closure of each bar; one place is a point or circle."""
+"""Layer, corners, and True for a closed outline of each shape in a drawing; one corner means a point or circle."""
 
 
 def structure(mechanism):

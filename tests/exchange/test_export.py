@@ -25,8 +25,8 @@ from .peer import by_mujoco, mujoco
 
 ezdxf = pytest.importorskip("ezdxf")
 
-ANGLE = sd.RelativeAngle
-LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)
+ANGLE = sd.RelativeAngle  # Short name of the coordinate class
+LOOSE = sd.Clearance(0.5e-3, journal_radius=10e-3)  # Clearance of exported joints
 
 
 def arm():
@@ -211,7 +211,7 @@ def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monke
         assert not list(tmp_path.glob("new.*"))
 
 
-GRAVITY = 9.81
+GRAVITY = 9.81  # [m/s^2] gravitational acceleration
 
 
 @pytest.fixture(scope="module")

@@ -28,11 +28,10 @@ fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi3 import FMU3Slave  # noqa: E402
 from fmpy.validation import validate_fmu  # noqa: E402
 
-LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))
+LOOSE = sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.05))  # Clearance of the joints in exported mechanisms
 
-QUICK = tuple(
-    "-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS
-)  # Flags with which compilers take a fifth of the time
+# Flags with which compilers take a fifth of the time
+QUICK = tuple("-O0" if flag == "-O2" else flag for flag in pack.COMPILER_FLAGS)
 
 
 def crane():
@@ -52,7 +51,8 @@ def rattling():
     return sd.with_backlash(pair, "mesh", 0.02, stiffness=1e5, restitution=0.8)
 
 
-CLEARANCE = {
+# Mechanisms with clearance joints, and the ends of their runs [s], by name
+CASES_WITH_CLEARANCE = {
     "crank": (sd.slider_crank().with_clearance("slider pin", LOOSE).driven(speed=100.0), 0.06),
     "arm": (
         sd.scissor(units=2).with_clearance("A", LOOSE).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
@@ -69,13 +69,17 @@ CLEARANCE = {
         0.03,
     ),
 }
-COUPLED = {"crane": (crane(), 0.4), "rattling": (rattling(), 0.1)}
-CASES = CLEARANCE | COUPLED
-"""Mechanisms, and until when they move."""
+# Mechanisms with couplings and stops, and the ends of their runs [s], by name
+CASES_WITHOUT_CLEARANCE = {"crane": (crane(), 0.4), "rattling": (rattling(), 0.1)}
+CASES = CASES_WITH_CLEARANCE | CASES_WITHOUT_CLEARANCE
+"""Mechanisms and the ends of their runs [s], by name."""
 
-OURS = {name: {"rtol": 1e-10} | ({"atol": 1e-12} if name in COUPLED else {}) for name in CASES}
+# Tolerances of the runs with which FMUs are compared, by name of the case
+RUN_OPTIONS = {name: {"rtol": 1e-10} | ({"atol": 1e-12} if name in CASES_WITHOUT_CLEARANCE else {}) for name in CASES}
 TOLERANCE, SAMPLES = {"CoSimulation": 1e-10, "ModelExchange": 1e-12}, 4001
-"""CVode adds up a thousand times its tolerance over these contacts, and less with a smaller one (docs/files.md); it makes at
+"""Relative tolerance of CVode, by FMI interface, and number of samples.
+
+Over these contacts the errors of CVode add up to a thousand times its tolerance (docs/files.md); it makes at
 most 500 steps between two samples."""
 
 
@@ -90,7 +94,7 @@ def units(tmp_path_factory):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(driver, "make_history", lambda signals: make_history(signals, steps=3000))
             patch.setattr(pack, "COMPILER_FLAGS", QUICK)
-            content = pack.fmu(mechanism, sd.Options(until=until, **OURS[name]), name=name)
+            content = pack.fmu(mechanism, sd.Options(until=until, **RUN_OPTIONS[name]), name=name)
         (folder / f"{name}.fmu").write_bytes(content)
         return str(folder / f"{name}.fmu")
 
@@ -115,17 +119,20 @@ def simulated(unit, kind, until, **options):
 def reference(name):
     """Return the run of a case by the package."""
     mechanism, until = CASES[name]
-    return sd.simulate(mechanism, until=until, samples=SAMPLES, trust=name in CLEARANCE, **OURS[name])
+    return sd.simulate(mechanism, until=until, samples=SAMPLES, trust=name in CASES_WITH_CLEARANCE, **RUN_OPTIONS[name])
 
 
 def apart(found, exact):
     return float(np.max(abs(np.asarray(found) - np.asarray(exact))))
 
 
-KINDS = [(name, kind) for name in CLEARANCE for kind in TOLERANCE if (name, kind) != ("delayed", "ModelExchange")]
+# Pairs of case and FMI interface that are tested
+CASES_AND_INTERFACES = [
+    (name, kind) for name in CASES_WITH_CLEARANCE for kind in TOLERANCE if (name, kind) != ("delayed", "ModelExchange")
+]
 
 
-@pytest.mark.parametrize(("name", "kind"), KINDS)
+@pytest.mark.parametrize(("name", "kind"), CASES_AND_INTERFACES)
 def test_a_unit_moves_as_the_mechanism(units, name, kind):
     """Cross-check: positions and angles to 1e-6 over contacts with clearance, forces to a thousandth of the largest.
 
@@ -156,7 +163,7 @@ def test_a_unit_moves_as_the_mechanism(units, name, kind):
 
 def test_the_description_is_valid(units):
     """Contract: the checks of fmpy, against the standard's schema and its rules for references."""
-    for name in CLEARANCE:
+    for name in CASES_WITH_CLEARANCE:
         assert validate_fmu(units(name)) == []
     description = fmpy.read_model_description(units("servo"))
     assert description.fmiVersion == "3.0"
@@ -168,7 +175,7 @@ def test_the_description_is_valid(units):
     assert delayed.coSimulation is not None
 
 
-@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in COUPLED for kind in TOLERANCE])
+@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in CASES_WITHOUT_CLEARANCE for kind in TOLERANCE])
 def test_couplings_and_driven_coordinates_in_a_unit(units, name, kind):
     """Cross-check: angles to the accuracy of the solver, and what couplings and coordinate drives exert."""
     mechanism, until = CASES[name]
@@ -194,14 +201,14 @@ def inputs(label, time, angle, speed, acceleration):
     return {"input": given, "start_values": {f"{label}.external": True}}
 
 
-SERVO = "references.actuator of crank"
+SERVO = "references.actuator of crank"  # Name of the inputs of the servo's reference
 
 
 @pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
 def test_an_input_takes_the_place_of_a_reference(units, kind):
     """Limit: the inputs prescribe the motion that the reference had; communication is fine enough for a parabola between."""
     until = 0.02
-    run = sd.simulate(CASES["servo"][0], until=until, samples=SAMPLES, **OURS["servo"])
+    run = sd.simulate(CASES["servo"][0], until=until, samples=SAMPLES, **RUN_OPTIONS["servo"])
     time = np.linspace(0.0, until, 40001 if kind == "CoSimulation" else 501)
     phase = 10.0 * time
     motion = 0.3 + 0.2 * np.sin(phase), 2.0 * np.cos(phase), -20.0 * np.sin(phase)
@@ -237,7 +244,7 @@ def test_inputs_give_another_motion(units, name, label, first, speed, accelerati
     """
     mechanism = CASES[name][0]
     moved = moved_by(name, sd.Polynomial((first, speed, 0.5 * acceleration)))
-    run, still = (sd.simulate(each, until=until, samples=SAMPLES, **OURS[name]) for each in (moved, mechanism))
+    run, still = (sd.simulate(each, until=until, samples=SAMPLES, **RUN_OPTIONS[name]) for each in (moved, mechanism))
     time = np.linspace(0.0, until, SAMPLES)
     motion = first + speed * time + 0.5 * acceleration * time**2, speed + acceleration * time, acceleration
     found = simulated(units(name), "CoSimulation", until, **inputs(label, time, *motion))

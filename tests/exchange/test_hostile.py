@@ -21,8 +21,9 @@ from .test_points import TABLE
 from .test_robots import ARMS, STEP, tree
 from .test_sdf import four_bars
 
+# Numbers that replace a number of a file
 NUMBERS = ("0", "-1", "1e400", "nan", "", "1e300", "-1e9", "1e-300", "999999999999999999999", "2147483648")
-NUMBER = re.compile(r"-?\d+\.?\d*")
+NUMBER = re.compile(r"-?\d+\.?\d*")  # Pattern of a number in a file
 
 
 def altered(whole: str, draw: random.Random) -> str:

@@ -9,6 +9,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.errors import InputError
 
+# File of the Linkage program with a four-bar linkage
 FOUR_BAR = """<linkage2>
 	<program zoom="2.2" xoffset="365" units="Millimeters" scalefactor="1.000000"/>
 	<connector id="7" layer="16" x="20" y="-180" anchor="true" input="true" rpm="30"/>
@@ -24,6 +25,7 @@ FOUR_BAR = """<linkage2>
 </linkage2>
 """
 
+# File of the Linkage program with a slider on the ground or on a link
 SLIDER = """<linkage2>
 	<connector id="0" x="0" y="0" anchor="true" input="true" rpm="-15"/>
 	<connector id="1" x="0" y="50"/>
@@ -36,7 +38,7 @@ SLIDER = """<linkage2>
 </linkage2>
 """
 
-UNIT = 0.0254 / 96.0
+LENGTH_UNIT = 0.0254 / 96.0  # [m] length unit of files of the Linkage program, 1/96 inch
 
 
 def test_a_four_bar_of_linkage_moves_as_two_circles_intersect():
@@ -44,7 +46,7 @@ def test_a_four_bar_of_linkage_moves_as_two_circles_intersect():
     mechanism, notes = sd.read_linkage2(FOUR_BAR)
     assert "the input at 'pin 7' turns 'link 2' by 30 rpm clockwise" in notes
     run = sd.simulate(mechanism, until=2.0, samples=41)
-    pivot, other, crank, tip = (UNIT * z for z in (20 - 180j, 280 - 180j, 80 - 100j, 330 + 0j))
+    pivot, other, crank, tip = (LENGTH_UNIT * z for z in (20 - 180j, 280 - 180j, 80 - 100j, 330 + 0j))
     for time, angle in zip(run["time"].values, run["angle"].sel(body="link 4").values, strict=True):
         joint = pivot + (crank - pivot) * cmath.exp(-1j * math.pi * time)
         span, a, b = other - joint, abs(tip - crank), abs(tip - other)
@@ -61,12 +63,13 @@ def test_a_slider_of_linkage_keeps_to_its_line(anchor):
     assert [body.name for body in mechanism.bodies] == ["link 0", *(["link 1"] * (not anchor)), "link 2"]
     run = sd.simulate(mechanism, until=0.5, samples=11)
     turn = np.exp(1j * run["angle"].sel(body="link 2").values)
-    slider = run["position"].sel(body="link 2").values @ np.array([1, 1j]) - 0.5 * UNIT * abs(50j - 130 + 10j) * turn
+    slider = run["position"].sel(body="link 2").values @ np.array([1, 1j]) - 0.5 * LENGTH_UNIT * abs(50j - 130 + 10j) * turn
     slot = 1.0 if anchor else np.exp(-1j * run["angle"].sel(body="link 1").values)
-    assert abs(np.imag((slider - UNIT * (50 - 10j)) * slot)).max() < 1e-12
+    assert abs(np.imag((slider - LENGTH_UNIT * (50 - 10j)) * slot)).max() < 1e-12
     assert abs(turn - turn[0]).max() > 0.1
 
 
+# File of the Linkage program with a link that slides over two anchors
 SLOT = """<linkage2>
 	<connector x="0" y="0" id="0"/>
 	<connector x="100" y="40" id="1"/>
@@ -88,9 +91,9 @@ def test_a_link_of_linkage_slides_over_two_anchors():
     run = sd.simulate(sd.read_linkage2(SLOT).mechanism, until=2.0, samples=21)
     angle = run["angle"].sel(body="link 0").values
     assert abs(angle - angle[0]).max() < 1e-10
-    crank = UNIT * (300 + 50j + 40j * np.exp(-0.5j * math.pi * run["time"].values))
-    length, height = UNIT * abs(200 + 50j), UNIT * 40
-    moved = crank.real - np.sqrt(length**2 - (crank.imag - height) ** 2) - UNIT * 100
+    crank = LENGTH_UNIT * (300 + 50j + 40j * np.exp(-0.5j * math.pi * run["time"].values))
+    length, height = LENGTH_UNIT * abs(200 + 50j), LENGTH_UNIT * 40
+    moved = crank.real - np.sqrt(length**2 - (crank.imag - height) ** 2) - LENGTH_UNIT * 100
     x = run["position"].sel(body="link 0", axis="x").values
     assert x - x[0] == pytest.approx(moved, abs=1e-10)
 

@@ -10,11 +10,12 @@ from scissordyn.errors import InputError
 
 from .peer import by_mujoco, centres
 
-GRAVITY = "<mujoco><option gravity='0 0 -9.81'/></mujoco>"
+GRAVITY = "<mujoco><option gravity='0 0 -9.81'/></mujoco>"  # Elements that give a URDF gravity along -z
+# URDF element of an inertia that is equal about all axes
 INERTIA = "<inertia ixx='{0}' iyy='{0}' izz='{0}' ixy='0' ixz='0' iyz='0'/>"
 
 GROUND, CRANK, ROD, ROCKER = 0.9, 0.3, 0.8, 0.7
-"""Lengths of the four-bar linkage [m]."""
+"""[m] lengths of the links of the four-bar linkage."""
 
 
 def corner():
@@ -67,10 +68,13 @@ def four_bar_in_mjcf():
     )
 
 
+# Children of a <loop_joint>: its points on both links
 ENDS = f"<link1 link='rod' xyz='{ROD} 0 0'/><link2 link='rocker' xyz='{ROCKER} 0 0'/>"
+# <gazebo> element with a joint: type, parent, child, further elements, elements after the joint
 IN_GAZEBO = "<gazebo><joint name='C' type='{}'><parent>{}</parent><child>{}</child>{}</joint>{}</gazebo>"
-AXIS = "<axis><xyz>0 1 0</xyz></axis>"
+AXIS = "<axis><xyz>0 1 0</xyz></axis>"  # SDF element of a joint axis along y
 
+# Elements that close the same loop of a URDF, by their form
 CLOSINGS = {
     "as in Isaac Sim": f"<loop_joint name='C' type='spherical'>{ENDS}</loop_joint>",
     "as in Drake": f"<loop_joint name='C' type='continuous'>{ENDS}<axis xyz='0 1 0'/></loop_joint>",
@@ -98,7 +102,7 @@ def test_a_loop_moves_as_in_mujoco(form):
     assert np.ptp(places, axis=0).max() > 0.05
 
 
-SLIDE = "<pose>0 0 0 0 0 0</pose><axis><xyz>{}</xyz></axis>"
+SLIDE_POSE_AND_AXIS = "<pose>0 0 0 0 0 0</pose><axis><xyz>{}</xyz></axis>"  # SDF elements of a slide along a given axis
 
 
 def slider_crank(closing):

@@ -9,6 +9,7 @@ from scissordyn.exchange.mjcf_text import mjcf
 
 from .peer import by_mujoco, centres
 
+# MJCF model of a double pendulum
 DOUBLE = """<mujoco>
   <option gravity="0 0 -9.81" timestep="0.0005" integrator="RK4"/>
   <default><geom contype="0" conaffinity="0"/></default>
@@ -24,6 +25,7 @@ DOUBLE = """<mujoco>
   </worldbody>
 </mujoco>"""
 
+# MJCF model of a slider-crank
 CRANK = """<mujoco>
   <option gravity="0 -9.81 0"/>
   <worldbody>
@@ -47,6 +49,7 @@ CRANK = """<mujoco>
   <actuator><motor joint="O"/></actuator>
 </mujoco>"""
 
+# URDF model of an arm with two links
 URDF = """<robot name="arm">
   <link name="base"/>
   <link name="one"><inertial><mass value="1"/><origin xyz="0 0 -0.5"/>
@@ -112,6 +115,7 @@ def test_what_is_not_planar_is_one_line(content, said):
     assert "\n" not in str(error.value)
 
 
+# MJCF model with springs, dampers and limits of hinges
 HINGED = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>
 <default><geom contype="0" conaffinity="0"/></default><worldbody><body name="arm" pos="0 0 1" euler="0 0.3 0">
 <joint name="p" type="hinge" axis="0 {sign}1 0" stiffness="3" springref="0.4" damping="0.2" group="1"/>
@@ -165,6 +169,7 @@ def test_a_urdf_with_a_mesh_to_look_at_and_a_loop():
     assert "joint 'closure' (line 4) left out: if it closes a loop, the loop is open here" in notes
 
 
+# MJCF model with springs, dampers and limits of slides
 SLIDING = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>
 <default><geom contype="0" conaffinity="0"/></default><worldbody><body name="cart" pos="0 0 1">
 <joint name="s" type="slide" axis="1 0 {tilt}" stiffness="40" springref="0.1" damping="0.5" {limits}/>
@@ -203,6 +208,7 @@ def test_limits_of_a_slide_on_the_ground_are_end_stops():
     assert 0.12 < travel.max() < 0.122
 
 
+# MJCF model of two hinges with a polynomial equality
 GEARED = """<mujoco><compiler angle="radian"/><option gravity="0 0 -9.81" timestep="1e-4" integrator="RK4"/>
 <default><geom contype="0" conaffinity="0"/></default><worldbody><body name="upper" pos="0.1 0 2" euler="0 0.4 0">
 <joint name="hip" axis="0 1 0" ref="0.2"/><geom type="capsule" fromto="0 0 0 0 0 -0.7" size="0.03" mass="2"/>

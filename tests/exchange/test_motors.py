@@ -6,6 +6,7 @@ import scissordyn as sd
 
 from .peer import by_mujoco, centres
 
+# Beginning of an MJCF model: a leg with hinges and a slide
 HEAD = """<mujoco>
   <option gravity="0 0 -9.81" timestep="0.0005" integrator="RK4"/>
   <default><geom contype="0" conaffinity="0"/><position kp="20" kv="2"/></default>
@@ -29,8 +30,9 @@ HEAD = """<mujoco>
   </worldbody>
 """
 
-SLIDE = '<joint name="rod" type="slide" axis="0 0 1"/>'
+SLIDE = '<joint name="rod" type="slide" axis="0 0 1"/>'  # MJCF element of the slide in the model
 
+# Actuators of the model in MJCF, the end of the file
 MOTORS = """<actuator>
     <position name="hip servo" joint="hip" gear="-2" forcerange="-8 8" ctrlrange="-1 1" ctrllimited="true"/>
     <velocity name="knee speed" joint="knee" kv="3"/>{}
@@ -87,6 +89,7 @@ def test_a_model_starts_from_its_first_keyframe():
     assert run["position"].values[0] == pytest.approx(by_mujoco(HEAD + MOTORS.format("", ""), 1e-3, 2, centres)[0], abs=1e-12)
 
 
+# URDF model whose elements name motors
 MOTOR_URDF = """<robot name="arm">
   <link name="base"/>
   <link name="one"><inertial><mass value="1"/><origin xyz="0 0 -0.5"/>

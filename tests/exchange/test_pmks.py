@@ -11,7 +11,7 @@ from tests.exchange.links import PRISMATIC, WELDED, linkage
 import scissordyn as sd
 from scissordyn.errors import InputError
 
-RPM = 2.0 * math.pi / 60.0
+RPM = 2.0 * math.pi / 60.0  # [rad/s] one revolution per minute
 
 
 def crossing(p, q, a, b, side):
@@ -51,12 +51,13 @@ class _Closed:
         return np.unwrap(np.angle(self.now[second] - self.now[first]))
 
 
-CRANK_ROCKER = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}
-WATT_ONE = {"E": (0.9, 1.6), "F": (2.5, 0.7), "G": (2.3, 2.1)}
-WATT_TWO = {"E": (2.2, 0.8), "F": (3.5, 1.2), "G": (3.2, 0.0)}
+CRANK_ROCKER = {"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.75, 1.1), "D": (1.6, 0.0)}  # Positions of the pins of a crank-rocker
+WATT_ONE = {"E": (0.9, 1.6), "F": (2.5, 0.7), "G": (2.3, 2.1)}  # Positions of further pins of Watt's six-bar linkage I
+WATT_TWO = {"E": (2.2, 0.8), "F": (3.5, 1.2), "G": (3.2, 0.0)}  # Positions of further pins of Watt's six-bar linkage II
+# Positions of further pins of Stephenson's six-bar linkage III
 STEPHENSON = {"E": (0.8, 1.5), "F": (2.6, 1.9), "G": (2.9, 0.2)}
-FOUR, SLIDER = "crank BA, dyad CBD", "crank BA, slide CB"
-FOUR_BARS, TWO_BARS = ("AB", "BC", "CD"), ("AB", "BC")
+FOUR, SLIDER = "crank BA, dyad CBD", "crank BA, slide CB"  # Dyads of a crank-rocker and of a slider-crank, as text
+FOUR_BARS, TWO_BARS = ("AB", "BC", "CD"), ("AB", "BC")  # Pins of each link of a four-bar linkage, and of a chain of two links
 CASES = {
     "crank and rocker": (CRANK_ROCKER, FOUR_BARS, "AD", FOUR, {}),
     "double crank": ({"A": (0.0, 0.0), "B": (0.2, 1.1), "C": (1.3, 1.5), "D": (0.5, 0.1)}, FOUR_BARS, "AD", FOUR, {}),
@@ -75,7 +76,7 @@ CASES = {
     "Watt II": (CRANK_ROCKER | WATT_TWO, ("AB", "BC", "CDE", "EF", "FG"), "ADG", f"{FOUR}, plate EDC, dyad FEG", {}),
     "Stephenson III": (CRANK_ROCKER | STEPHENSON, ("AB", "BCE", "CD", "EF", "FG"), "ADG", f"{FOUR}, plate EBC, dyad FEG", {}),
 }
-"""Places, bars by their pins, pins on the ground, how each pin is found from those before it, and angles of slides."""
+"""Positions of pins, pins of each bar, ground pins, dyads that determine the pins, and angles of slides, by linkage."""
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -156,7 +157,7 @@ def test_a_slot_in_a_moving_link_and_a_welded_pin():
     assert run["angle"].sel(body="CD").values == pytest.approx(math.pi / 2, abs=1e-12)
 
 
-GOOD = linkage(CRANK_ROCKER, FOUR_BARS, "AD", "A")
+GOOD = linkage(CRANK_ROCKER, FOUR_BARS, "AD", "A")  # Link of PMKS+ without a mistake
 
 
 def test_a_link_without_masses_says_what_is_assumed():
@@ -167,6 +168,7 @@ def test_a_link_without_masses_says_what_is_assumed():
     assert any("no mass in the drawing" in note for note in notes)
 
 
+# Pins of a six-bar linkage in the earlier format of links
 EARLIER_PINS = (
     "A 1.4 0.485 t t|B 1.67 0.99 f f|C 0.255 1.035 f f|D 0.285 0.055 t f|E 0.195 2.54 f f|F -0.98 2.57 f f|G 0.05 0.2 t f"
 )

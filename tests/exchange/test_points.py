@@ -9,6 +9,7 @@ import pytest
 
 import scissordyn as sd
 
+# Table of points of a slider-crank [mm]
 TABLE = """name,x,y,bars,support
 O,0,0,left,fixed
 P,900,500,left right,
@@ -68,6 +69,7 @@ def test_command(tmp_path: Path, answer: Callable[..., str]) -> None:
     assert "unknown unit 'furlong' of a table; expected mm, cm, dm, m, um, in, ft" in line
 
 
+# Table of points of a scissor unit [m]
 ARMS = """name,x,y,bars,support
 A,0,0,a,fixed
 C,0.5,0.5,a b,

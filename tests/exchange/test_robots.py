@@ -11,8 +11,8 @@ from scissordyn.exchange.xml_element import BODIES_MAX, DEPTH_MAX
 
 from .peer import by_mujoco, mujoco
 
-STEP = 'timestep="1e-4" integrator="RK4"'
-UNTOUCHED = '<default><geom contype="0" conaffinity="0"/></default>'
+STEP = 'timestep="1e-4" integrator="RK4"'  # MJCF attributes of an accurate integration
+NO_CONTACT = '<default><geom contype="0" conaffinity="0"/></default>'  # MJCF element that switches contacts of all geoms off
 
 
 def tree(rng):
@@ -58,7 +58,7 @@ def motions(text, until=0.2, samples=3):
 def test_random_trees_move_as_in_mujoco(seed):
     """Cross-check by a second code: positions of all mass centres."""
     bodies, start = tree(np.random.default_rng(seed))
-    text = f'<mujoco><option gravity="0.5 0 -9.81" {STEP}/>{UNTOUCHED}<worldbody>{bodies}</worldbody>{start}</mujoco>'
+    text = f'<mujoco><option gravity="0.5 0 -9.81" {STEP}/>{NO_CONTACT}<worldbody>{bodies}</worldbody>{start}</mujoco>'
     run, places, notes = motions(text)
     assert run["position"].values == pytest.approx(places[:, :, [0, 2]], abs=1e-10)
     assert np.ptp(places, axis=0).max() > 0.05
@@ -70,7 +70,7 @@ def test_a_plane_anywhere_in_space(turn):
     """Cross-check: distances between mass centres do not depend on the axes of the plane."""
     bodies, start = tree(np.random.default_rng(7))
     inside = f'<worldbody><frame euler="{turn}">{bodies}</frame></worldbody>'
-    run, places, notes = motions(f'<mujoco><option gravity="0.5 -1 -9.81" {STEP}/>{UNTOUCHED}{inside}{start}</mujoco>')
+    run, places, notes = motions(f'<mujoco><option gravity="0.5 -1 -9.81" {STEP}/>{NO_CONTACT}{inside}{start}</mujoco>')
     (mechanism, _), normal = sd.read_mjcf(f"<mujoco>{inside}</mujoco>"), places[0] - places[0]
     assert len(mechanism.bodies) == places.shape[1]
     flat = run["position"].values
@@ -85,10 +85,12 @@ def test_a_plane_anywhere_in_space(turn):
     )
 
 
+# URDF element of a link with a given name
 LINK = (
     "<link name='{}'><inertial><origin xyz='0.25 0 0'/><mass value='1'/>"
     "<inertia ixx='0.02' iyy='0.02' izz='0.02' ixy='0' ixz='0' iyz='0'/></inertial></link>"
 )
+# URDF model of two arms, with blanks for origins, axes and further elements
 ARMS = (
     "<robot name='r'{}><link name='base'/>"
     + LINK.format("arm")
@@ -132,7 +134,7 @@ def test_hinges_that_are_not_parallel_are_an_error():
 
 def arm(joint, option="", more="", geom='type="capsule" fromto="0 0 0 0.5 0 0" size="0.02" mass="1"'):
     return (
-        f'<mujoco><option gravity="0 0 -9.81" {STEP}>{option}</option>{UNTOUCHED}\n<worldbody><body name="arm" pos="0 0 1">'
+        f'<mujoco><option gravity="0 0 -9.81" {STEP}>{option}</option>{NO_CONTACT}\n<worldbody><body name="arm" pos="0 0 1">'
         f"{joint}<geom {geom}/></body></worldbody>{more}</mujoco>"
     )
 
@@ -339,6 +341,7 @@ def test_what_mujoco_does_not_get(more, said):
     assert said in sd.read_mjcf(arm('<joint name="j" axis="0 1 0"/>', more=more)).notes
 
 
+# MJCF file that another file includes
 PART = """<?xml version="1.0"?>
 <!-- a part -->
 <mujoco{}>
@@ -415,6 +418,7 @@ def test_includes_that_are_not_read(file, said, tmp_path):
         sd.read_drawing(folder / "model.xml")
 
 
+# MJCF element that would generate a trillion bodies
 FLEX = '<flexcomp name="f" type="grid" count="1000000 1000000 1" spacing=".1 .1 .1" dim="2"/>'
 
 

@@ -37,7 +37,7 @@ def file(inside, version="1.7", model="", gravity="0 0 -9.81"):
     )
 
 
-END = f"<pose>{ROCKER} 0 0 0 0 0</pose>"
+END = f"<pose>{ROCKER} 0 0 0 0 0</pose>"  # SDF pose at the end of the rocker
 
 
 def four_bars():
@@ -129,6 +129,7 @@ def test_a_slide_is_part_of_a_loop():
     assert run["position"].sel(body="block", axis="x").values == pytest.approx(block + 0.05, abs=1e-6)
 
 
+# SDF element with damping and a spring
 DYNAMICS = (
     "<dynamics><damping>0.3</damping><spring_reference>0.2</spring_reference><spring_stiffness>4</spring_stiffness></dynamics>"
 )
@@ -159,6 +160,7 @@ def test_springs_and_limits_act_in_the_sense_of_the_joint(turned):
     assert (last > -0.25 * math.sin(0.45)) == turned  # a turn about +y lowers the arm
 
 
+# SDF element of an axis with limits, damping and a spring
 FORCES = (
     "<axis><xyz>0 {} 0</xyz><limit><lower>-0.05</lower><upper>2</upper></limit><dynamics><damping>0.3</damping>"
     "<spring_reference>-1</spring_reference><spring_stiffness>9</spring_stiffness></dynamics></axis>"
@@ -201,8 +203,8 @@ def test_a_file_is_recognised_by_its_ending(tmp_path):
     assert sd.read_drawing(tmp_path / "robot.sdf") == sd.read_mjcf(text)
 
 
-ARM = link("a", 1.0, "0 0 0 0 0 0")
-HINGE = joint("J", "world", "a")
+ARM = link("a", 1.0, "0 0 0 0 0 0")  # SDF element of a link
+HINGE = joint("J", "world", "a")  # SDF element of a joint between the world and the link
 
 
 @pytest.mark.parametrize(
@@ -243,6 +245,7 @@ def test_parts_that_are_left_out_or_assumed(text, said):
     assert any(note.startswith(said) for note in sd.read_mjcf(text).notes)
 
 
+# SDF elements of a chain with one link more than allowed
 CHAIN = "".join(link(f"l{k}", 1.0, "0 0 0 0 0 0") for k in range(DEPTH_MAX + 1)) + "".join(
     joint(f"j{k}", f"l{k - 1}" if k else "world", f"l{k}") for k in range(DEPTH_MAX + 1)
 )

@@ -34,9 +34,9 @@ clearance = "0.3 mm"
 until = "8 ms"
 samples = 401
 """
-"""Two clearance joints without friction: a run takes some ten milliseconds."""
+"""Case file with two clearance joints without friction, whose run takes some ten milliseconds."""
 
-MOST_THREADS = 100  # Largest number of threads of a server
+MOST_THREADS = 100  # Largest number of threads that a server may start
 
 
 def missing() -> str:

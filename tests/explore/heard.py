@@ -12,7 +12,7 @@ from scissordyn.explore.page import Page
 from scissordyn.explore.serve import pack_message
 from scissordyn.explore.session import Session
 
-PATIENCE = 600.0  # A thread may have to compile all kernels first, on a machine that does other things [s]
+PATIENCE = 600.0  # [s] Longest wait for a thread, which may first compile all kernels on a busy machine
 
 
 def until(condition: Callable[[], object]) -> None:

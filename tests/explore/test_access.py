@@ -32,23 +32,38 @@ from scissordyn.explore.serve import MESSAGE_BYTES_MAX, PAGE_FILES, PAGES_MAX, A
 from .browser import CASE, served
 
 PATHS = ("", "page.js", "page.css", "canvas.js", "ws", "metadata", "nothing")
-"""Paths below the page's address; the server does not have all of them."""
+"""Paths below the address of the page; some of them do not exist on the server."""
 
-KINDS = (
+# Types of the messages that a page sends to the server
+MESSAGE_TYPES = (
     *("change", "select", "drawn", "horizon", "magnify", "drag", "pin", "unpin", "undo", "redo", "stop", "python"),
     *("curves", "open"),
 )
+# Keys of these messages
 NAMES = ("type", "key", "text", "final", "phase", "kind", "name", "dx", "dy", "run", "time", "wanted", "factor", "case")
-WORDS = (*KINDS, "length", "start", "move", "end", "unit 1/upper", "A", "drive.speed", "120 rpm", "auto", "../../etc/passwd")
+# Texts that random messages contain
+WORDS = (
+    *MESSAGE_TYPES,
+    "length",
+    "start",
+    "move",
+    "end",
+    "unit 1/upper",
+    "A",
+    "drive.speed",
+    "120 rpm",
+    "auto",
+    "../../etc/passwd",
+)
 
-MALFORMED = [200, pytest.param(1000, marks=pytest.mark.slow)]
-ANSWERING = 0.3  # Longest time in which an answer begins [s]; what is waited for longer is no whole request
+MALFORMED = [200, pytest.param(1000, marks=pytest.mark.slow)]  # Number of malformed messages in quick and slow tests
+ANSWERING = 0.3  # [s] Longest time until an answer begins; a longer wait means that the server considers a request incomplete
 
 LOCAL_PATHS = (
     *(str(Path(scissordyn.__file__).parent), sys.prefix, "site-packages", f"{Path.home()}/"),
     *("Traceback", 'File "'),
 )
-"""Texts that no answer may contain."""
+"""Paths of this machine, which no answer of the server may contain."""
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +99,7 @@ def get(url: str, path: str, **more: Any) -> tuple[int, dict[str, str], bytes]:
     return ask(url, urlsplit(url).path + path, **more)
 
 
+# Headers of a request for a WebSocket
 UPGRADE = {
     "Upgrade": "websocket",
     "Connection": "Upgrade",
@@ -92,19 +108,21 @@ UPGRADE = {
 }
 
 
-ELSEWHERE = ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
-ORIGINS = ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost:{port}"]
-STARTS = ["/", "/{other}/", "/{lower}x/", "//", "/%2e%2e/"]
+# Values of the header `Host` that the server rejects
+WRONG_HOSTS = ["evil.example", "evil.example:{port}", "127.0.0.1.evil.example:{port}", "", "[::1", "a@127.0.0.1 b"]
+# Values of the header `Origin` that the server rejects
+WRONG_ORIGINS = ["http://evil.example", "null", "http://127.0.0.1:1", "http://localhost:{port}"]
+WRONG_PATHS = ["/", "/{other}/", "/{lower}x/", "//", "/%2e%2e/"]  # Beginnings of paths without the secret token of the server
 
 
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize(
     ("start", "host", "origin", "statuses"),
     [
-        *(("/{token}/", host, None, {400, 403}) for host in ELSEWHERE),
-        *(("/{token}/", host, f"http://{host}", {400, 403}) for host in ELSEWHERE),
-        *(("/{token}/", None, origin, {403}) for origin in ORIGINS),
-        *((start, None, None, {404}) for start in STARTS),
+        *(("/{token}/", host, None, {400, 403}) for host in WRONG_HOSTS),
+        *(("/{token}/", host, f"http://{host}", {400, 403}) for host in WRONG_HOSTS),
+        *(("/{token}/", None, origin, {403}) for origin in WRONG_ORIGINS),
+        *((start, None, None, {404}) for start in WRONG_PATHS),
     ],
 )
 def test_strangers_are_refused(
@@ -221,7 +239,7 @@ def malformed_message(chance: random.Random) -> str | bytes:
         name: chance.choice([_junk(chance), chance.choice(WORDS), chance.uniform(-1e3, 1e3)])
         for name in chance.sample(NAMES, 6)
     }
-    return json.dumps(message | {"type": chance.choice(KINDS)})
+    return json.dumps(message | {"type": chance.choice(MESSAGE_TYPES)})
 
 
 def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:

@@ -38,7 +38,7 @@ from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.scale import engineering
 from scissordyn.record.summary import summary_of
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 
 
 def held(limit: float, tolerance: float) -> xr.Dataset:
@@ -147,7 +147,7 @@ def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
     assert drawn["x"].size <= CURVE_POINTS_MAX + 2
 
 
-CLEARANCE, WIDTH = 1e-4, 0.02
+CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a clearance guide [m]
 
 
 def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:

@@ -18,7 +18,7 @@ from .browser import CASE, Tab, missing, served
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing())
 
-HOSTILE = "<script>alert(1)</script>"
+HOSTILE = "<script>alert(1)</script>"  # Name of a part that would execute a script in a page that does not escape it
 
 
 @pytest.fixture(scope="module")

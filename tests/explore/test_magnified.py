@@ -35,7 +35,7 @@ speed = "200 rpm"
 until = "15 ms"
 samples = 16
 """
-"""Bars that bend, without clearance."""
+"""Case file with flexible bars and ideal joints."""
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ from scissordyn.config.file import read_case
 
 from .browser import Tab, served
 
-PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"
-KEY = "clearance.0.clearance"
+PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"  # Case file of the paper's array
+KEY = "clearance.0.clearance"  # Key of the clearance in the explorer
 
 LOOK = """() => {
   const parts = ["#sd-canvas canvas", ".sd-contacts", ".sd-state", "#sd-curves"].map(wanted => document.querySelector(wanted));
@@ -33,8 +33,9 @@ LOOK = """() => {
   };
   look();
 }"""
-"""Looks at the numbers of the run in drawing, table, bar and curves before each frame that the browser draws."""
+"""JavaScript function that compares the run numbers of drawing, table, bar and curves before each frame."""
 
+# JavaScript function that returns the curves and texts of the page
 SHOWN = """() => {
   const { figures, orbit, horizon, bar, scene } = window.scissordyn.shown;
   const line = ({ label, x, y, style }) => ({ label, x: Array.from(x), y: Array.from(y), style });
@@ -53,9 +54,9 @@ LINES = {
     ("energy", "drives"): ("drive_work", ""),
     ("loss", ""): ("dissipated_energy", ""),
 }
-"""Lines by their figure and label, and the variables that they show, of which joint."""
+"""Variable and joint that each line of a figure shows, by figure and label of the line."""
 
-PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}
+PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}  # Factors by which numbers are larger with a unit prefix, by prefix
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +183,7 @@ SETTLED = """key => {
   return row.dataset.text === row.querySelector("input[type=text]").value && state.computing === "false"
     && state.ordered === state.run ? Number(state.run) : null;
 }"""
-"""The number of the run that is shown, when the server has taken the number in the form and has no newer run to compute."""
+"""JavaScript function that returns the number of the shown run; null until the run with the value in the form is shown."""
 
 
 def _settled(tab: Tab, before: int) -> int:

@@ -17,9 +17,9 @@ from scissordyn.plot.canvas import declared_positions
 
 from .heard import Heard, until
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 GUESSED = {"four_bar": 0.2, "lift": 1e-4, "press": 1e-6}
-"""Examples that declare a guess of the position of some bodies, and how good it is [m]."""
+"""[m] Error of the declared positions of bodies, in examples that declare only approximate ones."""
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -14,6 +14,7 @@ pytest.importorskip("websockets", reason="the package websockets is not installe
 from scissordyn.explore.serve import ASSETS, pack_message
 from scissordyn.numeral import DIGITS_MIN, decimals, numeral, numerals
 
+# JavaScript function that imports the given source
 LOAD = """async code => {
   const url = URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
   Object.assign(window, await import(url));
@@ -91,6 +92,7 @@ def test_ticks_are_round(page: Any, low: float, high: float, labels: list[str]) 
     assert [label for _, label in found] == labels
 
 
+# JavaScript function that draws a figure with a given number of points
 SHOW = """count => {
   const x = Float64Array.from({ length: count }, (_, k) => k / count);
   const line = n => ({ label: `line ${n}`, color: "blue", style: "solid", x, y: x.map(t => Math.sin(40 * t + n)) });

@@ -28,9 +28,10 @@ from scissordyn.explore.session import Outcome, Session, Worker
 from .browser import CASE
 from .heard import until
 
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 
 
+# Case file with flexible bars
 BENDING = """
 [structure]
 kind = "scissor"
@@ -59,13 +60,14 @@ def test_every_example_has_fields(path: Path) -> None:
             assert field.plain()["slider"]["low"] < field.plain()["slider"]["high"]
 
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+# Case files of the examples, of the questions and of the zoo
 CASES = [
     *EXAMPLES,
     *(ROOT / "examples" / "questions").glob("*.toml"),
     *(ROOT / "src/scissordyn/collection/entries").glob("*/case.toml"),
 ]
-QUANTITY = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)? *[^\d\s,.*][^,]*")
+QUANTITY = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)? *[^\d\s,.*][^,]*")  # Pattern of a text with a number and a unit
 
 
 def written(tree: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
+# Case file of a pendulum
 PENDULUM = """
 [structure]
 kind = "mechanism"
@@ -36,6 +37,7 @@ until = "3 s"
 start = "as-placed"
 """
 
+# Case file of a double pendulum
 DOUBLE = (
     PENDULUM.replace('points = { pin = "0, 0 m" }', 'points = { pin = "0, 0 m", end = "0.2, 0 m" }').replace(
         "[[joint]]",

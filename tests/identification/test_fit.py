@@ -17,7 +17,7 @@ from scissordyn.identification.prediction import prediction
 from scissordyn.identification.problem import Problem, free_parameter, motion
 from scissordyn.identification.start import prepare_segments
 
-NOISE = 2e-3
+NOISE = 2e-3  # [rad] standard deviation of the errors that are added to a record
 
 
 @pytest.fixture(scope="module")

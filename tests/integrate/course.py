@@ -14,9 +14,10 @@ from following import Followed, follow
 
 from scissordyn.kernel import F1, F2, I1, kernel, opener
 
-TERMS = 12  # Coefficients of a polynomial, constant first; the last two are sine and cosine of 40 t, to leave every polynomial
+# Number of coefficients of a function: powers in ascending order, then sine and cosine of 40 t, which no polynomial contains
+TERMS = 12
 
-WAVES = 40.0
+WAVES = 40.0  # [rad per unit of x] angular frequency of the sine and cosine terms
 
 
 class Numbers(NamedTuple):
@@ -141,7 +142,7 @@ def polynomials(*rows: tuple[float, ...]) -> np.ndarray:
     return table
 
 
-NONE = polynomials()
+NONE = polynomials()  # Table without guards
 
 
 def waves(sine: float = 0.0, cosine: float = 0.0, *rest: float) -> tuple[float, ...]:

@@ -13,7 +13,7 @@ from scissordyn.integrate.advance import FINISHED, STEP_TOO_SMALL
 from scissordyn.integrate.control import fall_ahead
 from scissordyn.integrate.method import tableau
 
-FLOOR = {"levels": (0.0,), "senses": (-1.0,)}
+FLOOR = {"levels": (0.0,), "senses": (-1.0,)}  # Guard of a ball that falls to height 0
 
 
 def test_steady_step(name: str) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from motions import GROWTH, OSCILLATOR, solve_problem
 
-ORDERS = {"dop853": 7, "dopri5": 4, "rodas5p": 4, "rodas4p": 3}
+ORDERS = {"dop853": 7, "dopri5": 4, "rodas5p": 4, "rodas4p": 3}  # Order of the dense output of each method
 
 
 def test_order_inside_a_step(name: str) -> None:

@@ -10,8 +10,8 @@ from scissordyn.integrate.advance import FINISHED, NOT_FINITE
 from scissordyn.integrate.method import tableau
 from scissordyn.integrate.step import AFTER_START, BEFORE_END, EVEN, fraction, place, speed
 
-ORDERS = {"dop853": 8, "dopri5": 5, "rodas5p": 5, "rodas4p": 4}
-WIDE = {"rtol": 1e9, "atol": 1e9}
+ORDERS = {"dop853": 8, "dopri5": 5, "rodas5p": 5, "rodas4p": 4}  # Order of each method
+WIDE = {"rtol": 1e9, "atol": 1e9}  # Tolerances with which no step is rejected
 
 
 def one_step(name: str, kind: int, start: tuple[float, ...], h: float, **options):

@@ -14,7 +14,7 @@ from scissordyn.interpolation import gauss_rule
 
 Tree = tuple  # of trees: the branches above its root
 
-ORDER = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 3)}  # Of the step, and of its dense output
+ORDERS = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 3)}  # Order of the step and of the dense output
 
 
 @cache
@@ -99,14 +99,14 @@ def test_trees_are_all_there():
 
 def test_order_conditions_of_the_step(name):
     """Identity: every rooted tree up to the method's order has its weight, to round-off of the tabulated figures."""
-    for order in range(1, ORDER[name][0] + 1):
+    for order in range(1, ORDERS[name][0] + 1):
         for tree in trees(order):
             assert condition(name, weights(name, 1.0), tree) == pytest.approx(1.0 / density(tree), abs=3e-13), tree
 
 
 def test_the_order_is_no_higher(name):
     """Contract: some tree of the next order has another weight, so that the conditions above say something."""
-    above = trees(ORDER[name][0] + 1)
+    above = trees(ORDERS[name][0] + 1)
     assert max(abs(condition(name, weights(name, 1.0), tree) - 1.0 / density(tree)) for tree in above) > 1e-7
 
 
@@ -114,7 +114,7 @@ def test_the_order_is_no_higher(name):
 def test_order_conditions_inside_the_step(name, theta):
     """Contract: the same for the dense output, with theta to the power of the tree's nodes."""
     weight = weights(name, theta)
-    for order in range(1, ORDER[name][1] + 1):
+    for order in range(1, ORDERS[name][1] + 1):
         for tree in trees(order):
             exact = theta**order / density(tree)
             assert condition(name, weight, tree) == pytest.approx(exact, abs=2e-12), tree

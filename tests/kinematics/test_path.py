@@ -18,6 +18,7 @@ from scissordyn.model.scissor import hoberman_ring, mast, scissor
 from scissordyn.plan.plan import plan
 from scissordyn.run.simulate import simulate
 
+# Mechanisms and the speeds of their drives [rad/s], by name
 CASES = {
     "scissor": (with_payload(scissor(units=3, angle=math.radians(60.0)), "unit 3/bar 1.end", 2.0), -2.0),
     "mast": (mast(), 1.5),

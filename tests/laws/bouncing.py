@@ -15,11 +15,12 @@ from scissordyn.laws.evaluate import elastic_force, friction_force, friction_sta
 from scissordyn.laws.material import STEEL
 from scissordyn.plugin.element import pointers, row_of
 
+# Joint of the contacts in the tests of laws
 JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
 UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=STEEL, bearing=STEEL)
-"""Joint with R_B = 10 mm, c = 0.5 mm and L_b = 1 m, for which the literature gives figures."""
+"""Joint with R_B = 10 mm, c = 0.5 mm and a bearing length of 1 m, for which publications print values."""
 
-STATELESS = np.zeros(0)  # Internal states, and their rates, of a law without states
+STATELESS = np.zeros(0)  # Array of internal states, or of their rates, of a law without states
 
 
 def by_name(law):
@@ -114,7 +115,7 @@ def step(stiffness, mass, speed, joint=JOINT, parts=4000):
     return 2.0 * low / speed / parts
 
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(60)
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(60)  # Nodes and weights of Gauss quadrature with 60 points on [-1, 1]
 
 
 def work(stiffness, deepest, joint=JOINT):
@@ -125,7 +126,7 @@ def work(stiffness, deepest, joint=JOINT):
     return 0.5 * deepest * float(_WEIGHTS @ values)
 
 
-NORMAL = 1000.0  # Normal force of a sliding contact [N]
+NORMAL = 1000.0  # [N] normal force of a sliding contact
 
 
 class Sliding:

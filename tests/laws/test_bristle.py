@@ -21,10 +21,11 @@ from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
-CONSTANT = 1e6
-SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])
+CONSTANT = 1e6  # [m/s] speed above which damping fades, so high that damping is constant
+SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])  # [m/s] slip speeds at which laws are evaluated
+# Friction laws with bristles
 BRISTLES = [law for law in catalogue.FRICTION.values() if "bristle_deflection" in [state.name for state in law.states]]
-FADING = [LuGre, ElastoPlastic]
+FADING = [LuGre, ElastoPlastic]  # Friction laws whose bristle damping fades with speed
 
 
 def force(law, v, z, normal=NORMAL):

@@ -15,8 +15,8 @@ from scissordyn.laws.evaluate import friction_force
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.units import quantities
 
-KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}
-ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
+KINDS = {"stiffness": Elastic, "damping": Damping, "friction": Friction}  # Base class of the laws of each kind
+ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]  # Pairs of kind and name of all laws
 
 
 def test_names_of_all_laws():
@@ -92,6 +92,7 @@ def test_materials():
         assert 400.0 < math.sqrt(material.youngs_modulus / material.density) < 7000.0
 
 
+# Kind and name of a law, name and quantity of a parameter, for all laws
 PARAMETERS_OF_LAWS = [(kind, name, *entry) for kind, name in ENTRIES for entry in quantities(catalogue.law(kind, name)).items()]
 
 

@@ -17,10 +17,11 @@ from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.evaluate import normal_force
 
+# Damping laws that are one formula of the restitution coefficient
 FACTORS = [
     law for law in catalogue.DAMPING.values() if law.declaration.kernels["force"] is proportional.force and law.name != "none"
 ]
-MASS = 2.0
+MASS = 2.0  # [kg] mass that bounces
 
 
 def made(law, restitution):

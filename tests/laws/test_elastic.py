@@ -25,9 +25,9 @@ from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
 from scissordyn.laws.evaluate import elastic_force
 
-DEPTHS = np.logspace(-12, -3.4, 200)
-ALL = list(catalogue.ELASTIC.values())
-E_STAR = UNIT_LENGTH.modulus
+DEPTHS = np.logspace(-12, -3.4, 200)  # [m] indentations at which laws are evaluated
+ALL = list(catalogue.ELASTIC.values())  # All elastic laws
+E_STAR = UNIT_LENGTH.modulus  # [Pa] contact modulus E* of the joint
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,10 @@ from scissordyn.laws.elastic.radzimovsky import Radzimovsky
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.plugin.element import element
 
-C = JOINT.clearance
-SHARES = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
-"""Indentations in clearances, on both sides of each change of a law's form, up to the journal's radius."""
-ALL = [law() for law in catalogue.ELASTIC.values()]
+C = JOINT.clearance  # [m] radial clearance of the joint
+INDENTATIONS = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
+"""Indentations in clearances, up to the journal radius, on both sides of each value at which a law changes its formula."""
+ALL = [law() for law in catalogue.ELASTIC.values()]  # All elastic laws with their default parameters
 
 
 def energy(law, delta, joint=JOINT):
@@ -46,7 +46,7 @@ def test_energy_is_the_work_of_the_force(law, clearance):
     """Cross-check: the energy is the work of the force to 1e-12, from a nanometre to the journal's radius."""
     joint = replace(JOINT, clearance=clearance)
     breaks = [law.deepest(joint)] if isinstance(law, Continued) else []
-    depths = [share * clearance for share in SHARES]
+    depths = [share * clearance for share in INDENTATIONS]
     depths += [b * (1.0 + sign * 1e-9) for b in breaks for sign in (-1, 0, 1)]
     for delta in depths:
         assert energy(law, delta, joint) == pytest.approx(work(law, delta, joint, breaks), rel=1e-12)

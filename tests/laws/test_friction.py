@@ -21,7 +21,8 @@ from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
-ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]
+ALL = [law for name, law in catalogue.FRICTION.items() if name != "none"]  # All friction laws with friction
+# [m/s] slip speeds at which laws are evaluated
 SPEEDS = np.array([-1.0, -0.03, -2e-3, -5e-4, 5e-4, 1e-3, 1.005e-3, 2e-3, 0.03, 1.0])
 
 

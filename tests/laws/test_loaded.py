@@ -11,9 +11,9 @@ from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.damping.proportional import force as published
 from scissordyn.laws.evaluate import APPROACH_FLOOR, reference_speed
 
-K = 1e9  # Stiffness of F_el = K delta^n [N/m^n]
-MASS = 1.3  # [kg]
-PRELOAD = 5e3  # [N]
+K = 1e9  # [N/m^n] stiffness of the elastic force K delta^n
+MASS = 1.3  # [kg] mass on the contact
+PRELOAD = 5e3  # [N] force that loads the contact
 
 
 def damped(depth, rate, n, xi, approach=0.0, mass=MASS):

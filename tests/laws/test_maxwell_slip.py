@@ -10,8 +10,8 @@ from scissordyn.laws.evaluate import friction_force, friction_limit, friction_st
 from scissordyn.laws.experiment import oscillation, steady_coefficient
 from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
 
-LAW = MaxwellSlip(0.2, 0.3, 2e5, 3e3)
-NORMAL = 50.0
+LAW = MaxwellSlip(0.2, 0.3, 2e5, 3e3)  # Friction law of the tests
+NORMAL = 50.0  # [N] normal force
 
 
 def slid(law, path, normal=NORMAL, steps=4000):

@@ -11,7 +11,7 @@ from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.experiment import impact, oscillation, steady_coefficient
 from scissordyn.plot.law import draw_gallery, draw_law
 
-ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]
+ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in laws]  # Pairs of kind and name of all laws
 
 
 def test_impact():

@@ -14,7 +14,7 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.evaluate import elastic_force, normal_force, settled_states
 from scissordyn.laws.experiment import impact
 
-STIFFNESS, MASS = 2e5, 3.0
+STIFFNESS, MASS = 2e5, 3.0  # Stiffness [N/m] and mass [kg] of a contact that relaxes
 
 
 def forces_of(law: StandardLinearSolid, elastic: np.ndarray, time: np.ndarray) -> np.ndarray:

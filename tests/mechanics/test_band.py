@@ -5,7 +5,7 @@ import pytest
 
 from scissordyn.mechanics.band import eliminate, factorize, product, solve, substitute, width
 
-LOWER, UPPER = 2, 1
+LOWER, UPPER = 2, 1  # Number of diagonals below and above the main diagonal
 
 
 def banded(dense):

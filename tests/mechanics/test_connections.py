@@ -12,10 +12,10 @@ from tests.build import warnings_of
 import scissordyn as sd
 from scissordyn.components.time_function import Cycloidal, Harmonic, Polynomial
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 201}
-METHODS = ("dop853", "rodas5p")
-PIN = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))
-GROUND = (("origin", (0.0, 0.0)),)
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 201}  # Options of `simulate` for accurate runs
+METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
+PIN = sd.Revolute("pin", ("rod", "start"), ("ground", "origin"))  # Pin of the rod at the origin
+GROUND = (("origin", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
 def pendulum(angle=0.3, **parts):

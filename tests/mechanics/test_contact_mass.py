@@ -13,8 +13,8 @@ from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan
 from test_rollers import beam
 
-FIRST, SECOND = (0.5, 2.0, 0.07), (0.8, 1.2, 0.09)  # Length, mass, moment of inertia of two bars
-ANGLES = 0.2, 1.1
+FIRST, SECOND = (0.5, 2.0, 0.07), (0.8, 1.2, 0.09)  # Length [m], mass [kg] and moment of inertia [kg m^2] of two bars
+ANGLES = 0.2, 1.1  # [rad] angles of the two bars of a chain
 
 
 def chain(angles=ANGLES):
@@ -106,6 +106,7 @@ def test_journal_against_dense_equations(kind, direction):
     assert onset(handle, state, 0) == pytest.approx(dense_mass(kind, normal, 1e-9), rel=1e-6)
 
 
+# Components at which a contact mass is compared, by name
 PARTS = {
     "travel stop": sd.TravelStop("stop", ("second", "end"), direction=0.7, limit=5.0),
     "angle stop": sd.AngleStop("stop", "second", 4.0, "first"),

@@ -18,10 +18,10 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.model.joint import Weld
 from scissordyn.model.mechanism import Mechanism
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 101}  # Options of `simulate` for accurate runs
 
 
-FREQUENCY = math.sqrt(30.0 / 0.45)  # Of a spring of 30 N m/rad
+FREQUENCY = math.sqrt(30.0 / 0.45)  # [rad/s] natural frequency of the bar on a spring of 30 N m/rad
 
 balanced = partial(balanced, terms=("stored_energy", "potential_energy", "load_work"))
 
@@ -43,7 +43,7 @@ ON_A_PIN = {
     "backwards": (Motor("part", "rod", -2.0, 10.0), "angular_velocity", lambda t: 10.0 * np.expm1(-t / 2.25)),
     "at its limit": (Motor("part", "rod", 9.0, 10.0, limit=0.45), "angular_velocity", lambda t: t),
 }
-"""Components on a bar of 0.45 kg m^2 about its pin, and its motion; the damper slows it from 5 rad/s."""
+"""Components on a bar with 0.45 kg m^2 about its pin, and the bar's angle over time; a damper slows it from 5 rad/s."""
 
 
 @pytest.mark.parametrize("name", ON_A_PIN)
@@ -113,6 +113,7 @@ def test_weld_is_rigid():
     assert np.allclose(run["angle"][:, 0], lone["angle"][:, 0], atol=1e-9)
 
 
+# One time function of each class
 MOTIONS = [
     ConstantSpeed(3.0),
     Harmonic(0.1, 0.4, 7.0, 0.3),

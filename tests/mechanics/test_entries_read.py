@@ -9,7 +9,7 @@ from scissordyn.mechanics.monitored import FRICTION_RATIO, INDENTATION, PRESSURE
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.scissor import scissor
 
-JOINTS = ("unit 1/upper", "unit 4/pivot")
+JOINTS = ("unit 1/upper", "unit 4/pivot")  # Clearance joints of the array
 
 
 def test_entries_read_by_a_contact() -> None:

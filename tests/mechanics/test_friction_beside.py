@@ -12,12 +12,12 @@ import pytest
 import scissordyn as sd
 from scissordyn.model.mechanism import Mechanism
 
-G = 9.81
-TIGHT = {"rtol": 1e-11, "atol": 1e-11}
-ORIGIN = (("O", (0.0, 0.0)),)
+G = 9.81  # [m/s^2] gravitational acceleration
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
+ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
-LOAD = 400.0  # On an axle [N]
+LOAD = 400.0  # [N] weight on an axle
 
 
 def rolling_cart(radius: float, axle: float, mu: float) -> Mechanism:
@@ -120,7 +120,9 @@ def test_bar_that_bends_and_jams() -> None:
     assert one.attrs["status"] == "complete"
 
 
+# Name and both bodies of each pin of a slider-crank
 PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slider pin", "rod", "slider"))
+# Stiffnesses [N m^2, N] and damping [s] of flexible bars
 BENT = {"bending_stiffness": 50.0, "axial_stiffness": 5e4, "damping": 1e-4}
 
 
@@ -157,7 +159,8 @@ def loose() -> Mechanism:
     return bent.with_clearance("slider pin", sd.Clearance(2e-4)).driven(speed=12.0)
 
 
-ALL = tuple(joint for joint, _, _ in PINS)
+ALL = tuple(joint for joint, _, _ in PINS)  # Names of all pins of a slider-crank
+# Functions that build a mechanism with friction next to other parts, by name
 MECHANISMS = {
     "modes": lambda: sd.with_bending(crank_with_friction(*ALL), ["crank", "rod"], **BENT).driven(speed=12.0),
     "elements": lambda: sd.with_bending(crank_with_friction(*ALL), "rod", elements=2, **BENT).driven(speed=12.0),

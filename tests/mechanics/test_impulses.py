@@ -13,9 +13,9 @@ from tests.reference.impulse import Chain, plastic_impact
 import scissordyn as sd
 from scissordyn.components.time_function import Polynomial
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11}
-METHODS = ("dop853", "rodas5p")
-GROUND = (("O", (0.0, 0.0)),)
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
+METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
+GROUND = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
 def chain(length: np.ndarray, mass: np.ndarray, angle: np.ndarray, **parts: object) -> sd.Mechanism:

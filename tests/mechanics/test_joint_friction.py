@@ -15,11 +15,11 @@ from tests.build import on_pin
 import scissordyn as sd
 from scissordyn.model.mechanism import Mechanism
 
-G = 9.81
-WEDGE = 1e-4
-WEIGHT, RADIUS = 3.0 * G, 0.02
-TIGHT = {"rtol": 1e-11, "atol": 1e-11}
-ORIGIN = (("O", (0.0, 0.0)),)
+G = 9.81  # [m/s^2] gravitational acceleration
+WEDGE = 1e-4  # [kg] mass of a wedge, so small that its weight and inertia hardly matter
+WEIGHT, RADIUS = 3.0 * G, 0.02  # Weight of the disc [N] and radius of its pin [m]
+TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
+ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
 def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> Mechanism:
@@ -39,7 +39,7 @@ def bristles(**friction: float) -> sd.PinLuGre:
     return sd.PinLuGre("friction", "disc", RADIUS, **friction)
 
 
-LOAD = sd.Force("load", ("disc", "middle"), (40.0, -100.0))
+LOAD = sd.Force("load", ("disc", "middle"), (40.0, -100.0))  # Force on the disc
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.3, 1.2])
@@ -137,6 +137,7 @@ def test_drawer(friction: Callable[..., Any], since: int) -> None:
     assert "the mechanism jams: no reactions are in balance with friction 'friction'" in jammed.attrs["cause"]
 
 
+# Name and both bodies of each pin of a slider-crank
 PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slider pin", "rod", "slider"))
 
 
@@ -314,7 +315,7 @@ def test_batch_is_the_runs() -> None:
     np.testing.assert_array_equal(batch["damper_loss"], [float(run["damper_loss"][-1]) for run in runs])
 
 
-FINE = {"rtol": 1e-10, "atol": 1e-12}
+FINE = {"rtol": 1e-10, "atol": 1e-12}  # Tolerances of accurate runs with bristles
 
 
 @pytest.mark.parametrize("speed", [0.3, 5.0])

@@ -9,8 +9,8 @@ import pytest
 
 import scissordyn as sd
 
-TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 61}
-OFFSET = 0.12
+TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 61}  # Options of `simulate` for accurate runs
+OFFSET = 0.12  # [m] distance of a slot from the pivot of its arm
 
 
 def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechanism:

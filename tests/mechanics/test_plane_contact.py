@@ -40,6 +40,7 @@ def crank_and_block(clearance):
 two_touching = partial(touching, chosen=[0, 2], surface="level")
 """The system in a random state in which two corners slide in contact."""
 
+# Clearance of a block in its guide
 BLOCK = GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, friction=LuGre(0.1))
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from scissordyn.components.port import FRAME, HINGE, LINE, POINT, TRAVEL, frame, hinge, line, point, travel
 
+# Ports with the modules of their functions, by name
 PORTS = {
     "line": (LINE, line),
     "hinge": (HINGE, hinge),
@@ -14,7 +15,7 @@ PORTS = {
     "point": (POINT, point),
     "frame": (FRAME, frame),
 }
-SEEDS = range(3)
+SEEDS = range(3)  # Seeds of random positions
 
 
 def at(seed):

@@ -13,7 +13,7 @@ from reference.kernels import accepted, at_start, check_step_matrix, check_time_
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan import joint_friction
 
-MU = {"radius": 0.02, "kinetic": 0.3}
+FRICTION = {"radius": 0.02, "kinetic": 0.3}  # Pin radius [m] and friction coefficient
 
 
 def arm(driven: bool, **friction: float) -> Mechanism:
@@ -24,14 +24,14 @@ def arm(driven: bool, **friction: float) -> Mechanism:
     array = dataclasses.replace(array, components=(spring,))
     if driven:
         array = array.with_clearance("A", sd.Clearance(5e-4)).driven(sd.Harmonic(0.6, 0.3, 40.0))
-    return sd.with_joint_friction(array, **MU, **friction)
+    return sd.with_joint_friction(array, **FRICTION, **friction)
 
 
 def crank(driven: bool, **friction: float) -> Mechanism:
     """Return a slider-crank with friction in its pins, closed by quadratic constraints."""
     linkage = sd.slider_crank(crank=0.1, rod=0.3)
     linkage = linkage.driven(sd.Harmonic(0.6, 0.3, 40.0)) if driven else linkage
-    return sd.with_joint_friction(linkage, **MU, **friction)
+    return sd.with_joint_friction(linkage, **FRICTION, **friction)
 
 
 @pytest.mark.parametrize("kind", [arm, crank])

@@ -6,7 +6,7 @@ import pytest
 from scissordyn.mechanics.band import width
 from scissordyn.mechanics.reactions import careful, solve_lanes
 
-SIZE, REACH, LANES = 7, 2, 3
+SIZE, REACH, LANES = 7, 2, 3  # Number of unknowns, of off-diagonals on either side, and of systems solved at once
 
 
 def normal_equations(rank: int, rng):

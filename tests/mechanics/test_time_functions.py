@@ -8,9 +8,9 @@ import pytest
 
 from scissordyn.mechanics import time_function
 
-NEVER = -math.inf
+NEVER = -math.inf  # [s] start of a function that has no earlier piece
 
-# a polynomial 1 + 2 s - s^2 + 0.5 s^3; rest at 3 until t = 1, then 3 + 4 s; a sine about 0.2
+# Table of three time functions: 1 + 2 s - s^2 + 0.5 s^3; 3 until t = 1, then 3 + 4 s; a sine with mean 0.2
 ROWS = np.array(
     [
         [0.5, 0.0, 0.0, 0.5, -1.0, 2.0, 1.0, 0.0, 0.0, 0.0],
@@ -19,7 +19,7 @@ ROWS = np.array(
         [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.2, 1.5, 7.0, 0.3],
     ]
 )
-STARTS = np.array([0, 1, 3, 4])
+STARTS = np.array([0, 1, 3, 4])  # Row at which each function begins, and the number of rows
 
 
 def at(t: float, which: int, segment: tuple[float, float] = (-math.inf, math.inf)) -> np.ndarray:

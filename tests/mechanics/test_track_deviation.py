@@ -11,7 +11,8 @@ import pytest
 from scissordyn.mechanics.monitored import track_deviation
 from scissordyn.record.ideal_path import quintic
 
-STEP, NODES = 0.2, 4
+STEP, NODES = 0.2, 4  # Distance of the nodes [s] and their number
+# x and y of a path over time
 POLYNOMIALS = (
     np.polynomial.Polynomial([0.3, -1.0, 2.0, 0.5, -4.0, 3.0]),
     np.polynomial.Polynomial([1.0, 0.2, -3.0, 1.5, 2.0, -6.0]),

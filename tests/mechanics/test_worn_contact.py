@@ -117,7 +117,7 @@ def test_a_floating_joint_keeps_momenta_and_energy():
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-7 * run["kinetic_energy"].values[0]
 
 
-BORE = Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # a bearing with a radius of 10 mm
+BORE = Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # Clearance of a bearing with a radius of 10 mm
 
 
 def bearing(clearance, count):

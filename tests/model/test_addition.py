@@ -14,7 +14,7 @@ import scissordyn as sd
 from scissordyn.errors import InputError
 from scissordyn.model.joint import Weld
 
-TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}
+TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}  # Options of `simulate` for accurate runs
 
 
 def pendulum(*more, joints=(), welds=()):
@@ -121,7 +121,7 @@ def test_refused_lengths(length):
         sd.angulated_bar("rod", first=0.5, second=length, mass=1.0)
 
 
-RUBBING = {"radius": 0.01, "kinetic": 0.15}
+RUBBING = {"radius": 0.01, "kinetic": 0.15}  # Pin radius [m] and friction coefficient
 
 
 def test_array_of_twenty_units() -> None:
@@ -168,6 +168,7 @@ def test_friction_in_joints_of_a_pattern() -> None:
         sd.with_joint_friction(own, **RUBBING)
 
 
+# Case file with two tables of joint friction
 CASE = """
 [structure]
 kind = "scissor"

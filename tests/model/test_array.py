@@ -10,8 +10,8 @@ import scissordyn as sd
 from scissordyn.components.torque import Torque
 from scissordyn.plan.plan import plan
 
-TIGHT = {"rtol": 1e-12, "atol": 1e-12, "samples": 41}
-PIN = sd.Clearance(0.5e-3)
+TIGHT = {"rtol": 1e-12, "atol": 1e-12, "samples": 41}  # Options of `simulate` for accurate runs
+PIN = sd.Clearance(0.5e-3)  # Clearance of the joints
 
 
 def place(run, mechanism, body, point):
@@ -156,6 +156,7 @@ def test_mast_rises(platform):
         assert np.allclose(run["angle"].sel(body="platform"), 0.0, atol=1e-9)
 
 
+# Driven arrays of ten units, by kind
 ARRAYS = {
     "scissor": sd.scissor(units=10).driven(speed=sd.rpm(150)),
     "polar": sd.polar_scissor(units=10, inner=0.95, outer=1.0).driven(speed=10.0),

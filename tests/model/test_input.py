@@ -17,8 +17,9 @@ from scissordyn.model.check import proportion_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.units import RANGES, Quantity
 
-ARM = sd.scissor(units=1)
-DRIVEN = ARM.driven(speed=1.0)
+ARM = sd.scissor(units=1)  # Mechanism without a drive
+DRIVEN = ARM.driven(speed=1.0)  # Mechanism with ideal joints and a drive
+# Mechanism with a clearance joint and a periodic drive
 LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1, 3.0))
 
 
@@ -187,7 +188,7 @@ def test_invalid_points(given: object) -> None:
         sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]
 
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
 
 def arm(**surfaces: float) -> Mechanism:

@@ -16,7 +16,7 @@ from scissordyn.model.parameter_path import every_number, find, matching, number
 from scissordyn.model.walk import Place, Route, at, declared, given, is_described, replaced
 from scissordyn.units import Quantity
 
-PIN = sd.Clearance(0.5e-3)
+PIN = sd.Clearance(0.5e-3)  # Clearance of the joints
 
 
 def clearance_joints(*patterns):
@@ -175,7 +175,7 @@ def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> It
         yield Place(path, value, quantity)
 
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
 
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)

@@ -12,8 +12,9 @@ from scipy.optimize import brentq
 import scissordyn as sd
 from scissordyn.errors import InputError
 
+# Half width and half height of the ring, radius of its edges, clearance [m], and speed [rad/s]
 HALF_WIDTH, HALF_HEIGHT, RADIUS, CLEARANCE, SPEED = 3.2e-3, 5.8e-3, 0.1e-3, 0.6e-3, -5.0
-CORNERS = tuple((x, y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+CORNERS = tuple((x, y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))  # Signs of x and y of the four corners of the ring
 
 
 def ring(around: bool = True) -> sd.Mechanism:

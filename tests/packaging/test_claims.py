@@ -8,10 +8,11 @@ import pytest
 
 from validation import catalogue
 
-ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
-TITLES = {case.name: case.title for case in catalogue.CASES}
-PAGE = (DOCS / "claims.md").read_text(encoding="utf-8")
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+DOCS = ROOT / "docs"  # Folder of the documentation
+TITLES = {case.name: case.title for case in catalogue.CASES}  # Titles of the validation cases by name
+PAGE = (DOCS / "claims.md").read_text(encoding="utf-8")  # Text of the page with claims
+# Cells of the rows of the table of claims
 ROWS = [
     [cell.strip() for cell in line.strip("|\n").split(" | ")]
     for line in PAGE.splitlines()
@@ -87,14 +88,15 @@ def test_missed_goals_are_listed() -> None:
         assert f"decisions/measured/{name}" in PAGE.partition("Goals that are missed")[2], name
 
 
-THEORY = DOCS / "theory"
+THEORY = DOCS / "theory"  # Folder of the theory pages
 
-OMEGA = 150.0 * 2.0 * math.pi / 60.0
-POTENTIAL = (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(math.pi / 6.0)
-INERTIAL = (OMEGA * 2.0) ** 2 * (2.0 * 5.68 - 2.5) * math.sin(math.pi / 3.0)
-SIGMA = (1.0 - 0.3**2) / 207e9
-MODULUS = 1.0 / (2.0 * SIGMA)
+OMEGA = 150.0 * 2.0 * math.pi / 60.0  # [rad/s] speed of the paper's array, 150 rpm
+POTENTIAL = (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(math.pi / 6.0)  # [N m] torque of the weight at 30 deg
+INERTIAL = (OMEGA * 2.0) ** 2 * (2.0 * 5.68 - 2.5) * math.sin(math.pi / 3.0)  # [N m] torque of inertia at 30 deg and 150 rpm
+SIGMA = (1.0 - 0.3**2) / 207e9  # [1/Pa] (1 - nu^2)/E of steel
+MODULUS = 1.0 / (2.0 * SIGMA)  # [Pa] contact modulus E* of steel on steel
 
+# Theory page, sentence with a blank, computed value, and the number that the page prints
 NUMBERS = [
     ("reduction", "$\\omega$ = {} rad/s", OMEGA, "15.70796"),
     ("reduction", "$\\omega^2L^2$ = {} m²/s²", (OMEGA * 2.0) ** 2, "986.960"),

@@ -19,12 +19,13 @@ import scissordyn as sd
 from scissordyn.bibliography.reference import bibliography, dois
 from scissordyn.config.file import read_case
 
-ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
-GENERATED = ("api/", "components/", "validation/", "theory/catalogue.md")
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+DOCS = ROOT / "docs"  # Folder of the documentation
+GENERATED = ("api/", "components/", "validation/", "theory/catalogue.md")  # Beginnings of the paths of generated pages
+# Pages that are written by hand
 PAGES = sorted(path for path in DOCS.rglob("*.md") if not str(path.relative_to(DOCS)).startswith(GENERATED))
-README = ROOT / "README.md"
-NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")  # The name of an equation of docs/theory
+README = ROOT / "README.md"  # Path of the README
+NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")  # Pattern of the number of an equation in docs/theory
 
 
 def name(path: Path) -> str:
@@ -266,7 +267,9 @@ def test_make_targets_of_the_pages() -> None:
     assert set(called) <= set(named)
 
 
+# Path of the browser Chromium; None if it is not installed
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
+# Options of Chromium for a page without network
 OFFLINE = (
     "--headless",
     "--no-sandbox",

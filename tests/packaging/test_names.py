@@ -13,9 +13,11 @@ import pytest
 
 import scissordyn as sd
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+# Python files outside the package
 PROGRAMS = sorted(file for folder in ("benchmarks", "validation", "docs", "examples") for file in (ROOT / folder).rglob("*.py"))
 
+# Program that compares public names before and after their first use
 FRESH = """
 import json, rlcompleter
 import scissordyn as sd

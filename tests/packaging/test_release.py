@@ -15,9 +15,10 @@ import yaml
 
 import scissordyn as sd
 
-ROOT = Path(__file__).parents[2]
-WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
+WORKFLOW = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")  # Text of the CI workflow
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]  # Table [project] of pyproject.toml
+# Names of modules of this repository
 OWN = {"scissordyn", "scissordyn_paper", "benchmarks", "validation", "reference", "conftest"}
 
 
@@ -97,7 +98,7 @@ def test_commands_of_the_workflow() -> None:
                 raise AssertionError(words)
 
 
-GITHUB = ROOT / ".github"
+GITHUB = ROOT / ".github"  # Folder with workflows and forms for GitHub
 
 
 def spaceless(requirement: str) -> str:

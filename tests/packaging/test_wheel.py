@@ -14,7 +14,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,13 @@ import pytest
 
 import scissordyn as sd
 
+# Values of many types, most of them wrong, with which public functions are called
 VALUES: tuple[Any, ...] = (
     *(None, True, -1, 0, 3, 1.5, math.nan, math.inf, "", "text", b"bytes", [], [1], {}, {"a": 1}, (1, 2), object(), int, 1j),
     lambda value: value,
 )
 
-DRAWS = 12  # Calls of each function
+DRAWS = 12  # Number of random calls of each function
 
 
 def public_functions() -> list[str]:

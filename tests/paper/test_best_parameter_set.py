@@ -15,6 +15,7 @@ from scissordyn_paper.cases import DEFAULT, SIZES, SPEEDS, Choice, PaperCase
 from scissordyn_paper.results import BEST
 from scissordyn_paper.runs import compute
 
+# Choice of parameters that differs from the best set
 OTHER = dataclasses.replace(
     DEFAULT, driven_bar="slider", stiffness="bai-zhao-as-printed", damping="gonthier", restitution=0.7, gravity=0.0,
     bearing_material="bronze", travel="falling", angle=math.radians(70.0), method="dopri5", step=2e-5, tolerance=1e-6,
@@ -59,6 +60,7 @@ def contacts(case: PaperCase, until: float) -> list[Contact]:
     return March(array, rtol=1e-11, atol=1e-11).run(until).contacts
 
 
+# Cases of the paper with the best set of parameters
 CASES = [PaperCase(size, choice=BEST) for size in SIZES] + [
     PaperCase(speed=speed, choice=BEST) for speed in (SPEEDS[0], SPEEDS[2])
 ]

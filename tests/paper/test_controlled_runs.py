@@ -10,7 +10,7 @@ from scissordyn_paper.controlled import CONTROLLED_RUNS, LIMIT, SLOW_PERIOD, Con
 from scissordyn_paper.measures import measure
 from scissordyn_paper.runs import compute
 
-HALF = 1.0  # of a bar of 2 m
+HALF = 1.0  # [m] half the length of a bar
 
 
 @pytest.mark.parametrize("size", CONTROLLED)

@@ -8,7 +8,7 @@ import xarray as xr
 
 from scissordyn_paper.measures import measure
 
-TIME = np.linspace(0.0, 0.05, 501)
+TIME = np.linspace(0.0, 0.05, 501)  # [s] instants of made-up runs
 
 
 def made(force=0.0, wobble=None, contacts=(), touching=None, around=None):

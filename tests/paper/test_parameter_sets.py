@@ -27,6 +27,7 @@ from scissordyn_paper.runs import compute
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import answer
 
+# Choice of parameters that differs from the best set
 OTHER = dataclasses.replace(
     DEFAULT, driven_bar="slider", restitution=0.6, damping="gonthier", journal_radius=0.02, gravity=0.0, slip="contact-points",
     viscous=0.1, tolerance=1e-6, stiffness="hertz", bearing_material="bronze",

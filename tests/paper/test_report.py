@@ -26,10 +26,13 @@ from scissordyn_paper.results import BEST, BEST_OF
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import Finding, Verdict
 
+# Path of the browser Chromium; None if it is not installed
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-VOID = {"meta", "img", "br"}
+VOID = {"meta", "img", "br"}  # HTML elements without an end tag
+# Number of statements that are also checked with a periodic drive
 PERIODIC_CHECKS = sum(check.periodically is not None for check in CHECKS)
-BADGES = 2 * len(CHECKS) + PERIODIC_CHECKS  # of this report's set of parameters, of the best set, and of the periodic drive
+# Number of verdicts in a report: with its parameters, with the best set, and periodic
+BADGES = 2 * len(CHECKS) + PERIODIC_CHECKS
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from scissordyn_paper.cache import Jobs, compute_tasks, fetch_all, provenance
 from scissordyn_paper.cases import Choice, PaperCase, every_case
 from scissordyn_paper.runs import compute, fetch_runs
 
-CASE = PaperCase(None)
+CASE = PaperCase(None)  # Case of the paper without clearance
 
 
 @pytest.fixture

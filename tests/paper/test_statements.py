@@ -12,9 +12,10 @@ from scissordyn_paper.periodic import BY_CLEARANCE, BY_FRICTION, PERIODIC, Regul
 from scissordyn_paper.statements import CHECKS
 from scissordyn_paper.verdict import answer
 
-CHOICE = Choice()
+CHOICE = Choice()  # Default choice of parameters that the paper does not give
 
-PLAIN = Measures(
+# Measures of a made-up run, which each test changes
+TYPICAL_MEASURES = Measures(
     peak_force=1000.0,
     late_peak_force=100.0,
     smallest_force=0.0,
@@ -47,7 +48,7 @@ def as_the_paper_says():
     found = {}
     for c in CLEARANCES:
         found[PaperCase(c)] = dataclasses.replace(
-            PLAIN,
+            TYPICAL_MEASURES,
             peak_force=1000.0 - 50.0 * rank[c],
             peak_torque=500.0 - 50.0 * rank[c],
             early_impacts=10 + rank[c],
@@ -64,16 +65,16 @@ def as_the_paper_says():
         )
     for k, friction in enumerate(FRICTION):
         found[PaperCase(friction=friction)] = dataclasses.replace(
-            PLAIN, impacts=30 - k, irregularity=3.0 - k, final_fraction=0.4 if k == 0 else 1.0
+            TYPICAL_MEASURES, impacts=30 - k, irregularity=3.0 - k, final_fraction=0.4 if k == 0 else 1.0
         )
     for c in CONTROLLED:
-        found.setdefault(PaperCase(c), PLAIN)
-        found[PaperCase(c, constrained=True)] = dataclasses.replace(PLAIN, smallest_force=1.0, peak_torque=1e4)
+        found.setdefault(PaperCase(c), TYPICAL_MEASURES)
+        found[PaperCase(c, constrained=True)] = dataclasses.replace(TYPICAL_MEASURES, smallest_force=1.0, peak_torque=1e4)
     return found
 
 
 def deviating(**changes):
-    return {name: dataclasses.replace(PLAIN.deviations[name], **changes) for name in OSCILLATING}
+    return {name: dataclasses.replace(TYPICAL_MEASURES.deviations[name], **changes) for name in OSCILLATING}
 
 
 SPOILED = {
@@ -104,7 +105,7 @@ SPOILED = {
     "7a": (PaperCase(0.3e-3, constrained=True), {"smallest_force": -1.0}),
     "7b": (PaperCase(0.1e-3, constrained=True), {"peak_torque": 400.0}),
 }
-"""One run and one of its values that contradict the paper, for each check."""
+"""Change of one measure of one run that contradicts the paper, for each statement."""
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.key)
@@ -128,19 +129,20 @@ def test_verdict_depends_on_its_own_runs():
     assert doubtful == {"6a", "6c", "6d", "6e"}
 
 
-SETTLED = Regularity("irregular", "irregular", 4, 4, 0.99, 20.0, 1.0, 0.9, 8.0, 5, 320, ("Words.",))
+# Measures of a made-up irregular motion, which each test changes
+IRREGULAR_MOTION = Regularity("irregular", "irregular", 4, 4, 0.99, 20.0, 1.0, 0.9, 8.0, 5, 320, ("Words.",))
 
 
 def settled_as_the_paper_says():
     """Return made-up motions under the periodic drive that agree with every sentence of the paper."""
     impacts = {0.7e-3: 6.0, 0.6e-3: 7.0, 0.5e-3: 8.0, 0.4e-3: 1.0, 0.3e-3: 5.0, 0.2e-3: 3.0}
-    found = {case: dataclasses.replace(SETTLED, impacts=impacts[case.clearance]) for case in BY_CLEARANCE}
+    found = {case: dataclasses.replace(IRREGULAR_MOTION, impacts=impacts[case.clearance]) for case in BY_CLEARANCE}
     calm, between = PaperCase(0.4e-3, choice=PERIODIC), PaperCase(0.2e-3, choice=PERIODIC)
     found[calm] = dataclasses.replace(found[calm], kind="continuous contact", contact_fraction=1.0)
     found[between] = dataclasses.replace(found[between], kind="quasi-periodic", exponent=0.0)
     for k, case in enumerate(BY_FRICTION):
         fraction = 0.9 if k == 0 else 1.0
-        found[case] = dataclasses.replace(SETTLED, exponent=20.0 - 3.0 * k, impacts=8.0 - k, contact_fraction=fraction)
+        found[case] = dataclasses.replace(IRREGULAR_MOTION, exponent=20.0 - 3.0 * k, impacts=8.0 - k, contact_fraction=fraction)
     return found
 
 
@@ -156,7 +158,7 @@ UNSETTLED = {
     "6c": (0.5e-3, 0.1, {"contact_fraction": 0.98}),
     "6e": (0.5e-3, 0.03, {"exponent_error": 3.0}),
 }
-"""Clearance, friction and values that contradict the paper, for each check with a meaning under a periodic drive."""
+"""Clearance, friction and measures that contradict the paper, for each statement that applies to a periodic drive."""
 
 
 def test_table_of_clauses_under_the_periodic_drive():

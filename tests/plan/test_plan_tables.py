@@ -16,7 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import DAMPING, FRICTION
 from scissordyn.plan.plan import Plan, compiled
 
-TABLES = ("coordinates", "model", "maps", "balance", "angles")
+TABLES = ("coordinates", "model", "maps", "balance", "angles")  # Fields of a plan that are tables
 
 
 def leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:

@@ -14,9 +14,9 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import compute, make_driver
 
-FREE = sd.Clearance(0.5e-3)
-RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))
-OPTIONS = Options(0.02, samples=101)
+FREE = sd.Clearance(0.5e-3)  # Clearance without friction
+RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))  # Clearance with friction
+OPTIONS = Options(0.02, samples=101)  # Options of the compared runs
 
 
 def array() -> sd.Mechanism:
@@ -24,6 +24,7 @@ def array() -> sd.Mechanism:
     return sd.scissor(units=2).with_clearance("A", FREE).driven(speed=sd.rpm(150)).track("tip", "slider", "centre")
 
 
+# Changes of a mechanism that keep the tables of its plan, by name
 VARIATIONS = {
     "clearance": lambda known: known.replace("A.clearance", 0.2e-3),
     "laws": lambda known: known.with_clearance("A", sd.Clearance(0.3e-3, damping=sd.Flores(restitution=0.5))),
@@ -31,6 +32,7 @@ VARIATIONS = {
     "gravity": lambda known: known.replace("gravity", 1.62),
 }
 
+# Changes of a mechanism that need other tables, by name
 OTHERS = {
     "friction": lambda known: known.with_clearance("A", RUBBING),
     "ideal": lambda known: known.ideal(),

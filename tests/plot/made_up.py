@@ -18,10 +18,10 @@ from scissordyn.model.scissor import scissor
 from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import scene_of
 
-INSTANTS, END = 2001, 0.05
-CLEARANCE = 0.5e-3
+INSTANTS, END = 2001, 0.05  # Number of samples and end time [s] of a made-up run
+CLEARANCE = 0.5e-3  # [m] radial clearance of the joints
 CLEARANCE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
-"""Clearance joints of the made-up runs, and by how much their contacts come later [s]."""
+"""[s] Delay of the contacts in each clearance joint of a made-up run."""
 
 
 def mechanism_with(joints: tuple[str, ...]) -> Mechanism:

@@ -20,6 +20,7 @@ from scissordyn.plot.style import SKY, VERMILION
 from scissordyn.record.bars import SPAN_PARTS
 from scissordyn.record.placement import Placement
 
+# Case file with flexible bars
 CASE = """
 [structure]
 kind = "scissor"

@@ -26,7 +26,7 @@ from scissordyn.run.simulate import simulate
 
 from .made_up import data_of, floats, magnified
 
-GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02
+GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a clearance guide [m]
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,7 @@ from scissordyn.record.placement import Placement
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
 
-ALL = ["response", "force", "torque", "orbit", "energy", "structure"]
+ALL = ["response", "force", "torque", "orbit", "energy", "structure"]  # Names of the pictures that `plot` draws by default
 
 
 def curve(axes: Axes, label: str) -> Line2D:
@@ -81,8 +81,9 @@ def test_engineering_scale(unit: str, largest: float, factor: float, shown: str)
     assert scale.unit == shown
 
 
-TOLERANCE = 0.05e-3
+TOLERANCE = 0.05e-3  # [m] tolerance of a tracked point
 
+# Picture, panel, axis label, name of a curve, variable of the run, and factor between both
 CURVES = [
     ("response", 0, "position [m]", "with clearance", "slider_position", 1.0),
     ("response", 1, "angle [deg]", "with clearance", "angle", 180.0 / math.pi),

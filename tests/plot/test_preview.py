@@ -33,9 +33,9 @@ from scissordyn.plot.style import SCALE_BAR
 from scissordyn.run.ideal import ideal_kinematics, motion_range
 from scissordyn.units import short
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
-LIFT = EXAMPLES / "lift.toml"
-PAPER = str(EXAMPLES / "paper.toml")
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
+LIFT = EXAMPLES / "lift.toml"  # Case file of a scissor lift
+PAPER = str(EXAMPLES / "paper.toml")  # Case file of the paper's array
 
 
 def names_in(axes: Axes) -> list[Text]:
@@ -296,7 +296,7 @@ def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
 
 
 RADIUS, RING = 4.1, 5.5
-"""Radii of the circles about joints, with their lines: clearance joints of stills, joints of films [pt]."""
+"""[pt] Radii of the circles that mark joints, with their lines: clearance joints in pictures, joints in films."""
 
 
 @pytest.fixture(scope="module")

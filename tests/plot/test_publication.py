@@ -16,9 +16,9 @@ from scissordyn.cli.main import status_of
 from scissordyn.plot.file import figure_of
 from scissordyn.plot.style import STYLES, label_curves, literal, wrap_text
 
-NAMES = ("figure.figsize", "font.size", "font.family")
+NAMES = ("figure.figsize", "font.size", "font.family")  # Settings of Matplotlib that a picture may not change
 
-KINDS = ("response", "force", "torque", "orbit", "energy", "track")
+KINDS = ("response", "force", "torque", "orbit", "energy", "track")  # Kinds of pictures of a run
 
 
 @pytest.fixture(scope="module")

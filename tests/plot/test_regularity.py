@@ -27,7 +27,7 @@ from scissordyn.plot.style import GREY
 
 from .made_up import made_up, overlaps
 
-SIGNAL = np.sin(0.9 * np.arange(600)) + 0.3 * np.sin(2.1 * np.arange(600))
+SIGNAL = np.sin(0.9 * np.arange(600)) + 0.3 * np.sin(2.1 * np.arange(600))  # Made-up signal with two frequencies
 
 
 def diagram() -> xr.Dataset:

@@ -25,10 +25,10 @@ from scissordyn.plot.over_time import comparison, energy, shared_curves, torque
 from scissordyn.plot.report import KINDS, draw_all
 from scissordyn.plot.series import select_window
 
-UNTIL = 0.01
+UNTIL = 0.01  # [s] end of the saved runs
 
-PLAIN = [kind for kind in KINDS if kind not in ("film", "track", "bending")]
-"""Pictures of a run without oil and without a tracked point."""
+AVAILABLE_PICTURES = [kind for kind in KINDS if kind not in ("film", "track", "bending")]
+"""Kinds of pictures that a run without oil, tracked point and flexible bars has."""
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_import_stays_light() -> None:
 
 def test_saved_run_has_all_pictures(saved: xr.Dataset) -> None:
     """Contract: each kind of picture is drawn from a saved run, which also holds its mechanism."""
-    for kind in PLAIN:
+    for kind in AVAILABLE_PICTURES:
         assert getattr(sd.plot, kind)(saved)
     assert saved.scissordyn.mechanism.joint("A").clearance.clearance == 0.5e-3
 
@@ -94,7 +94,7 @@ def test_commands_on_saved_runs_do_not_compute(
     monkeypatch.setattr("scissordyn.run.simulate.compute", refuse)
     a, b = map(str, stored)
     assert status_of(["plot", a, "-o", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in PLAIN)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"{kind}.png" for kind in AVAILABLE_PICTURES)
     assert status_of(["animate", a, str(tmp_path / "film.html")]) == 0
     assert status_of(["compare", a, b, "-o", str(tmp_path), "--format", "svg"]) == 0
     assert (tmp_path / "comparison.svg").read_text().startswith("<?xml")
@@ -213,7 +213,7 @@ def test_comparison_draws_both(stored: tuple[Path, Path]) -> None:
             assert np.allclose(line, factor * values.values, rtol=1e-9)
 
 
-SAMPLES = 41
+SAMPLES = 41  # Number of samples of a coarse run
 
 
 @pytest.fixture(scope="module")

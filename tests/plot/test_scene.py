@@ -31,7 +31,8 @@ from scissordyn.record.placement import Placement
 
 from .made_up import CLEARANCE, INSTANTS, data_of, floats, made_up, mechanism_with
 
-FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])
+FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])  # Indices of the samples that are drawn
+# Path of the browser Chromium; None if it is not installed
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 

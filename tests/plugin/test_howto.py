@@ -11,6 +11,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 
+# Text of the page about user-defined elements
 PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md").read_text(encoding="utf-8")
 
 
@@ -57,7 +58,7 @@ def test_line_counts_of_the_page() -> None:
         assert len((source / name).read_text(encoding="utf-8").splitlines()) == int(lines), name
 
 
-DRAG, ENGAGES, RELEASES = 0.5, 4.0, 3.0
+DRAG, ENGAGES, RELEASES = 0.5, 4.0, 3.0  # Drag [N m s/rad], and speeds at which the brake engages and releases [rad/s]
 
 
 def engaged(angle, speed, mode, drag, engages, releases):

@@ -17,6 +17,7 @@ from scissordyn.explore.case import open_case
 from scissordyn.model.record import to_plain
 from scissordyn.run.advance.checkpoint import Checkpoint
 
+# File of a user with laws and controllers
 MINE = '''
 from typing import Annotated
 
@@ -101,6 +102,7 @@ class Band:
     stiffness: Annotated[float, sd.Quantity("N/m", above=0.0, help="of the band")] = 10.0
 '''
 
+# Case file with a user-defined controller and friction law
 CASE = """
 [structure]
 kind = "scissor"

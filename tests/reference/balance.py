@@ -9,7 +9,7 @@ import xarray as xr
 import scissordyn as sd
 from scissordyn.components.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
-BESIDE = 1e-12  # Distance between a cross-section and each of its two sides, in lengths of the bar
+BESIDE = 1e-12  # [bar lengths] distance from a cross-section at which the force on either side of it is evaluated
 
 
 def rotated(vector: Any, angle: Any) -> np.ndarray:

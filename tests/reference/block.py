@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
-RTOL, ATOL = 1e-12, 1e-15
+RTOL, ATOL = 1e-12, 1e-15  # Relative and absolute tolerance of the reference solution
 
 
 @dataclass

@@ -11,7 +11,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 
-EDGE = 2e-5  # Indentation of touching contacts [m]
+EDGE = 2e-5  # [m] indentation of touching contacts
 
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-STEEL_MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # E* of steel on steel [Pa], E = 207 GPa and nu = 0.3
+STEEL_MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # [Pa] contact modulus E* of steel on steel, E = 207 GPa and nu = 0.3
 
 Elastic = Callable[[float], float]
 

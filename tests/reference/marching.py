@@ -13,7 +13,7 @@ from scipy.optimize import minimize_scalar
 
 from reference.laws import Elastic, LuGre
 
-FLOOR = 1e-6  # Least approach speed that a damping law is given [m/s], docs/theory (C4)
+FLOOR = 1e-6  # [m/s] smallest approach speed that damping laws use, docs/theory (C4)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Touch(NamedTuple):
     bristle_rate: float
 
 
-NO_LOAD = Load(0.0, 0.0, 0.0, 0.0)
+NO_LOAD = Load(0.0, 0.0, 0.0, 0.0)  # Load of an open contact
 
 
 class Model(Protocol):

@@ -32,8 +32,8 @@ class SliderCrank(NamedTuple):
     friction: float = 0.01
 
 
-ALONG = (-1.0, 1.0, -1.0, 1.0)
-ACROSS = (1.0, 1.0, -1.0, -1.0)  # The corners: rear and front at the upper surface, rear and front at the lower one
+ALONG = (-1.0, 1.0, -1.0, 1.0)  # Signs of the four corners along the guide
+ACROSS = (1.0, 1.0, -1.0, -1.0)  # Signs of the four corners across the guide: two at the upper surface, two at the lower one
 
 
 @njit

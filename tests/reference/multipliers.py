@@ -14,7 +14,7 @@ import numpy as np
 from reference.laws import LuGre, flores, hertz, lankarani_nikravesh, liu
 from reference.marching import ClearanceJoint, Load, Relative
 
-GROUND = "ground"
+GROUND = "ground"  # Name of the fixed frame
 
 
 def clearance_joint(clearance: Any) -> ClearanceJoint:

@@ -2,6 +2,7 @@
 
 __all__ = ["paper_case"]
 
+# Case file of the paper's array; "{until}" is replaced by the end of the run
 TEXT = """
 [structure]
 kind = "scissor"

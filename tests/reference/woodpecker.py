@@ -13,10 +13,13 @@ from scipy.integrate import solve_ivp
 
 __all__ = ["first_contact", "march"]
 
+# Masses [kg] and moments of inertia [kg m^2] of sleeve and bird
 MASS_SLEEVE, MASS_BIRD, INERTIA_SLEEVE, INERTIA_BIRD = 0.3e-3, 4.5e-3, 5e-9, 7e-7
+# Distances [m] from the sleeve to the spring, to the bird, and to the beak upwards and backwards
 TO_SPRING, TO_BIRD, BEAK_UP, BEAK_BACK = 0.010, 0.015, 0.020, 0.0201
+# Radii of pole and sleeve and half height of the sleeve [m], spring stiffness [N m/rad], gravity [m/s^2]
 POLE, SLEEVE, HALF_HEIGHT, STIFFNESS, GRAVITY = 2.5e-3, 3.1e-3, 5.8e-3, 5.6e-3, 9.81
-RESTITUTION = np.array([0.5, 0.0, 0.0])
+RESTITUTION = np.array([0.5, 0.0, 0.0])  # Restitution coefficients of the beak and of both edges of the sleeve
 
 
 @njit
@@ -105,7 +108,7 @@ def _motion(_: float, state: np.ndarray) -> np.ndarray:
     return np.concatenate([state[4:], np.linalg.solve(mass, force)])
 
 
-EDGE = 0.1e-3  # Rounding of the sleeve's edges [m]
+EDGE = 0.1e-3  # [m] radius of the sleeve's edges
 
 
 def _distances(_: float, state: np.ndarray) -> float:

@@ -16,8 +16,9 @@ from scissordyn.run.batch import simulate_many
 from scissordyn.run.measure import MEASURES
 from scissordyn.run.simulate import simulate
 
-CASES = 12
+CASES = 12  # Number of cases in a batch
 
+# Names of measures that are computed during a run, not from samples
 ACCUMULATED = tuple(name for name, measure in MEASURES.items() if not (measure.sampled or measure.static))
 
 
@@ -27,6 +28,7 @@ def arm(**clearance: Any) -> sd.Mechanism:
     return loose.track("tip", "unit 2/bar 1", "end", 1e-3)
 
 
+# Values of the varied parameters, in SI units, by path
 OVER = {
     "A.clearance": np.linspace(1e-4, 7e-4, CASES),
     "drive.speed": sd.rpm(1) * np.linspace(250.0, 100.0, CASES),
@@ -166,7 +168,7 @@ def test_deployment_time() -> None:
     assert np.isinf(batch["deployment_time"][2])
 
 
-FIELDS = {field.name: field.default for field in dataclasses.fields(Options)}
+FIELDS = {field.name: field.default for field in dataclasses.fields(Options)}  # Default values of the options by name
 
 
 @pytest.mark.parametrize("function", [simulate, simulate_many])

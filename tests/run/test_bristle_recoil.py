@@ -15,6 +15,7 @@ from tests.build import on_pin
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 
+# Gravity [m/s^2], kinetic and static friction coefficient, and Stribeck speed [m/s]
 G, KINETIC, STATIC, STRIBECK = 9.81, 0.2, 0.3, 0.01
 
 
@@ -38,7 +39,7 @@ def _brief(mechanism: sd.Mechanism) -> xr.Dataset:
 
 
 LIMIT = G * (STATIC / STRIBECK) ** 2
-"""Stiffness [1/m] at which the recoil of the block, mu_s sqrt(N/(sigma_0 m)) with N = m g, is the Stribeck speed."""
+"""[1/m] Bristle stiffness sigma_0 at which the recoil speed of the block, mu_s sqrt(g/sigma_0), is the Stribeck speed."""
 
 
 @pytest.mark.parametrize(("factor", "warned"), [(0.25, True), (1.0 - 1e-6, True), (1.0 + 1e-6, False), (4.0, False)])

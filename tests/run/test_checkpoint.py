@@ -46,7 +46,7 @@ CASES = {
     "clearance_guide": "0.01 s",
     "press": "0.2 s",
 }
-"""Examples and the ends of their runs."""
+"""Ends of the runs [s] of examples, by name."""
 
 
 def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
@@ -261,7 +261,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
         opened(checkpoint, arms[1], options)
 
 
-CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")
+CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")  # Command that runs the paper's array for 10 ms
 
 
 def test_ctrl_c_keeps_run_and_checkpoint(
@@ -313,7 +313,7 @@ def test_refused_checkpoint_options(
     assert said.count("\n") == 1
 
 
-COMMAND = (sys.executable, "-m", "scissordyn.cli.main", "run")
+COMMAND = (sys.executable, "-m", "scissordyn.cli.main", "run")  # Command line of `scissordyn run`
 
 
 def command(target: Path, until: str) -> list[str]:
@@ -427,6 +427,7 @@ def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[s
     return statuses
 
 
+# Ranges of damaged checkpoints that slow tests try
 SLOWLY = [pytest.param(first, 250, marks=pytest.mark.slow) for first in range(0, 1000, 250)]
 
 

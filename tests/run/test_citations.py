@@ -19,8 +19,9 @@ from scissordyn.model.options import TIME_STEPPING
 from scissordyn.record.citations import METHODS as CITED
 from scissordyn.record.citations import citations
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[2]  # Root folder of the repository
 
+# Source of each law, controller and component
 SOURCES = {
     **{f"{kind} {name}": law.source for kind, known in BY_KIND.items() for name, law in known.items()},
     **{f"controller {name}": controller.source for name, controller in CONTROLLERS.items()},

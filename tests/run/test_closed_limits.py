@@ -18,7 +18,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plot.stroke import SINGULAR_LINE_STYLES, kinematics
 
 GAPS = (0.0, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, -1e-7, -1e-6, -1e-5, -1e-4, -1e-3)
-"""Distances of lengths from the change point [m]; with a negative one the input reaches a limit before it."""
+"""[m] Distances of a length from its value at a change point; with a negative one the input reaches a limit."""
 
 Event = tuple[str, float, float]
 """Kind, angle of the crank [rad], and by how much the branches miss each other in units of the mechanism's size."""
@@ -114,8 +114,8 @@ def scissor(rng: np.random.Generator, _gap: float | None) -> Case:
     return _case(sd.scissor(units=units, angle=first), first, rng, [(CHANGE_KIND, at, 0.0) for at in every])
 
 
-LOCATED = 1e-6  # Allowed error of a time, as a fraction of the stroke's duration
-REPORTED = 3e-4  # Near change points with a smaller miss must be named; those with a larger one may be
+LOCATED = 1e-6  # Allowed error of a located time, as a fraction of the stroke's duration
+REPORTED = 3e-4  # [mechanism sizes] largest miss of a near change point that a warning must name
 
 Generator = Callable[[np.random.Generator, float | None], Case]
 
@@ -142,6 +142,7 @@ def check(case: Case) -> None:
     assert [time for _, time in got] == pytest.approx([time for _, time in asked], rel=0, abs=error)
 
 
+# Function that builds a mechanism, and the gap by which it misses a change point
 KINDS = [*((make, gap) for make in (four_bar, slider_crank) for gap in (None, *GAPS)), (scissor, None)]
 
 

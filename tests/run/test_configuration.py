@@ -35,8 +35,9 @@ from scissordyn.model.record import to_plain
 from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
+# File of a user with laws
 LAWS = """
 import scissordyn as sd
 
@@ -62,9 +63,11 @@ def dataset(text: str | Mapping[str, Any], title: str = "scissordyn run") -> xr.
     return xr.Dataset(attrs={"title": title, "configuration": text if isinstance(text, str) else written(text)})
 
 
-NUMBERS = st.floats(1e-3, 1e3) | st.sampled_from([0.1 / 3.0, 5e-4, math.pi, 1e-9, 0.25])
+NUMBERS = st.floats(1e-3, 1e3) | st.sampled_from([0.1 / 3.0, 5e-4, math.pi, 1e-9, 0.25])  # Strategy that draws positive numbers
+# Strategy that draws numbers of either sign and zero
 SIGNED = st.tuples(NUMBERS, st.sampled_from([1.0, -1.0, 0.0])).map(lambda pair: pair[0] * pair[1])
-PLACES = st.tuples(SIGNED, SIGNED)
+PLACES = st.tuples(SIGNED, SIGNED)  # Strategy that draws positions
+# Strategy that draws names of parts
 WORDS = st.text(min_size=1, max_size=8).filter(lambda name: name != "ground" and not re.search("[\ud800-\udfff]|\x00$", name))
 
 
@@ -307,7 +310,7 @@ NAMES = (
     "liu",
     "mechanism",
 )
-"""Values that a tampered file has instead of a name."""
+"""Values that replace a name in a tampered file."""
 
 
 def nodes(tree: Any, parent: Any = None, key: Any = None) -> Iterator[tuple[Any, Any]]:

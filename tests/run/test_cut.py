@@ -27,6 +27,7 @@ from scissordyn.run.advance.loop import next_slice
 from scissordyn_paper import controlled, periodic, runs
 from scissordyn_paper.cases import PaperCase
 
+# Measures of contacts that are known at their end
 ENDS = ("peak_force", "peak_time", "impulse", "contact_damping_loss", "contact_friction_loss")
 
 
@@ -56,6 +57,7 @@ def test_contact_open_at_the_end(arm: sd.Mechanism) -> None:
     assert short["impulse"].values[k] == pytest.approx(np.trapezoid(normal, time), rel=2e-2)
 
 
+# Measures of the deviation of a tracked point
 DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_deviation", "settling_time")
 
 
@@ -119,6 +121,7 @@ def interrupted(*_: object, **__: object) -> xr.Dataset:
     return xr.Dataset({"value": ("value", np.zeros(1)), "status": ("value", ["pending"])}, attrs=values)
 
 
+# Parts of a result that Ctrl-C may interrupt: module, function, and function that uses it
 PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
     "the torque of the ideal mechanism": (
         "scissordyn.run.inverse_dynamics",

@@ -18,7 +18,7 @@ from scissordyn.model.options import Options
 from scissordyn.record.deferred import Attributes, Deferred
 from scissordyn.record.warn import warnings_of
 
-UNTIL = 2e-3
+UNTIL = 2e-3  # [s] end of the run
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def attributes() -> Attributes:
     return Attributes({"first": 1, "late": Deferred(lambda: "text", threading.RLock()), "last": 3})
 
 
-PLAIN = {"first": 1, "late": "text", "last": 3}
+COMPUTED = {"first": 1, "late": "text", "last": 3}  # Content of a mapping whose entries are computed when they are read
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ PLAIN = {"first": 1, "late": "text", "last": 3}
 def test_every_way_to_read_attributes_gives_the_computed_value(read: object) -> None:
     """Contract: deferred attributes are those of a dictionary, however they are read, in the same order."""
     found = read(attributes())  # type: ignore[operator]
-    assert found == PLAIN
-    assert list(found) == list(PLAIN)
+    assert found == COMPUTED
+    assert list(found) == list(COMPUTED)
 
 
 def test_attributes_that_are_absent_are_those_of_a_dictionary() -> None:

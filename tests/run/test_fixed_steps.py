@@ -21,10 +21,10 @@ from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.trajectory import compute
 
-EXACT = 0.0013651259130  # Start of the first contact [s], from the theory's reference events
+EXACT = 0.0013651259130  # [s] start of the first contact, a reference event of docs/reference.md
 
-JOINT = sd.Clearance(5e-4)
-ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
+JOINT = sd.Clearance(5e-4)  # Clearance of joint A
+ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))  # Driven array with ideal joints
 
 
 def run(step: float | None, until: float = 3e-3, joint: sd.Clearance = JOINT, **options: object) -> object:

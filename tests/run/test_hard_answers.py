@@ -135,7 +135,7 @@ def test_refused_uses_of_hard_contact() -> None:
         sd.study(array("hard"), {"A.clearance": (1e-4, 5e-4)}, until=0.01, requirements={"peak_force": 500.0}, points=2)
 
 
-GAP, PUSH = 1e-3, 5.0
+GAP, PUSH = 1e-3, 5.0  # Clearance of the pins [m] and force on the last mass [N]
 
 
 def sliders(count: int, angle: float, **laws: object) -> Mechanism:

@@ -15,7 +15,7 @@ from scissordyn.model.clearance import GuideClearance
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
 
-GRAVITY = 9.81
+GRAVITY = 9.81  # [m/s^2] gravitational acceleration
 
 
 def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:

@@ -16,13 +16,13 @@ import scissordyn as sd
 from scissordyn.casefile.case import Case
 from scissordyn.config.file import read_case
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
-SHORT = 0.1  # Part of the run of an example that is computed in every test run
-FARTHEST = 2.0  # Largest allowed eccentricity, in clearances
+SHORT = 0.1  # Fraction of the run of an example that is computed in every test run
+FARTHEST = 2.0  # [clearances] largest allowed eccentricity
 
 
-PIECE = 0.02  # Part of the run with contacts of both kinds, whose vibrations are resolved
+PIECE = 0.02  # Fraction of the run of an example with both contact kinds, which takes longer because it resolves vibrations
 
 
 def hard(path: Path) -> Case:
@@ -69,6 +69,7 @@ def run_part(case: Case, part: float) -> xr.Dataset:
     return sd.simulate(case.mechanism, **options)
 
 
+# Function that changes a mechanism, case file, and fraction of its run that is computed
 CASES = [*((hard, path, SHORT) for path in FILES), *((alternate, path, PIECE) for path in FILES if alternate(path))]
 
 

@@ -155,9 +155,10 @@ def test_hard_contact_between_bars_that_bend():
 
 
 WIDE = Revolute("wide", ("free", "c"), ("ground", "o"), sd.Clearance(10.0, journal_radius=11.0, contact="hard"))
-"""A bearing so wide that the point mass in it, hard as its contact is, does not touch."""
+"""Joint with hard contact in so wide a bearing that the point mass in it never touches."""
 
-MASS, INERTIA = 2.0, 1e-3
+MASS, INERTIA = 2.0, 1e-3  # Mass [kg] and moment of inertia [kg m^2] of a shaft
+# Clearance with an oil film
 OIL = sd.Clearance(1e-4, journal_radius=1e-2, bearing_length=2e-2, lubrication=sd.Lubrication(viscosity=0.1))
 
 

@@ -19,8 +19,8 @@ from scissordyn.errors import InputError
 from scissordyn.model.options import Options
 from scissordyn.studies.compute.table import column
 
-PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)
-RIGIDITY = 100.0
+PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)  # Places along a bar, as fractions of its length
+RIGIDITY = 100.0  # [N m^2] bending stiffness of the bar
 
 
 def clamped(elements: int, *, gravity: float = 0.0, **options: object) -> sd.Mechanism:
@@ -163,6 +163,7 @@ def test_refused_internal_forces() -> None:
         sd.internal_forces(run, made, bars="rod")
 
 
+# Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
 TUBE = {"bending_stiffness": 43620.7, "axial_stiffness": 76579776.0}
 
 
@@ -180,13 +181,14 @@ def test_extension_of_a_clamped_bar(load: str, within: float, modes: int) -> Non
     assert away == pytest.approx((1.0 if load == "end" else 0.5) * force / TUBE["axial_stiffness"], rel=within)
 
 
+# Quantity of `internal_forces` that each measure is the largest value of
 NAMES = {
     "peak_bar_stress": "stress",
     "peak_utilisation": "utilisation",
     "peak_deflection": "deflection",
     "peak_buckling_ratio": "buckling_ratio",
 }
-OVER = {"A.clearance": [0.1e-3, 0.4e-3]}
+OVER = {"A.clearance": [0.1e-3, 0.4e-3]}  # Values of the varied parameter [m], by path
 
 
 def rigid() -> sd.Mechanism:

@@ -11,8 +11,8 @@ from tests.build import EXAMPLES, balanced, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
 
-HALF = {"damping": sd.Flores(restitution=0.5)}
-LOADED, ONSET = "refers to", "compare reference = 'loaded'"
+HALF = {"damping": sd.Flores(restitution=0.5)}  # Damping law with a restitution coefficient of 0.5
+LOADED, ONSET = "refers to", "compare reference = 'loaded'"  # Words of the warning about a loaded contact, and of its advice
 
 
 def lift(**laws: Any) -> sd.Mechanism:

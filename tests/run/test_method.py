@@ -19,8 +19,9 @@ from scissordyn.run.advance.tolerance import error_weights
 from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps
 from scissordyn.run.trajectory import compute, make_driver
 
+# Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
 TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
-FRICTIONLESS = sd.NoFriction()
+FRICTIONLESS = sd.NoFriction()  # Friction law without friction
 
 
 def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechanism:
@@ -67,6 +68,7 @@ def _on_a_spring() -> sd.Mechanism:
     return on_pin(sd.bar("bar", length=1.0, mass=2.0), spring, gravity=9.81)
 
 
+# Mechanisms that only vibrate about equilibrium
 RESTING = [_clamped(modes=3), _clamped(modes=24), _clamped(elements=8), _on_a_spring()]
 
 

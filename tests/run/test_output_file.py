@@ -34,6 +34,7 @@ def run() -> xr.Dataset:
     return xr.Dataset(values, attrs={"title": "scissordyn run", "configuration": "{}"})
 
 
+# Program that saves a run although files may only have a given size
 FULL = """
 import resource, sys
 import scissordyn as sd
@@ -117,6 +118,7 @@ def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, 
     assert len(list(tmp_path.iterdir())) == 1
 
 
+# Program that is killed while it writes a file
 KILLED = """
 import os, signal, sys
 from scissordyn.file import output_file
@@ -254,7 +256,8 @@ def test_interrupt_inside_the_library(run: xr.Dataset, tmp_path: Path, monkeypat
     assert next(causes, None) is None
 
 
-BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}  # where in the file dimensions are
+# HDF5 attributes with positions in the file, which differ between files with equal content
+BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}
 
 
 @pytest.mark.parametrize(("name", "reads"), [("case.toml", "sd.read_case"), ("study.db", "sd.open_study")])

@@ -19,7 +19,8 @@ from scissordyn.file.provenance import DISPLAY_SUBPACKAGES, provenance
 from scissordyn.periodic import bifurcation as bifurcation_module
 from scissordyn_paper.cache import PRESENTATION_SOURCES
 
-PACKAGE = Path(scissordyn.__file__).parent
+PACKAGE = Path(scissordyn.__file__).parent  # Folder of the package's sources
+# Program that prints the provenance of results
 ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
 
 

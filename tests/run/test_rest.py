@@ -18,14 +18,14 @@ from scissordyn.casefile.case_text import case_text
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 
-LENGTH, SLIDER, GRAVITY = 2.0, 5.0, 9.81
+LENGTH, SLIDER, GRAVITY = 2.0, 5.0, 9.81  # Length of a bar [m], mass of the slider [kg] and gravity [m/s^2]
 WEIGHTS = Array(joint=None, motion=None).weights()  # type: ignore[arg-type]
 """Coefficients of the two families of bars in the potential energy [J]."""
 
 PRESSURE = 1.5e-2 * 0.5 * math.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
-"""p_0 of Liu's law F = p_0 d sqrt(d/(2 (c + d))) [N/m]."""
+"""[N/m] Factor p_0 of Liu's law F = p_0 d sqrt(d/(2 (c + d)))."""
 
-BARS = ("unit 1/bar 1", "unit 1/bar 2")
+BARS = ("unit 1/bar 1", "unit 1/bar 2")  # Names of the two bars of a scissor unit
 
 
 def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mirrored: bool = False) -> Mechanism:
@@ -165,7 +165,7 @@ def test_velocity_of_a_bending_bar(kind: dict[str, int]) -> None:
     np.testing.assert_allclose(run["velocity"], np.broadcast_to([1.0, -2.0], run["velocity"].shape), atol=1e-5)
 
 
-LENGTHS = {"crank": 1.0, "coupler": 3.0, "rocker": 2.0}
+LENGTHS = {"crank": 1.0, "coupler": 3.0, "rocker": 2.0}  # Lengths of the bars of a four-bar linkage [m], by name
 
 
 def four_bar(**changes: dict[str, Any]) -> sd.Mechanism:
@@ -209,10 +209,15 @@ def started(mechanism: sd.Mechanism, **options: Any) -> Any:
     return run.isel(time=0), run.attrs["warnings"]
 
 
-CRANK = math.radians(60.0)
-COUPLER, ROCKER = angles_at(CRANK)
-EXACT = {"coupler": {"angle": COUPLER, "position": (math.cos(CRANK), math.sin(CRANK))}, "rocker": {"angle": ROCKER}}
-TRUE = speeds_at(CRANK, 5.0)
+CRANK_ANGLE = math.radians(60.0)  # [rad] angle of the crank at the start
+COUPLER_ANGLE, ROCKER = angles_at(CRANK_ANGLE)  # [rad] angles of coupler and rocker at which the four-bar linkage closes
+# Start values with which the four-bar linkage closes, by body
+EXACT = {
+    "coupler": {"angle": COUPLER_ANGLE, "position": (math.cos(CRANK_ANGLE), math.sin(CRANK_ANGLE))},
+    "rocker": {"angle": ROCKER},
+}
+# [rad/s] angular velocities with which the four-bar linkage stays closed at a crank speed of 5 rad/s
+CLOSED_SPEEDS = speeds_at(CRANK_ANGLE, 5.0)
 
 
 @pytest.mark.parametrize("name", LENGTHS)
@@ -220,14 +225,16 @@ TRUE = speeds_at(CRANK, 5.0)
 def test_speed_of_any_bar_is_kept(name: str, placed: dict[str, Any]) -> None:
     """Closed form: the other angular velocities follow from the loop, for exact and rough positions."""
     changes = {body: dict(placed.get(body, {})) for body in LENGTHS}
-    changes[name]["angular_velocity"] = TRUE[name]
+    changes[name]["angular_velocity"] = CLOSED_SPEEDS[name]
     first, warnings = started(four_bar(**changes))
     angle = {body: float(first["angle"].sel(body=body)) for body in LENGTHS}
     if placed is EXACT:
-        assert angle == pytest.approx({"crank": CRANK, "coupler": COUPLER, "rocker": ROCKER}, abs=1e-12)
+        assert angle == pytest.approx({"crank": CRANK_ANGLE, "coupler": COUPLER_ANGLE, "rocker": ROCKER}, abs=1e-12)
     wanted = speeds_at(angle["crank"], 1.0)
     found = {body: float(first["angular_velocity"].sel(body=body)) for body in LENGTHS}
-    assert found == pytest.approx({body: TRUE[name] / wanted[name] * speed for body, speed in wanted.items()}, rel=1e-9)
+    assert found == pytest.approx(
+        {body: CLOSED_SPEEDS[name] / wanted[name] * speed for body, speed in wanted.items()}, rel=1e-9
+    )
     assert "speeds" not in warnings
 
 
@@ -246,7 +253,7 @@ def test_given_angle_is_kept(angle: float) -> None:
 @pytest.mark.parametrize("digits", [17, 12, 4, 1])
 def test_all_speeds_given(digits: int) -> None:
     """Limit: consistent speeds are kept, rounded ones are matched to their digits, larger differences give a warning."""
-    rounded = {name: float(f"{speed:.{digits}g}") for name, speed in TRUE.items()}
+    rounded = {name: float(f"{speed:.{digits}g}") for name, speed in CLOSED_SPEEDS.items()}
     changes = {name: EXACT.get(name, {}) | {"angular_velocity": speed} for name, speed in rounded.items()}
     first, warnings = started(four_bar(**changes))
     for name, speed in rounded.items():

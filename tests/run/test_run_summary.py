@@ -26,7 +26,7 @@ from scissordyn.run.trajectory import compute
 from scissordyn.units import short
 from scissordyn.warning import RunWarning, group, line, warning
 
-TOLERANCE = 0.05e-3
+TOLERANCE = 0.05e-3  # [m] tolerance of a tracked point
 
 
 def controlled(limit: float) -> sd.Mechanism:
@@ -112,6 +112,7 @@ def fast(name: str, count: int, contacts: int, speed: float) -> RunWarning:
     return warning("fast", name, fast=count, contacts=contacts, limit=0.051, speed=speed)
 
 
+# Warnings of a made-up run, some of them of one kind
 WARNINGS = [
     fast("A", 7, 66, 0.199),
     fast("B 2", 23, 103, 0.408),

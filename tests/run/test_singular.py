@@ -18,9 +18,9 @@ from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, SingularPosition, suspected_samples
 from scissordyn.plan.plan import plan
 
-FILES = sorted(EXAMPLES.glob("*.toml"))
+FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
-LOCATED = 1e-6  # Allowed error of a singular position, as a fraction of the stroke
+LOCATED = 1e-6  # Allowed error of a located singular position, as a fraction of the stroke
 
 
 def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
@@ -36,8 +36,11 @@ def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:
         assert each.place == pytest.approx(place, abs=LOCATED * length)
 
 
+# Dimensions [m] and start angle [rad] of a parallelogram linkage
 PARALLEL = {"ground": 0.2, "crank": 0.1, "coupler": 0.2, "rocker": 0.1, "angle": 0.3}
+# [rad] crank angle at which a four-bar linkage locks, by the law of cosines
 LOCK = math.acos((0.2**2 + 0.15**2 - (0.12 + 0.1) ** 2) / (2.0 * 0.2 * 0.15))
+# Mechanism, end of the run [s], and expected kinds and inputs of its singular positions, by name
 STROKES = {
     # driven from 30 deg, the rhombi of an array are flat at 90 deg
     **{

@@ -19,7 +19,7 @@ from scissordyn.equilibrium.statics import SENSE_PARAMETERS as SENSITIVE
 from scissordyn.errors import InputError
 from scissordyn.model.commanded import rigid
 
-G = 9.81
+G = 9.81  # [m/s^2] gravitational acceleration
 
 
 def slider_crank(**more: object) -> sd.Mechanism:
@@ -269,8 +269,8 @@ def test_components_that_depend_on_the_sense_of_motion_are_known() -> None:
     assert {part.section for part in parts if over & set(part.numbers)} == set(SENSITIVE)
 
 
-ANGLE = sd.RelativeAngle
-GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))
+ANGLE = sd.RelativeAngle  # Short name of the coordinate class
+GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))  # Ground with the points "O" and "P"
 
 
 @pytest.mark.parametrize(("ratio", "end"), [(-1.7, 20.0), (40.0, 2.0)])

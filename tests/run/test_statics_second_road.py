@@ -17,9 +17,10 @@ from scissordyn.kinematics.closure import Inputs
 from scissordyn.model.commanded import commanded
 from scissordyn.plan.plan import plan
 
-G = 9.81
+G = 9.81  # [m/s^2] gravitational acceleration
 
 
+# Mechanisms of the zoo without a prescribed stroke
 WITHOUT_STROKE = (
     "a01-pendulum",
     "a02-n-four-bar",
@@ -30,14 +31,14 @@ WITHOUT_STROKE = (
     "woodpecker",
 )
 
-POINTS = {"jansen": 161, "klann": 161}  # Numbers of instants for legs that step in a small part of a turn
+POINTS = {"jansen": 161, "klann": 161}  # Number of positions for walking legs, which step in a small part of a turn
 
 
 LOADED = {
     "hoberman-ring": ("unit 12/bar 2", (0.0, 31.0)),  # bars move along the radius
     "rack-with-backlash": ("rack", (31.0, 0.0)),
 }
-"""Bodies and forces that do work, for mechanisms in which a force along x on the last body does none."""
+"""Body and force that do work, for mechanisms in which the usual force, along x on the last body, does none."""
 
 
 def along_stroke(mechanism: sd.Mechanism, until: float) -> sd.Mechanism:

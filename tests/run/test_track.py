@@ -17,7 +17,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.units import short
 
-ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))
+ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))  # Driven array with ideal joints
 
 
 def test_point_of_a_rotating_bar() -> None:
@@ -188,8 +188,9 @@ def test_root_mean_square_of_round_off() -> None:
 
 
 SMALL = 1e-9
-"""Angle [rad] above the rounding of positions in arrays of some metres, and far below a clearance over a bar's length."""
+"""[rad] Largest angle error: above round-off of positions of some metres, far below a clearance over a bar's length."""
 
+# Functions that build an array, by kind
 ARRAYS: dict[str, Any] = {
     "scissor": lambda: sd.scissor(units=4),
     "driven at the slider": lambda: sd.scissor(units=3, driven_bar="slider"),

@@ -17,9 +17,10 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.record.joint_force import START_DURATION, force_after_start, joint_summaries
 from scissordyn.record.summary import summary_of
 
-OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))
+OIL = sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=0.1))  # Clearance with an oil film
+# Clearance with an oil film and friction
 RUBBED = sd.Clearance(4e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.02))
-DRY = sd.Clearance(4e-4, friction=sd.LuGre(0.1))
+DRY = sd.Clearance(4e-4, friction=sd.LuGre(0.1))  # Clearance with friction
 
 
 def array(units: int = 2, **clearances: sd.Clearance) -> sd.Mechanism:
@@ -54,6 +55,7 @@ def bent(where: str, clearance: sd.Clearance) -> sd.Mechanism:
     return sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=sd.rpm(150))
 
 
+# Functions that build a mechanism, and the end of its run [s], by name
 CASES = {
     "dry": (lambda: array(A=DRY), 0.01),
     "oiled": (lambda: array(A=OIL), 0.05),
@@ -200,6 +202,7 @@ def test_weld_to_a_point_mass_is_refused() -> None:
         sd.Mechanism(parts, welds=(weld,))
 
 
+# Function that builds a mechanism, end of the run [s], and kind of the joint with the largest force
 LARGEST = {
     "ideal pin beside oiled ones": (loose_four_bar, 0.02, "ideal joint"),
     "guide beside a loose pin": (lambda: sprung(DRY).ideal("slider pin").with_clearance("ground pin", DRY), 0.01, ""),
@@ -243,7 +246,7 @@ def test_impacts_of_a_loose_joint_pass_through_ideal_ones() -> None:
     assert batch["peak_force"].sel(joint="ideal joints").item() == pytest.approx(others, rel=1e-3)
 
 
-GRAVITY, CLEARANCE = 9.81, 1e-4
+GRAVITY, CLEARANCE = 9.81, 1e-4  # Gravity [m/s^2] and clearance [m]
 
 
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
@@ -273,11 +276,12 @@ def test_load_that_fades_after_the_start() -> None:
     assert answer.start is None
 
 
-FILES = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
+FILES = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}  # Case files of all examples by name
 
+# Names of all examples and of all mechanisms of the zoo
 NAMES = [*(f"example {name}" for name in FILES), *(f"zoo {name}" for name in sd.zoo)]
 
-ALLOWED = 1e-3  # Allowed unexplained change of speed over a sample, as a part of the largest speed
+ALLOWED = 1e-3  # Largest change of speed over a sample that forces do not explain, as a fraction of the largest speed
 
 
 def largest_jump(run, instants: np.ndarray) -> float:

@@ -203,7 +203,7 @@ def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
 
 
 HALF, MASS, RADIUS = 0.5, 1.0, 0.02
-"""Half the length of a uniform rod [m], its mass [kg], and the radius of the journal at its tip [m]."""
+"""Half length [m] and mass [kg] of a uniform rod, and radius of the journal at its tip [m]."""
 
 CLEARANCE, DEPTH = 0.01, 1e-7  # Clearance of the bearing and initial indentation [m]
 

@@ -10,6 +10,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 
+# Case file of a ball in a clearance joint
 CASE = """
 [structure]
 kind = "mechanism"

@@ -13,9 +13,9 @@ from scissordyn.laws.elastic.linear import Linear
 from scissordyn.studies.ask.requirement import Goal, Optimisation
 from scissordyn.studies.result import StudyResult
 
-STIFFNESS, SPEED, IMPULSE = 1e7, 0.5, 0.6
+STIFFNESS, SPEED, IMPULSE = 1e7, 0.5, 0.6  # Contact stiffness [N/m], speed at the start [m/s] and impulse [N s]
 
-OPTIONS = sd.Options(0.0035, "as-placed", 2, 1e-9, 1e-9, "dop853")
+OPTIONS = sd.Options(0.0035, "as-placed", 2, 1e-9, 1e-9, "dop853")  # Options of the runs of a search
 
 
 def searched(store: Path, *further: str, generations: int = 40) -> StudyResult:

@@ -17,10 +17,12 @@ from scissordyn.identification.start import prepare_segments
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.parameter_path import changed_all
 
+# Parameter values of the mechanism that is measured, in SI units
 TRUTH = {"hole.clearance": 1e-3, "hole.restitution": 0.7, "body.ball.velocity.x": 0.3, "body.ball.velocity.y": 0.1}
+# Parameter values at which the fit starts, in SI units
 GUESS = {"hole.clearance": 1.3e-3, "hole.restitution": 0.56, "body.ball.velocity.x": 0.24, "body.ball.velocity.y": 0.13}
 
-OPTIONS = sd.Options(0.03, "as-placed", 2, 1e-11, 1e-11, "dop853", events="located")
+OPTIONS = sd.Options(0.03, "as-placed", 2, 1e-11, 1e-11, "dop853", events="located")  # Options of the runs of a fit
 
 
 def bouncing() -> sd.Mechanism:

@@ -24,9 +24,9 @@ RESTITUTIONS = (
     (LankaraniNikravesh, 0.5, 0.270367967569),
     (HuntCrossley, 0.5, 0.459202543812),
 )
-"""Law, its parameter, and the exact derivative of the restitution coefficient of an impact by it."""
+"""Damping law, its parameter c_r, and the exact derivative of an impact's actual restitution coefficient by c_r."""
 
-SPEED, CLEARANCE = 0.5, 1e-3
+SPEED, CLEARANCE = 0.5, 1e-3  # Speed of the ball [m/s] and radial clearance [m]
 
 
 def journals() -> sd.Mechanism:
@@ -107,7 +107,7 @@ def differences(mechanism: sd.Mechanism, options: sd.Options, path: str, value: 
 
 
 NOISE = 2e-6
-"""Relative error of the differences below, which the precision of located events limits."""
+"""Relative error of finite differences, which the precision of located events limits."""
 
 
 @pytest.mark.parametrize(
@@ -141,6 +141,7 @@ def test_stops_latches_cables_and_couplings(path: str, value: float, method: str
     assert run.state[:, 0] == pytest.approx(state, abs=NOISE * (np.max(np.abs(state)) + 1.0))
 
 
+# Measures of a contact that have derivatives
 MEASURED = ("first_contact", "peak_force", "peak_approach_speed", "impulse", "peak_indentation", "contact_fraction")
 
 
@@ -184,6 +185,7 @@ def test_the_part_of_a_run_in_which_a_gradient_holds() -> None:
     assert "more than a tenth of its clearance" in json.loads(far.attrs["warnings"])[0]
 
 
+# Arguments of `gradient` that are an error, by pattern of its message
 REFUSED = {
     "contact_count.*count": {"of": ["contact_count"]},
     "peak_bar_stress.*taken at samples": {"of": ["peak_bar_stress"]},

@@ -28,13 +28,14 @@ LAWS = (
     ("radzimovsky", "flores", "brown-mcphee"),
     ("pereira", "hu-guo", "gonthier-bristle"),
 )
-"""Elastic, damping and friction law of each joint."""
+"""Elastic, damping and friction law of each tested joint."""
 
+# Values of parameters without a default, in SI units
 NEEDED = {"restitution": 0.7, "kinetic": 0.1, "static": 0.15, "stiffness": 1e9, "damping": 1e3, "exponent": 1.5}
 NEEDED |= {"bristle_stiffness": 1e5, "relaxation_stiffness": 1e8, "relaxation_time": 1e-5}
 """Values of parameters without default."""
 
-STEP = 3e-3
+STEP = 3e-3  # Relative step of differences
 
 
 def chosen(slot: str, name: str) -> object:

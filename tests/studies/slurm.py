@@ -14,12 +14,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-DAEMONS = ("munged", "slurmctld", "slurmd")
-COMMANDS = ("sbatch", "squeue", "scancel", "scontrol", "sinfo")
+DAEMONS = ("munged", "slurmctld", "slurmd")  # Programs of Slurm that run in the background
+COMMANDS = ("sbatch", "squeue", "scancel", "scontrol", "sinfo")  # Commands of Slurm that users type
 
-CORES, MEMORY = 2, 4000  # Of the node; memory in MB
+CORES, MEMORY = 2, 4000  # Number of cores and memory [MB] of the only node of the cluster
 
-START_SECONDS = 30.0  # How long the daemons may take to start [s]
+START_SECONDS = 30.0  # [s] longest time that the daemons may take to start
 
 
 def missing() -> str:

@@ -429,6 +429,7 @@ def test_extreme_values_of_a_worst_case() -> None:
     assert text.endswith("and 13 nearer to their means")
 
 
+# HTML report with two pages
 PAGE = b"<!doctype html><html><title>Study</title><h1>first</h1><h1 style='break-before: page'>second</h1></html>"
 
 

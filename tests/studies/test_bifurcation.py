@@ -15,9 +15,10 @@ from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
 from scissordyn.record.store import load
 
-CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)
-TIMES = {"seconds", "processor_seconds"}
+CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)  # [m] values of the clearance in a diagram
+TIMES = {"seconds", "processor_seconds"}  # Attributes that differ between equal computations
 
+# Case file with a periodic drive
 CASE = """
 [structure]
 kind = "scissor"

@@ -25,8 +25,9 @@ from scissordyn.studies.compute.execute import execute
 from scissordyn.studies.result import StudyResult
 from studies.test_study import UNTIL, arm, rows
 
-BOUND = 60e3
+BOUND = 60e3  # [N] largest allowed force
 
+# Ranges of the varied parameters, in SI units
 VARIED: dict[str, Any] = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": (10.0, 20.0)}
 
 

@@ -34,6 +34,7 @@ from studies.test_study import arm, rows
 
 pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnings of their own behind
 
+# Options of a study with 300 cases
 SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=100..200 rpm, 15 values", "--block", "6"]
 
 

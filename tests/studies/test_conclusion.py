@@ -29,7 +29,7 @@ from scissordyn.studies.compute.store import FAILED
 from scissordyn.warning import warning
 from studies.test_answer import made_up, result_of, study
 
-FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")
+FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")  # Requirement on the peak force
 
 
 def test_exponents_are_recovered() -> None:
@@ -345,7 +345,7 @@ def test_order_of_a_report(tmp_path: Path) -> None:
     assert "in the folder that has a.db" in page
 
 
-CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)
+CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)  # Factor with five clearances
 
 
 def of_two_members(**changes: Any) -> Study:

@@ -28,7 +28,7 @@ from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
 
-PERIOD = 0.125
+PERIOD = 0.125  # [s] period of the drive
 
 
 @pytest.fixture(scope="module")

@@ -33,9 +33,9 @@ from scissordyn.studies.compute.store import COMPLETE, PENDING, Store, StoreErro
 from scissordyn.studies.compute.table import digest
 from studies.test_study import arm, rows
 
-CASES, BLOCK = 8, 2
+CASES, BLOCK = 8, 2  # Number of cases of a study, and number that is computed and stored together
 
-FLIPS, ALL_FLIPS = 60, 2000  # Bits of a file that are flipped, one at a time
+FLIPS, ALL_FLIPS = 60, 2000  # Number of bits of a file that are flipped, one at a time, in every test run and in the slow tests
 
 
 def study() -> Study:

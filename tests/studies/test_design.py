@@ -26,8 +26,8 @@ from scissordyn.studies.ask.distribution import (
 )
 from studies.test_study import arm
 
-TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))
-BASE = np.array([2.5, 6.0])
+TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))  # Variations of two factors
+BASE = np.array([2.5, 6.0])  # Values of the factors in the base case
 
 
 @pytest.mark.parametrize("kind", [kind for kind in DESIGNS if kind not in ("adaptive", "zip")])

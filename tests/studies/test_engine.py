@@ -19,7 +19,7 @@ import scissordyn as sd
 from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
 from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, workers_of
 
-LONG = 2000.0  # Simulated time that takes minutes [s]
+LONG = 2000.0  # [s] end of a run that takes minutes
 
 
 def divided(task: object) -> float:
@@ -170,6 +170,7 @@ def is_running(process: int) -> bool:
     return not (status.exists() and "State:\tZ" in status.read_text())
 
 
+# Program whose worker process kills itself
 KILLED = """
 import os, sys, time
 from scissordyn.run.engine import Processes, outcomes
@@ -180,6 +181,7 @@ if __name__ == "__main__":
             print(outcome.value, flush=True)
 """
 
+# Program without `if __name__ == "__main__"`
 UNGUARDED = """
 from scissordyn.run.engine import Processes, outcomes
 with Processes(1) as engine:

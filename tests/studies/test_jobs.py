@@ -16,6 +16,7 @@ from scissordyn.run.engine import EngineError
 from scissordyn.studies.compute import jobs as module
 from scissordyn.studies.compute.jobs import CERTIFICATE_PREFIX, SCRIPT_PREFIX, Jobs, remove_left_behind
 
+# Program that keeps a file locked
 HELD = """
 import sys, time
 from scissordyn.file.output_file import lock_file

@@ -13,7 +13,7 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.file import read_case
 
-G, ARMS = 9.81, 36.0
+G, ARMS = 9.81, 36.0  # Gravity [m/s^2] and mass of the arms [kg]
 
 
 def jack_force(payload: np.ndarray) -> np.ndarray:
@@ -75,6 +75,7 @@ def test_friction_counts_as_the_drives_move() -> None:
     )
 
 
+# Study file of a lift with an uncertain load
 STUDY = """
 case = "lift.toml"
 measures = ["static_rod_force"]
@@ -87,6 +88,7 @@ require = ["jack.static_rod_force < 4.9 kN"]
 samples = 8
 """
 
+# Tables of a load on the platform, part of a case file
 LOAD = """[[body]]
 name = "load"
 mass = "40 kg"
@@ -115,8 +117,8 @@ def test_study_sizes_the_jack(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert f"{100.0 * np.mean(force < 4900.0):.1f}%" in report
 
 
-CASE = Path(__file__).parents[2] / "examples" / "lift_table.toml"
-LOOSER = ["run.rtol=1e-6", "run.atol=1e-6"]
+CASE = Path(__file__).parents[2] / "examples" / "lift_table.toml"  # Case file of a lift table
+LOOSER = ["run.rtol=1e-6", "run.atol=1e-6"]  # Options of less accurate runs
 
 
 def bars(material: str, section: str) -> list[str]:

@@ -13,8 +13,9 @@ from scissordyn.cli.response import motor as command
 from scissordyn.config.study import read_motor, read_study
 from studies.test_study import UNTIL, arm
 
-CURVE = sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))
+CURVE = sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))  # Torque-speed curve of a motor
 
+# Case file with a drive
 CASE = """
 [structure]
 kind = "scissor"
@@ -28,6 +29,7 @@ until = "5 ms"
 """
 
 
+# Table of a servo that replaces the drive
 CONTROL = """
 [[control]]
 name = "servo"

@@ -20,6 +20,7 @@ from scissordyn.studies.ask.distribution import Names
 from scissordyn.studies.compute.table import column
 from scissordyn.studies.result import StudyResult
 
+# Case file with a flexible bar
 CASE = """
 [structure]
 kind = "scissor"
@@ -38,10 +39,11 @@ friction = "none"
 until = "2 ms"
 """
 
-MATERIAL, SECTION = "structure.bars.material", "structure.bars.section"
-MATERIALS = ["steel", "aluminium", "titanium"]
-SECTIONS = ["tube 60x60x1.5 mm", "tube 50x50x2 mm"]
+MATERIAL, SECTION = "structure.bars.material", "structure.bars.section"  # Parameter paths of material and section of the bars
+MATERIALS = ["steel", "aluminium", "titanium"]  # Names of materials, values of a factor
+SECTIONS = ["tube 60x60x1.5 mm", "tube 50x50x2 mm"]  # Texts of sections, values of a factor
 
+# Arguments of a study with twelve cases
 TWELVE: dict[str, Any] = {
     "factors": {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
     "measures": ["peak_drive_torque", "peak_bar_stress", "mass"],

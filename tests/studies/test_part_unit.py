@@ -27,9 +27,10 @@ from scissordyn.studies.compute.execute import simulated
 from studies.test_answer import made_up, result_of
 from studies.test_study import arm
 
-MEASURE = "peak_component_force"
+MEASURE = "peak_component_force"  # Measure whose unit depends on the component
+# Component whose force is in N
 SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stiffness=100.0, free_length=1.0)
-HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)
+HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)  # Component whose torque is in N m
 
 
 def study(*components: Any, **changes: Any) -> Study:

@@ -20,7 +20,7 @@ from scissordyn.studies.answer.estimate import (
 from scissordyn.studies.answer.fidelity import verified_path
 from studies.test_study import arm
 
-MEDIAN, SPREAD = 1.0, 0.5
+MEDIAN, SPREAD = 1.0, 0.5  # Median and spread of a log-normal response
 
 
 def pairs(numbers: np.random.Generator, count: int, correlated: float) -> tuple[np.ndarray, np.ndarray]:
@@ -138,8 +138,8 @@ def test_split_of_a_budget():
     assert math.isnan(correlation(np.ones(5), np.arange(5.0)))
 
 
-RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}
-CHEAP = {"rtol": 1e-3, "atol": 1e-3}
+RANGES = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": "100..200 rpm"}  # Ranges of the varied parameters
+CHEAP = {"rtol": 1e-3, "atol": 1e-3}  # Options of the cheap runs
 
 
 def study(tmp_path, **options):

@@ -15,12 +15,13 @@ from scissordyn.studies.compute.store import COMPLETE, Store
 from studies import slurm
 from studies.test_study import rows
 
-MISSING = slurm.missing()
+MISSING = slurm.missing()  # Reason why Slurm cannot be used; empty if it can
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 
-PAGE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "cluster.md"  # Page about clusters
 
+# Command of a study with 200 cases
 SWEEP = (
     *("sweep", "case.toml", "--set", "run.until=20 ms", "--vary", "A.clearance=0.1..0.4 mm, 200 values"),
     *("--block", "5", "-o", "study.db"),

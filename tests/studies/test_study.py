@@ -24,7 +24,7 @@ from scissordyn.studies.ask.requirement import Requirement, response_values
 from scissordyn.studies.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.studies.compute.store import COMPLETE, FAILED, Store, StoreError
 
-UNTIL = 0.005
+UNTIL = 0.005  # [s] end of the runs
 
 
 def arm() -> sd.Mechanism:

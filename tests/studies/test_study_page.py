@@ -18,7 +18,7 @@ from scissordyn.studies.answer.verdict import by_point
 from scissordyn.studies.ask.design import DESIGNS
 from scissordyn.studies.compute.execute import execute
 
-PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")  # Text of the page about studies
 
 
 def snippets(language: str) -> list[str]:
@@ -87,6 +87,7 @@ def test_every_design_is_listed() -> None:
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
 
 
+# Command of a study, to which options are appended
 SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm, 3 values")
 
 
@@ -134,6 +135,7 @@ def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: 
     assert not (folder / "a.db").exists()
 
 
+# Case file with a servo
 SERVO = """
 [structure]
 kind = "scissor"

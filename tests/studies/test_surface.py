@@ -17,7 +17,7 @@ from scissordyn.studies.answer.verdict import by_point
 from studies.test_answer import made_up, result_of
 from studies.test_conclusion import proportional
 
-PLAIN = np.array([False, False])
+NOT_LOGARITHMIC = np.array([False, False])  # No factor varies on a logarithmic scale
 
 
 def points(count: int, seed: int = 1) -> np.ndarray:
@@ -34,7 +34,7 @@ def smooth(x: np.ndarray) -> np.ndarray:
 def test_prediction_of_a_smooth_function() -> None:
     """Closed form: 32 points predict others of sin x cos y to 2 %, and reproduce themselves."""
     x = points(32)
-    found = Surface(x, smooth(x), PLAIN)
+    found = Surface(x, smooth(x), NOT_LOGARITHMIC)
     new = points(256, 2)
     mean, deviation = found.predict(new)
     np.testing.assert_allclose(mean, smooth(new), rtol=0.02)
@@ -48,7 +48,7 @@ def test_points_left_out_are_those_of_brute_force() -> None:
     """Cross-check: predictions without a point equal those of a process fitted without it."""
     x = points(16)
     y = smooth(x) + 0.05 * np.random.default_rng(3).standard_normal(16)
-    found = Surface(x, y, PLAIN)
+    found = Surface(x, y, NOT_LOGARITHMIC)
     unit = (x - x.min(axis=0)) / np.ptp(x, axis=0)
     for k in (0, 7, 15):
         kept = np.arange(16) != k
@@ -63,7 +63,7 @@ def test_intervals_cover_noise() -> None:
     for seed in range(6):
         x, noise = points(64, seed), 0.1 * np.random.default_rng(seed).standard_normal(64)
         y = smooth(x) + noise
-        mean, deviation = Surface(x[:32], y[:32], PLAIN).predict(x[32:])
+        mean, deviation = Surface(x[:32], y[:32], NOT_LOGARITHMIC).predict(x[32:])
         hits += int(np.sum(np.abs(y[32:] - mean) < 1.96 * deviation))
     assert 0.90 * 192 <= hits <= 0.99 * 192
 
@@ -71,8 +71,8 @@ def test_intervals_cover_noise() -> None:
 def test_noise_is_not_predicted_and_far_points_are_uncertain() -> None:
     """Limit: noise has no predicted share; outside the data the deviation grows."""
     x = points(32)
-    assert Surface(x, 1.0 + np.random.default_rng(5).random(32), PLAIN).predicted < 0.3
-    found = Surface(x, smooth(x), PLAIN)
+    assert Surface(x, 1.0 + np.random.default_rng(5).random(32), NOT_LOGARITHMIC).predicted < 0.3
+    found = Surface(x, smooth(x), NOT_LOGARITHMIC)
     assert found.predict(np.array([[8.0, 60.0]]))[1][0] > 10.0 * found.predict(x)[1].max()
 
 

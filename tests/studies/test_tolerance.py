@@ -21,9 +21,10 @@ from scissordyn.studies.compute.table import column
 from scissordyn.units import Quantity
 from studies.test_study import UNTIL, arm
 
-LENGTH = Quantity("m", minimum=0.0)
-NORMAL_LIMIT = 3.0 * (5.0 + 3.0) / np.hypot(5.0, 3.0)  # limits of H7/g6 at 10 mm in standard deviations, of 15 and 9 um
-NUMBER = Quantity("1", minimum=0.0, maximum=1.0)
+LENGTH = Quantity("m", minimum=0.0)  # Quantity of a clearance
+# Limits of the clearance of H7/g6 in its standard deviations; both tolerances have a ratio of 5 to 3
+NORMAL_LIMIT = 3.0 * (5.0 + 3.0) / np.hypot(5.0, 3.0)
+NUMBER = Quantity("1", minimum=0.0, maximum=1.0)  # Quantity of a restitution coefficient
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.store import load, save
 from scissordyn.run.trajectory import advance_to, make_driver
 
-RADIUS, GAP, LENGTH, MASS = 10e-3, 5e-5, 15e-3, 10.0  # of the bearing [m], and of the rotor [kg]
-FORCE = MASS * 9.81
-TURN = FORCE * 2.0 * math.pi * (RADIUS - GAP)  # energy F times slip of one turn [J]
+RADIUS, GAP, LENGTH, MASS = 10e-3, 5e-5, 15e-3, 10.0  # Radius, clearance and length of the bearing [m], mass of the rotor [kg]
+FORCE = MASS * 9.81  # [N] weight on the worn bearing
+TURN = FORCE * 2.0 * math.pi * (RADIUS - GAP)  # [J] force times slip distance of one turn
 
 
 def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, **laws):

@@ -9,12 +9,12 @@ import scissordyn as sd
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.friction.coulomb import Coulomb
 
-CLEARANCE = 1e-3
+CLEARANCE = 1e-3  # [m] radial clearance
 
 BOUNCING = tuple(sd.Clearance(CLEARANCE, stiffness=law, damping=NoDamping()) for law in (sd.Hertz(), sd.Liu()))
-"""Clearance joints that lose no energy."""
+"""Clearances whose contacts lose no energy."""
 FRICTIONAL = sd.Clearance(CLEARANCE, friction=sd.LuGre(0.1)), sd.Clearance(CLEARANCE, friction=Coulomb(0.1))
-"""Clearance joints with impact losses and friction."""
+"""Clearances whose contacts lose energy by impacts and friction."""
 
 
 @dataclass

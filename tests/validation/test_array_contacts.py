@@ -12,11 +12,15 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.run.simulate import simulate
 
-PIN = Clearance(5e-4)
-START, SPEED = math.pi / 6.0, math.radians(60.0)  # 10 rpm: the joints move apart under their loads, not by inertia
-TOLERANCE = 1e-11  # Tolerance of both formulations
-CLOSE = 1e-7  # Errors of 1e-11 in a step, over some hundred steps and one contact, which magnifies them up to 300 times
-CLOSE_PEAK_TIME = 1e-5  # A force is flat at its peak: round-off of 1e-12 of it shifts the peak by 1e-6 of the contact's length
+PIN = Clearance(5e-4)  # Clearance of the joints
+# Angle [rad] and speed [rad/s] of the drive, so slow that loads, not inertia, open contacts
+START, SPEED = (
+    math.pi / 6.0,
+    math.radians(60.0),
+)
+TOLERANCE = 1e-11  # Relative and absolute tolerance of both formulations
+CLOSE = 1e-7  # Largest relative difference: errors of 1e-11 in some hundred steps grow up to 300 times in a contact
+CLOSE_PEAK_TIME = 1e-5  # [contact durations] largest difference of peak times: round-off of 1e-12 moves a flat peak by 1e-6
 
 
 def places(units: int) -> list[tuple[str, ...]]:
@@ -39,6 +43,7 @@ def label(value: object) -> str:
     return "+".join(value) if isinstance(value, tuple) else str(value)
 
 
+# Number of units, and names of the clearance joints
 CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
 
 

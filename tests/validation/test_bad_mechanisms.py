@@ -11,8 +11,8 @@ from energy_balance import closure_error
 import scissordyn as sd
 from scissordyn.errors import InputError
 
-PIN = sd.Clearance(1e-3)
-GROUND = (("O", (0.0, 0.0)), ("P", (1.0, 0.0)), ("Q", (2.0, 0.0)))
+PIN = sd.Clearance(1e-3)  # Clearance of the joints
+GROUND = (("O", (0.0, 0.0)), ("P", (1.0, 0.0)), ("Q", (2.0, 0.0)))  # Ground with the points "O", "P" and "Q"
 
 
 def part(name: str, *, x: float = 0.0, length: float = 1.0, **changed) -> sd.Body:
@@ -28,9 +28,9 @@ def pin(name: str, journal: str, bearing: str, clearance: sd.Clearance | None = 
     return sd.Revolute(name, (one, here), (other, there), clearance)
 
 
-HUNG = pin("hook", "u.a", "ground.O")
+HUNG = pin("hook", "u.a", "ground.O")  # Pin of body "u" at the ground
 PENDULUM = part("bob")
-"""Body that can always move, so that a mechanism is not refused because nothing is left to move."""
+"""Body that can always move, so that no mechanism is rejected because nothing in it can move."""
 
 
 def mechanism(*bodies: sd.Body, **parts) -> sd.Mechanism:
@@ -93,6 +93,7 @@ def refused(build: Callable[[], object], *names: str) -> None:
     assert [name for name in names if not any(choice in message for choice in name.split("|"))] == []
 
 
+# Functions that build an impossible mechanism, and names in its error, by fault
 REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
     # joints and drives that contradict each other
     "two pins at different distances": (
@@ -286,6 +287,7 @@ def test_impossible_mechanisms(case: str) -> None:
     refused(build, *names)
 
 
+# Functions that build an unusual mechanism, and whether its reactions are determined
 ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
     "free body": (lambda: mechanism(part("u")), True),
     "bodies that nothing joins": (lambda: mechanism(part("u"), part("v"), joints=(HUNG,)), True),

@@ -13,8 +13,8 @@ from scissordyn.components.latch import Latch
 from scissordyn.components.rod import Rod
 from scissordyn.plan.plan import plan
 
-ROPE = ("u", "b"), ("ground", "P")
-KNEE = pin("knee", "u.b", "v.a")
+ROPE = ("u", "b"), ("ground", "P")  # End points of a rod
+KNEE = pin("knee", "u.b", "v.a")  # Pin between bodies "u" and "v"
 
 
 def shrinking(rate: float) -> Rod:
@@ -33,6 +33,7 @@ def latched_rocker() -> sd.Mechanism:
     return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
 
 
+# Function that builds a mechanism, time at which its run ends [s], and names in the cause
 ENDS = {
     "rod that shrinks to nothing": (
         lambda: mechanism(part("u", angle=0.3), joints=(HUNG,), rods=(shrinking(-1.0),)),
@@ -86,6 +87,7 @@ def test_instant_of_the_contradicting_latch() -> None:
     assert float(np.interp(0.05, turned, run["time"].values)) == pytest.approx(0.045964247, abs=1e-8)
 
 
+# Functions that build a mechanism with a wrong rod, and names in its error
 RODS = {
     "too short to reach": (
         lambda: mechanism(part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),

@@ -18,7 +18,7 @@ def test_random_linkage_stays_on_its_branch(seed: int) -> None:
     assert judge(seed).verdict == "on its branch"
 
 
-FOUR_BAR = (4.0, 1.0, 3.0, 2.0)
+FOUR_BAR = (4.0, 1.0, 3.0, 2.0)  # Lengths of ground, crank, coupler and rocker of a linkage that folds flat
 
 
 def off_branch(run) -> float:

@@ -9,8 +9,9 @@ from validation.case import Case, Code, Model, installed, scan
 from validation.catalogue import CASES
 from validation.page import codes_table, models_table
 
-COMPILED = ("numbalsoda",), ("squeezer",)  # Packages and cases whose models take half a minute to compile
+COMPILED = ("numbalsoda",), ("squeezer",)  # Packages and cases whose models compile for half a minute, for slow tests
 
+# Models of other programs as test parameters
 MODELS = [
     pytest.param(
         model,
@@ -21,7 +22,7 @@ MODELS = [
     if case.models
     for k, model in enumerate(case.models())
 ]
-ABSENT = "no_such_package_of_that_name"
+ABSENT = "no_such_package_of_that_name"  # Name of a package that does not exist
 
 
 def missing(setting: float) -> tuple[float, float]:

@@ -23,13 +23,13 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import scissor
 from scissordyn.run.simulate import simulate
 
-MECHANISMS = int(os.environ.get("MECHANISMS", "20"))
+MECHANISMS = int(os.environ.get("MECHANISMS", "20"))  # Number of random mechanisms in each test
 drawn = pytest.mark.parametrize("seed", range(MECHANISMS))
-CLOSED = 1e-12
-"""Joints stay closed to some hundred roundings of coordinates of about 1 m; 3e-13 was the worst of a thousand runs."""
-ROUNDING = 1e-10
-"""Relative error of energy: positions round by 1e-16 m, so a force of 1e4 N errs by 1e-12 J per step in contact."""
-ROUND_OFF = 1e-13  # Relative error of linear momentum, which every one-step method keeps to rounding
+GAP_TOL = 1e-12
+"""[m] Largest gap of an ideal joint: some hundred times round-off; the largest of a thousand runs was 3e-13."""
+ENERGY_TOL = 1e-10
+"""Largest relative error of energy: round-off of 1e-16 m in positions times 1e4 N is 1e-12 J in each step of a contact."""
+MOMENTUM_TOL = 1e-13  # Largest relative error of linear momentum, which every one-step method conserves up to round-off
 
 
 def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
@@ -49,8 +49,8 @@ def test_energy_and_closure(seed: int) -> None:
     mechanism = random_mechanism(seed)
     for tolerance in (1e-6, 1e-9, 1e-13):
         found = run(mechanism, tolerance)
-        assert closure_error(found, mechanism) < CLOSED
-        rounding = ROUNDING if found.sizes["contact"] else 1e-12 * max(1.0, height_over_drift(found, mechanism))
+        assert closure_error(found, mechanism) < GAP_TOL
+        rounding = ENERGY_TOL if found.sizes["contact"] else 1e-12 * max(1.0, height_over_drift(found, mechanism))
         assert energy_drift(found, mechanism) < 100.0 * tolerance + rounding
 
 
@@ -60,8 +60,8 @@ def test_momentum_of_floating_mechanisms(seed: int) -> None:
     mechanism = random_mechanism(seed, floating=True)
     coarse, fine = run(mechanism, 1e-8), run(mechanism, 1e-13)
     for found in (coarse, fine):
-        assert momentum_drift(found, mechanism)[0] < ROUND_OFF
-        assert closure_error(found, mechanism) < CLOSED
+        assert momentum_drift(found, mechanism)[0] < MOMENTUM_TOL
+        assert closure_error(found, mechanism) < GAP_TOL
     assert momentum_drift(fine, mechanism)[1] < 1e-11
 
 
@@ -76,7 +76,7 @@ def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, floa
 
 def assert_momentum_balances(found, mechanism: Mechanism) -> None:
     """Check that linear momentum is constant, and that forces on all bodies have no moment."""
-    assert momentum_drift(found, mechanism)[0] < ROUND_OFF
+    assert momentum_drift(found, mechanism)[0] < MOMENTUM_TOL
     rate, scale = angular_momentum_rate(found, mechanism)
     # the inner forces of a rotating body cancel up to round-off on the scale of the kinetic energy
     assert np.max(np.abs(rate)) <= 1e-13 * max(scale, float(found["kinetic_energy"].max()))
@@ -161,5 +161,5 @@ def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
     found = run(array, 1e-13, until=0.3)
     assert found.sizes["contact"] > 10
     linear, angular = momentum_drift(found, array)
-    assert linear < ROUND_OFF
+    assert linear < MOMENTUM_TOL
     assert angular < 1e-11

@@ -10,9 +10,10 @@ import xarray as xr
 import scissordyn as sd
 from reference.multipliers import Multipliers
 
-TIGHT = {"rtol": 1e-12, "atol": 1e-12}
-START = math.pi / 9
+TIGHT = {"rtol": 1e-12, "atol": 1e-12}  # Tolerances of accurate runs
+START = math.pi / 9  # [rad] inclination of the bars of a ring at the start
 
+# Mechanism, and number of its redundant constraints, by name
 CASES = {
     **{f"ring of {units}": (sd.hoberman_ring(units=units, angle=START).driven(speed=-0.3), 4) for units in (3, 4, 6, 12)},
     **{f"{units} four-bars": (sd.n_four_bar(units), 0) for units in (1, 2, 5)},

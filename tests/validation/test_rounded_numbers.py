@@ -49,6 +49,7 @@ def test_nearly_equal_sides(seed: int) -> None:
     assert judge(seed).verdict == "as the exact one"
 
 
+# Lengths and angles of four-bar linkages that close only approximately, by fault
 SLOPPY = {
     "coupler as long as the ground, angle left out": ((4.0, 2.0, 4.0, 3.0), (math.pi / 3, 0.0, 1.4)),
     "parallelogram a little off": ((0.3, 0.1, 0.3, 0.1), (0.9, 1e-7, 0.9)),

@@ -10,8 +10,8 @@ from energy_balance import closure_error, energy_drift
 
 import scissordyn as sd
 
-PIN = sd.Clearance(1e-3)
-TIGHT = {"rtol": 1e-10, "atol": 1e-10}
+PIN = sd.Clearance(1e-3)  # Clearance of the joints
+TIGHT = {"rtol": 1e-10, "atol": 1e-10}  # Tolerances of accurate runs
 
 
 def names_a_part(run: xr.Dataset, mechanism: sd.Mechanism) -> bool:
@@ -58,6 +58,7 @@ def clearance_array(units: int, joint: str) -> sd.Mechanism:
     return sd.scissor(units=units, angle=0.1).with_clearance(joint, PIN).driven(speed=-1.0)
 
 
+# Functions that build a mechanism that reaches a singular position, and the end of its run [s]
 ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
     **{f"folded array of {n}": (lambda n=n: sd.scissor(units=n, angle=0.3).driven(speed=-1.0), 1.0) for n in (1, 2, 3)},
     "folded array, clearance at A": (lambda: clearance_array(2, "A"), 0.2),

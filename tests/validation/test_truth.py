@@ -20,7 +20,7 @@ from validation.two_samples.tests import energy_distance, energy_test
 
 from scissordyn.config.file import read_case
 
-PAGE = HERE.parent / "docs" / "validation.md"
+PAGE = HERE.parent / "docs" / "validation.md"  # Page with the validation results
 
 
 def name(case: Case) -> str:

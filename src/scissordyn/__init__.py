@@ -181,7 +181,7 @@ PUBLIC = {
         "separation_exponent",
         "variational_exponent",
     ),
-    "periodic.wear": ("wear",),
+    "lifetime.wear": ("wear",),
     "plot.animation": ("animate",),
     "plot.canvas": ("view",),
     "plot.preview": ("preview",),

@@ -130,7 +130,7 @@ from scissordyn.periodic.lyapunov import (
     separation_exponent as separation_exponent,
     variational_exponent as variational_exponent,
 )
-from scissordyn.periodic.wear import wear as wear
+from scissordyn.lifetime.wear import wear as wear
 from scissordyn.plot.animation import animate as animate
 from scissordyn.plot.canvas import view as view
 from scissordyn.plot.preview import preview as preview

@@ -67,7 +67,7 @@ def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixt
 
 def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: Ctrl-C leaves the simulated states in the file; the same command goes on to the result of one run."""
-    from scissordyn.periodic import wear
+    from scissordyn.lifetime import wear
 
     assert status_of(["wear", case, "-o", "whole.nc"]) == 0
     simulate, count = wear.CycleRunner.loads, 0

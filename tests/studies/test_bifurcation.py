@@ -113,7 +113,7 @@ def test_following(impacting):
 def cycle_options(mechanism):
     """Return options as `bifurcation` makes them."""
     from scissordyn.model.options import Options
-    from scissordyn.periodic.stroboscope import drive_period
+    from scissordyn.run.stops import drive_period
 
     return Options(drive_period(mechanism), samples=2, rtol=1e-6, atol=1e-6, most_steps=1_000_000)
 

@@ -24,9 +24,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.periodic.cycles import cycle
 from scissordyn.periodic.ensemble import ensemble
 from scissordyn.periodic.lyapunov import separation_exponent, variational_exponent
-from scissordyn.periodic.stroboscope import drive_period
 from scissordyn.record.store import load, save
 from scissordyn.run.simulate import replay, simulate
+from scissordyn.run.stops import drive_period
 
 PERIOD = 0.125  # [s] period of the drive
 

@@ -13,6 +13,10 @@ from scissordyn.components.time_function import Harmonic
 from scissordyn.config.file import read_case, write_case
 from scissordyn.errors import InputError
 from scissordyn.laws.material import MATERIALS
+from scissordyn.lifetime.error import scatter, significant_drift
+from scissordyn.lifetime.life import first_crossing, life_lines, without_repetitions
+from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients
+from scissordyn.lifetime.wear import wear
 from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.body import Body, Track
@@ -23,10 +27,6 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.scissor import scissor
 from scissordyn.model.wear import Wear
-from scissordyn.periodic.life import first_crossing, life_lines, without_repetitions
-from scissordyn.periodic.wear import wear
-from scissordyn.periodic.wear_error import scatter, significant_drift
-from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients
 from scissordyn.plan.plan import plan
 from scissordyn.record.store import load, save
 from scissordyn.run.trajectory import advance_to, make_driver
@@ -92,7 +92,7 @@ def test_steps_of_cycles_converge(monkeypatch):
     """
     profiles = []
     for steps in (48, 12, 6):
-        monkeypatch.setattr("scissordyn.periodic.wear.STEPS_MIN", steps)
+        monkeypatch.setattr("scissordyn.lifetime.wear.STEPS_MIN", steps)
         run = worn(rotor(5e-10, 48, unbalance=0.6), 48, members=1, change=0.5)
         assert run.sizes["state"] == steps + 1
         profiles.append(run["depth"].values[-1, 0])

@@ -32,8 +32,8 @@ def wear(
     as_json: AsJson = False,
 ) -> int:
     from scissordyn.config.file import read_case
+    from scissordyn.lifetime.wear import wear_out
     from scissordyn.model.wear import Wear
-    from scissordyn.periodic.wear import wear_out
     from scissordyn.record.store import save
 
     check_run(output, case, "-o life.nc")
@@ -95,7 +95,7 @@ def _draw(run: xr.Dataset, folder: Path | None) -> list[Path]:
 
 
 def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
-    from scissordyn.periodic.life import life_lines
+    from scissordyn.lifetime.life import life_lines
 
     reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
     say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)

@@ -25,12 +25,13 @@ from scissordyn.model.parameter_path import number
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import recorded_names
 from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, run_case, store_row
-from scissordyn.periodic.stroboscope import drive_period, make_consistent, start_state
+from scissordyn.periodic.stroboscope import make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
+from scissordyn.run.stops import drive_period
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 

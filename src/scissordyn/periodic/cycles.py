@@ -14,10 +14,11 @@ from scissordyn.errors import InputError
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, Cycles, drive_period, run_cycles
+from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, Cycles, run_cycles
 from scissordyn.plan.acting import states_of
 from scissordyn.plan.plan import Plan
 from scissordyn.run.advance.driver import Snapshot
+from scissordyn.run.stops import drive_period
 from scissordyn.units import checked
 
 

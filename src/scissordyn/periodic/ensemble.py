@@ -15,11 +15,12 @@ from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.periodic.rows import RUN_COLUMNS, CycleCase, empty_rows, run_case, store_row
-from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, drive_period, make_consistent, start_state
+from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import ENGINES, Engine, outcomes
+from scissordyn.run.stops import drive_period
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
 

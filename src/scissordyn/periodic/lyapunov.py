@@ -18,12 +18,12 @@ from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.stroboscope import drive_period, make_consistent
+from scissordyn.periodic.stroboscope import make_consistent
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Driver, Snapshot
-from scissordyn.run.stops import stops
+from scissordyn.run.stops import drive_period, stops
 from scissordyn.run.trajectory import compute, make_driver
 from scissordyn.units import checked
 

@@ -6,11 +6,9 @@ import math
 import time as clocks
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from scissordyn.components.time_function import ConstantSpeed, Harmonic
 from scissordyn.errors import InputError, whole_number
 from scissordyn.integrate.integration import NO_EVENT, RESET_DATA, RISE, Samples
 from scissordyn.kernel import Handle
@@ -60,23 +58,6 @@ class Cycles:
     # method, steps, rejected, rates, jacobians, events, seconds of integration, cycles per second
     statistics: dict[str, str | int | float]
     warnings: tuple[str, ...]  # warnings about the start and the kept cycles
-
-
-def drive_period(mechanism: Mechanism) -> float:
-    """Return the period of a mechanism's only periodic drive [s]."""
-    # a rotation at constant speed is periodic, a growing distance is not
-    driving: tuple[Any, ...] = (*mechanism.drives, *mechanism.coordinate_drives)
-    turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
-    periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    every = [part.motion for part in (*driving, *mechanism.rods)]
-    periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
-    if len(periods) != 1:
-        raise InputError(
-            f"the drives of the mechanism have {len(periods) or 'no'} periods",
-            "the period [s]",
-            "period=0.25, or a harmonic drive",
-        )
-    return periods.pop()
 
 
 def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:

@@ -1,14 +1,35 @@
-"""Stops of a driver at given times, with what the run has done since the last stop."""
+"""Period of a drive, and stops of a run at given times, with what the run has done since the last stop."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.components.time_function import ConstantSpeed, Harmonic
+from scissordyn.errors import InputError
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.trajectory import advance_to
+
+
+def drive_period(mechanism: Mechanism) -> float:
+    """Return the period of a mechanism's only periodic drive [s]."""
+    # a rotation at constant speed is periodic, a growing distance is not
+    driving: tuple[Any, ...] = (*mechanism.drives, *mechanism.coordinate_drives)
+    turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
+    periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
+    every = [part.motion for part in (*driving, *mechanism.rods)]
+    periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
+    if len(periods) != 1:
+        raise InputError(
+            f"the drives of the mechanism have {len(periods) or 'no'} periods",
+            "the period [s]",
+            "period=0.25, or a harmonic drive",
+        )
+    return periods.pop()
 
 
 class Stop(NamedTuple):

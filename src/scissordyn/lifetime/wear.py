@@ -14,14 +14,14 @@ import xarray as xr
 
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
+from scissordyn.lifetime.error import depth_errors, mean_error
+from scissordyn.lifetime.life import add_lives, repetition, without_repetitions
+from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients, worn_joints
+from scissordyn.lifetime.step import Bearing, Worn
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
 from scissordyn.model.wear import Coefficients, CycleKind, Wear
-from scissordyn.periodic.life import add_lives, repetition, without_repetitions
-from scissordyn.periodic.stroboscope import drive_period
-from scissordyn.periodic.wear_error import depth_errors, mean_error
-from scissordyn.periodic.wear_loads import CycleRunner, Loads, with_coefficients, worn_joints
-from scissordyn.periodic.wear_step import Bearing, Worn
+from scissordyn.run.stops import drive_period
 from scissordyn.units import Meaning, checked, quantities
 
 TITLE = "scissordyn wear"

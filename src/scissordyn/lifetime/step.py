@@ -8,9 +8,9 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
+from scissordyn.lifetime.loads import Loads
 from scissordyn.mechanics import contour as kernels
 from scissordyn.model.joint import Revolute
-from scissordyn.periodic.wear_loads import Loads
 from scissordyn.plan.numbers import contour_table
 
 

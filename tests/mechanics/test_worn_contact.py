@@ -16,7 +16,7 @@ from scissordyn.laws.foundation import pressure_table
 from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.contour import DEPTH, place_under, press_at, wear_out
+from scissordyn.mechanics.contour import DEPTH, deepest, place_under, press_at, wear_out
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.joint import Revolute
@@ -203,6 +203,15 @@ def test_worn_in_profile():
     assert np.max(np.abs(depths - exact)) < 1e-3 * np.max(depths)
 
 
+def test_a_weak_load_next_to_a_strong_one():
+    """Identity: V = k F s of all loads, though the strong load wears the contour by more than the weak one indents it."""
+    contour, table, clearance, area = bearing(BORE, 360)
+    energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
+    energies[20:22], forces[20:22] = (0.2, 1e-6), (500.0, 0.05)
+    assert wear_out(contour, table, clearance, area, energies, forces, places, 1e-9, 20_000, np.zeros((3, 360))) == 1.0
+    assert area * float(np.sum(contour[:, DEPTH])) == pytest.approx(1e-9 * 0.200001, rel=1e-12)
+
+
 def test_wear_stops_at_its_substeps():
     """Contract: the fraction of the wear that was done is reported, and the volume is that fraction."""
     _, volume, done = worn_by(1.0, 10.0, substeps=20)
@@ -262,3 +271,7 @@ def test_a_journal_without_a_place():
     table = pressure_table(clearance.stiffness, clearance.surfaces)
     press_at(math.nan, 0.0, contour_table([0.0] * 90), table, 1e-4, 1e-5, np.zeros(0), out)
     assert math.isnan(out[3])
+    # the function itself, in which NaN as an index is an error; in C it is the index -2^63, beyond the array
+    value, at = deepest(math.nan, 0.0, contour_table([0.0] * 90), 1e-4)
+    assert math.isnan(value)
+    assert at == 0

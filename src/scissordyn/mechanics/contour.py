@@ -247,7 +247,8 @@ def wear_out(
                 continue
             nx, ny = math.cos(2.0 * math.pi * b / loads), math.sin(2.0 * math.pi * b / loads)
             px, py = force[b] * nx, force[b] * ny
-            if math.isnan(place[b, 0]):
+            depth, _ = deepest(place[b, 0], place[b, 1], contour, clearance)
+            if not depth > 0.0:  # at first, or after stronger loads have worn the contour away from this one
                 e = bracket_place(nx, ny, force[b], contour, table, clearance, area, shares[0:0])
                 place[b, 0], place[b, 1] = e * nx, e * ny
             place[b, 0], place[b, 1], _ = improve_place(

@@ -65,6 +65,29 @@ def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixt
     assert 0.0 < low <= life <= high < 1500
 
 
+def test_preview_estimates_the_life(case: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Contract: the answers of `wear` with ideal loads, and one sentence on how far to trust them; none without wear."""
+    assert status_of(["preview", case]) == 0
+    lines = " ".join(capfd.readouterr().out.split())
+    assert status_of(["wear", case, "--set", "wear.loads=ideal"]) == 0
+    answers = capfd.readouterr().out.splitlines()
+    assert answers[0].startswith("clearance of joint 'slider pin' at most 103 µm: fails after ")
+    assert all(f"Wear: {line}." in lines for line in answers[:2])
+    assert "Wear: estimated from forces of ideal joints: close while journals stay in contact" in lines
+    (folder / "round.toml").write_text(CASE.replace('wear = "1e-4 mm^3/(N m)"\n', ""), encoding="utf-8")
+    assert status_of(["preview", "round.toml"]) == 0
+    assert "Wear" not in capfd.readouterr().out
+
+
+def test_report(case: str, folder: Path) -> None:
+    """Contract: one file with the answers first, the table of joints, and a picture of each contour."""
+    assert status_of(["wear", case, "--set", "wear.loads=ideal", "--report", "life.html", "-q"]) == 0
+    text = (folder / "life.html").read_text(encoding="utf-8")
+    first = text.index("<strong>clearance of joint &#39;slider pin&#39; at most 103 µm: fails after ")
+    assert first < text.index("<h2>Joints</h2>") < text.index("<h2>Worn bearing of joint slider pin</h2>")
+    assert text.count("data:image/png;base64,") == 2
+
+
 def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: Ctrl-C leaves the simulated states in the file; the same command goes on to the result of one run."""
     from scissordyn.lifetime import wear

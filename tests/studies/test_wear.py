@@ -36,14 +36,15 @@ FORCE = MASS * 9.81  # [N] weight on the worn bearing
 TURN = FORCE * 2.0 * math.pi * (RADIUS - GAP)  # [J] force times slip distance of one turn
 
 
-def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, **laws):
+def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, turning_bearing=False, **laws):
     """Return a heavy shaft that turns at constant speed in a bearing, which loses a volume [m^3] in a number of cycles.
 
     `unbalance` is the rotating force as a fraction of the weight.
     """
     speed = 2.0 * math.pi * turns
     body = Body("shaft", MASS, 0.01, {"pin": (0.0, 0.0)}, centre=(unbalance * 9.81 / speed**2, 0.0), position=(0.0, 0.0))
-    joint = Revolute("bearing", ("shaft", "pin"), ("ground", "origin"))
+    ends = ("shaft", "pin"), ("ground", "origin")
+    joint = Revolute("bearing", *(reversed(ends) if turning_bearing else ends))
     still = Mechanism((body,), joints=(joint,), ground=(("origin", (0.0, 0.0)),), gravity=9.81)
     sizes = {"clearance": GAP, "journal_radius": RADIUS - GAP, "bearing_length": LENGTH}
     clearance = Clearance(**sizes, wear=volume / (TURN * cycles), **laws)
@@ -58,9 +59,10 @@ def worn(mechanism, cycles, **options):
 def test_worn_in_profile():
     """Closed form: V = k F w R t (integration at 1e-6), and the profile of a round journal where elasticity is negligible.
 
-    c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth 8.98746112485 um (1e-4) over a half arc of 32.044338 deg.
+    c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth 8.98746112485 um (1e-4) over a half arc of 32.044338 deg. The cells of
+    the contour cause the error: 4.9e-4 at 180 angles, 9.7e-5 at 360, 1.1e-5 at 720, for all numbers of cycles and steps.
     """
-    run = worn(rotor(1e-9, 200), 200, angles=360)
+    coarse, run = (worn(rotor(1e-9, 200), 200, angles=angles) for angles in (180, 720))
     assert run.attrs["status"] == "complete"
     np.testing.assert_allclose(run["worn_volume"].values[:, 0], 1e-9 * run["cycle"].values / 200, rtol=1e-7)
     depths = run["depth"].values[-1, 0]
@@ -68,6 +70,7 @@ def test_worn_in_profile():
     assert math.degrees(math.acos(GAP / (GAP + np.max(depths)))) == pytest.approx(32.044338, rel=1e-4)
     exact = np.maximum(0.0, (GAP + 8.98746112485e-6) * np.cos(run["angle"].values - 1.5 * np.pi) - GAP)
     assert np.max(np.abs(depths - exact)) < 5e-3 * np.max(depths)  # 98 N indent the edges by 0.3 % of the depth
+    assert abs(float(coarse["depth_largest"][-1, 0]) / 8.98746112485e-6 - 1.0) < 5e-4
 
 
 def test_worn_volume_is_the_friction_path_of_all_loads():
@@ -93,12 +96,29 @@ def test_steps_of_cycles_converge(monkeypatch):
     profiles = []
     for steps in (48, 12, 6):
         monkeypatch.setattr("scissordyn.lifetime.wear.STEPS_MIN", steps)
-        run = worn(rotor(5e-10, 48, unbalance=0.6), 48, members=1, change=0.5)
+        run = worn(rotor(5e-10, 48, unbalance=0.6), 48, members=1, tolerance=1.0)
         assert run.sizes["state"] == steps + 1
         profiles.append(run["depth"].values[-1, 0])
     errors = [np.max(np.abs(profile - profiles[0])) / np.max(profiles[0]) for profile in profiles[1:]]
     assert errors[1] < 0.01
     assert math.log2(errors[1] / errors[0]) > 1.8
+
+
+def test_tolerance_of_a_step():
+    """Limit: a smaller tolerance gives a profile nearer to that of all cycles simulated; a step beyond it is repeated."""
+    mechanism, errors, simulations = rotor(1e-9, 120, unbalance=0.6), [], []
+    exact = worn(mechanism, 120, members=1, tolerance=1e-12)
+    assert exact["step"].values[1:].tolist() == [1] * 120
+    for tolerance in (6.4e-7, 4e-8, 1e-8):
+        run = worn(mechanism, 120, members=1, tolerance=tolerance)
+        assert np.abs(np.diff(run["depth_correction"].values[:, 0], axis=0)).max() <= tolerance
+        errors.append(float(np.max(np.abs(run["depth"].values[-1] - exact["depth"].values[-1]))))
+        simulations.append(int(run["simulations"].sum()))
+    assert errors[0] < 3e-3 * float(exact["depth_largest"][-1, 0])
+    assert errors[2] < 0.6 * errors[1] < 0.6 * errors[0]
+    assert simulations[0] < simulations[1] < simulations[2] < 30
+    assert run["simulations"].max() > 1
+    assert run.attrs["simulated_cycles"] == simulations[2]
 
 
 def test_an_interrupted_wear_goes_on(tmp_path):
@@ -133,7 +153,7 @@ def test_life_of_a_clearance_and_a_bush():
     half = math.acos(GAP / (GAP + depth))
     volume = 2.0 * RADIUS * LENGTH * (math.sqrt((GAP + depth) ** 2 - GAP**2) - GAP * half)
     cycles = 1000
-    run = worn(rotor(2.0 * volume, cycles), cycles, most_clearance=GAP + depth, change=0.01)
+    run = worn(rotor(2.0 * volume, cycles), cycles, most_clearance=GAP + depth)
     assert float(run["life"][0]) == pytest.approx(cycles / 2, rel=0.02)  # linear between states 1 % of c apart
     assert run["life_low"][0] <= run["life"][0] <= run["life_high"][0]
     assert str(run["limited_by"].values[0]) == "bearing"
@@ -153,7 +173,8 @@ def test_tip_of_a_deployment():
     deviation, depth = run["track_deviation"].values[:, 0], run["depth_largest"].values[:, 0]
     assert run.attrs["cycle_time"] == 0.4
     # while the contact widens at first, the largest deviation is that of the transient at the start
-    assert 0.8 < (deviation[-1] - deviation[2]) / (depth[-1] - depth[2]) < 1.0
+    widened = int(np.argmax(depth > 5e-6))
+    assert 0.8 < (deviation[-1] - deviation[widened]) / (depth[-1] - depth[widened]) < 1.0
     assert np.max(run["track_deviation_error"].values) < 1e-6 * deviation[0]
     assert math.isnan(float(run["life"][0]))
     assert life_lines(run)[0] == "track 'tip' within 120 µm: holds for 600 cycles"
@@ -175,7 +196,7 @@ def test_interval_contains_the_depth_of_mean_loads(monkeypatch):
         return Loads(energy, energy * FORCE, np.full((members, 1), FORCE), np.zeros((members, 0)))
 
     monkeypatch.setattr(CycleRunner, "loads", lambda runner, depths: loads(runner, depths, 0.0))
-    exact = float(worn(rotor(3e-10, 200), 200, angles=90, change=0.002)["depth_largest"][-1, 0])
+    exact = float(worn(rotor(3e-10, 200), 200, angles=90, tolerance=2e-9)["depth_largest"][-1, 0])
     monkeypatch.setattr(CycleRunner, "loads", lambda runner, depths: loads(runner, depths, 1.0))
     last = [worn(rotor(3e-10, 200), 200, angles=90).isel(state=-1, joint=0) for _ in range(40)]
     found, half = (np.array([float(run[name]) for run in last]) for name in ("depth_largest", "depth_error"))
@@ -198,6 +219,21 @@ def test_scatter_and_drift_of_cycles():
     assert three.factor == pytest.approx(12.7062047)  # Student's t, one degree of freedom
     assert significant_drift(5.0 + free, 1) == 0.0
     assert significant_drift(5.0 + free + np.array([0.0, 1.0]), 1) == pytest.approx(0.2, rel=0.2)
+
+
+def test_wear_by_forces_of_ideal_joints():
+    """Closed form: V = k F w R t and the worn-in profile, as with simulated cycles, and an even ring if the bearing turns.
+
+    c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth 8.98746112485 um (1e-4).
+    """
+    run = worn(rotor(1e-9, 200), 200, angles=360, loads="ideal")
+    assert float(run["worn_volume"][-1, 0]) == pytest.approx(1e-9, rel=1e-9)
+    assert float(run["depth_largest"][-1, 0]) == pytest.approx(8.98746112485e-6, rel=1e-4)
+    assert run.attrs["simulated_cycles"] == 0
+    assert life_lines(run) == ["joint 'bearing' after 200 cycles: worn 8.988 µm deep, 1 mm³; largest clearance 58.99 µm"]
+    assert "that of 'bearing' falls to 100 % of its largest" in json.loads(run.attrs["warnings"])[0]
+    ring = worn(rotor(1e-9, 200, turning_bearing=True), 200, loads="ideal")
+    np.testing.assert_allclose(ring["depth"].values[-1, 0], 1e-9 / (2.0 * math.pi * RADIUS * LENGTH), rtol=1e-3)
 
 
 def test_first_crossing():
@@ -261,9 +297,10 @@ def test_bad_input_of_wear(mechanism, options, said):
 
 
 def test_wear_that_is_too_fast():
-    """Contract: a cycle that wears more than the permitted change is reported, and one that destroys the bearing is a cause."""
-    fast = worn(rotor(2e-10, 4), 4, members=1)
-    assert "a single cycle changes the contour of joint 'bearing' by more than 0.02" in json.loads(fast.attrs["warnings"])[0]
+    """Contract: a cycle that errs by more than the tolerance is reported, and one that destroys the bearing is a cause."""
+    fast = worn(rotor(2e-10, 4, unbalance=0.6), 4, members=1, tolerance=1e-9)
+    said = "a single cycle errs by more than the tolerance of 1 nm at joint 'bearing'"
+    assert json.loads(fast.attrs["warnings"]).count(said) == 1
     assert life_lines(fast)[-1].startswith("joint 'bearing' after 4 cycles: worn ")
     assert "(no interval from a single member)" in life_lines(fast)[-1]
     mad = worn(rotor(5e-6, 1), 4, members=1)

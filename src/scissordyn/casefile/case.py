@@ -63,7 +63,7 @@ def read_values(given: Any, _: Context) -> Mapping[str, Any]:
     return MappingProxyType(dict(given))
 
 
-WEAR_READER = dataclass_reader(Wear, most_clearance="0.6 mm")  # Reader of the table [wear]
+WEAR_READER = dataclass_reader(Wear, tolerance="0.1 um", most_clearance="0.6 mm")  # Reader of the table [wear]
 
 ADDITIONS = (
     *("panels", "bending", "payload", "clearance", "guide_clearance"),

@@ -43,7 +43,7 @@ def preview(
     ] = None,
     change: Changes = None,
 ) -> int:
-    from scissordyn.cli.check_lines import preview_lines
+    from scissordyn.cli.check_lines import preview_lines, worn_lines
     from scissordyn.config.file import read_case
     from scissordyn.model.commanded import commanded
     from scissordyn.run.ideal import ideal_kinematics
@@ -53,7 +53,7 @@ def preview(
     read = read_case(case, change or [])
     followed = commanded(read.mechanism)
     ideal = ideal_kinematics(followed, until=read.run.until)
-    say(*preview_lines(read.mechanism, followed, ideal, read.run.until))
+    say(*preview_lines(read.mechanism, followed, ideal, read.run.until), *worn_lines(read))
     if output is not None or curves is not None:
         from scissordyn.plot.file import write
         from scissordyn.plot.preview import preview as draw

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from scissordyn.casefile.case import Case
 from scissordyn.casefile.part import coordinate_words, coupling_lines
 from scissordyn.casefile.quantity import rounded_text
 from scissordyn.casefile.time_function import units_of
@@ -20,7 +21,7 @@ from scissordyn.components.actuator import Actuator
 from scissordyn.components.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
 from scissordyn.equilibrium.statics import rotations, static_peaks
-from scissordyn.errors import InputError, command
+from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
@@ -29,6 +30,7 @@ from scissordyn.model.clearance import hard_numbers
 from scissordyn.model.commanded import commanded, rigid
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.model.wear import Wear
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
@@ -290,6 +292,21 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
     if ideal.attrs["status"] != "complete":
         lines.append(f"The run with ideal joints {ideal.attrs['cause']}.")
     return lines
+
+
+def worn_lines(case: Case) -> list[str]:
+    """Return lines about the wear over many cycles, estimated from forces of ideal joints; none if no joint wears."""
+    from scissordyn.lifetime.life import life_lines
+    from scissordyn.lifetime.wear import wear_out
+
+    settings = replace(case.wear or Wear(), loads="ideal")
+    if not settings.coefficients and all(getattr(joint.clearance, "wear", None) is None for joint in case.mechanism.joints):
+        return []
+    try:
+        run = wear_out(case.mechanism, case.run, settings)
+    except ScissordynError as error:
+        return [f"Wear is not estimated: {error}."]
+    return [f"Wear: {line}." for line in (*life_lines(run), *json.loads(run.attrs["warnings"]))]
 
 
 def _static_lines(mechanism: Mechanism, ideal: xr.Dataset, until: float, revolutions: int = 2) -> list[str]:

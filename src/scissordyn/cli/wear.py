@@ -28,6 +28,9 @@ def wear(
     ] = None,
     change: Changes = None,
     plot: Annotated[Path | None, Option(help="Draw worn contours, and curves over the cycles, into this folder.")] = None,
+    report: Annotated[
+        Path | None, Option(metavar="FILE", help="Write answers, tables and pictures to this .html or .pdf file.")
+    ] = None,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> int:
@@ -59,7 +62,7 @@ def wear(
         )
     if run.sizes["state"]:
         keep(run)
-    files = _draw(run, plot)
+    files = [*_draw(run, plot), *([_report(run, report)] if report is not None and run.sizes["state"] else [])]
     if as_json and run.sizes["state"]:
         print_json(_record(run) | {"files": [str(file) for file in [*([] if output is None else [output]), *files]]})
     elif not quiet:
@@ -92,6 +95,25 @@ def _draw(run: xr.Dataset, folder: Path | None) -> list[Path]:
     for number, joint in enumerate(run["joint"].values.tolist(), start=1):
         files.append(write(profile(run, joint), folder / f"profile-{number}.png"))
     return files
+
+
+def _report(run: xr.Dataset, path: Path) -> Path:
+    """Write the report of a life: its answers, a table of the joints, warnings, and the pictures."""
+    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines
+    from scissordyn.plot.file import figure_of
+    from scissordyn.plot.wear import history, profile
+    from scissordyn.studies.answer.report import write_page
+    from scissordyn.studies.answer.section import Section
+
+    joints, count = run["joint"].values.tolist(), int(run.sizes["requirement"])
+    simulated = f"{run.attrs['simulated_cycles']} of {int(run['cycle'][-1])} cycles simulated."
+    answers = Section(lines=(*life_lines(run)[: count or None], simulated))
+    sections = [answers, Section(JOINT_HEAD, joint_rows(run), "Joints")]
+    if warnings := json.loads(run.attrs["warnings"]):
+        sections.append(Section(title="Warnings", lines=tuple(f"{text}." for text in warnings)))
+    drawn = [("Clearance and deviation over the cycles", figure_of(history(run)))]
+    drawn += [(f"Worn bearing of joint {joint}", figure_of(profile(run, joint))) for joint in joints]
+    return write_page(path, f"Wear of joints over {int(run['cycle'][-1])} cycles", sections, drawn)
 
 
 def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Iterable, Iterator
@@ -20,7 +21,7 @@ REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles
 NAME_OR_NUMBER = re.compile(r"('[^']*')|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 """Quoted name in a warning, which is group 1, or number."""
 
-NO_INTERVAL = "no interval from a single member"
+NO_INTERVAL = {"simulated": " (no interval from a single member)", "ideal": ""}  # text in place of an interval, by loads
 
 
 class WearRequirement(NamedTuple):
@@ -117,7 +118,7 @@ def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float
 def life_lines(run: xr.Dataset) -> list[str]:
     """Return text lines of a wear result: a line per requirement, shortest life first; a line per joint, deepest first."""
     reached, lines = int(run["cycle"].values[-1]), []
-    lives = run["life"].values
+    lives, none = run["life"].values, NO_INTERVAL[json.loads(run.attrs["settings"])["loads"]]
     for r in np.argsort(np.where(np.isnan(lives), math.inf, lives), kind="stable").tolist():
         text, joint = str(run["requirement"].values[r]), str(run["limited_by"].values[r])
         low, high = run["life_low"].values[r], run["life_high"].values[r]
@@ -126,14 +127,29 @@ def life_lines(run: xr.Dataset) -> list[str]:
             lines.append(f"{text}: holds for {reached} cycles{sure}")
             continue
         upper = f"{high:.0f}" if math.isfinite(high) else f"more than {reached}"
-        interval = f"{low:.0f} to {upper}" if math.isfinite(low) else NO_INTERVAL
-        lines.append(f"{text}: fails after {lives[r]:.0f} cycles ({interval}); limited by joint '{joint}'")
+        interval = f" ({low:.0f} to {upper})" if math.isfinite(low) else none
+        lines.append(f"{text}: fails after {lives[r]:.0f} cycles{interval}; limited by joint '{joint}'")
     last = run.isel(state=-1)
     for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
         depth, error = float(last["depth_largest"][j]), float(last["depth_error"][j])
-        shown = f"± {short(error, 'm')}" if math.isfinite(error) else NO_INTERVAL
+        shown = f" (± {short(error, 'm')})" if math.isfinite(error) else none
         lines.append(
-            f"joint '{run['joint'].values[j]}' after {reached} cycles: worn {short(depth, 'm')} deep ({shown}), "
+            f"joint '{run['joint'].values[j]}' after {reached} cycles: worn {short(depth, 'm')} deep{shown}, "
             f"{1e9 * float(last['worn_volume'][j]):.4g} mm³; largest clearance {short(float(last['worn_clearance'][j]), 'm')}"
         )
     return lines
+
+
+JOINT_HEAD = ("joint", "worn depth", "± 95 %", "worn volume", "largest clearance", "force in the first cycle", "in the last")
+
+
+def joint_rows(run: xr.Dataset) -> list[tuple[str, ...]]:
+    """Return a row of texts under `JOINT_HEAD` for each joint, deepest first."""
+    last, rows = run.isel(state=-1), []
+    for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
+        depth, error, clearance = (float(last[name][j]) for name in ("depth_largest", "depth_error", "worn_clearance"))
+        forces = (short(float(force), "N") for force in (run["peak_force"][0, j], last["peak_force"][j]))
+        shown = short(error, "m") if math.isfinite(error) else "none"
+        volume = f"{1e9 * float(last['worn_volume'][j]):.4g} mm³"
+        rows.append((str(run["joint"].values[j]), short(depth, "m"), shown, volume, short(clearance, "m"), *forces))
+    return rows

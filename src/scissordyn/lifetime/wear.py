@@ -15,14 +15,15 @@ import xarray as xr
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lifetime.error import depth_errors, mean_error
+from scissordyn.lifetime.ideal import IdealRunner
 from scissordyn.lifetime.life import add_lives, repetition, without_repetitions
 from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients, worn_joints
 from scissordyn.lifetime.step import Bearing, Worn
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
-from scissordyn.model.wear import Coefficients, CycleKind, Wear
+from scissordyn.model.wear import Coefficients, CycleKind, LoadsKind, Wear
 from scissordyn.run.stops import drive_period
-from scissordyn.units import Meaning, checked, quantities
+from scissordyn.units import Meaning, checked, quantities, short
 
 TITLE = "scissordyn wear"
 
@@ -33,7 +34,7 @@ STEPS_MIN = 8
 Nine states widen the interval by less than a fifth, because the scatter of so few is not well known.
 """
 
-NO_LOADS = Loads(*np.zeros((4, 0)))  # placeholder for the loads of a state whose cycle is not simulated yet
+TOLERANCE_FRACTION = 2e-3  # [clearances] default of the largest error of a step
 
 
 class State(NamedTuple):
@@ -45,6 +46,7 @@ class State(NamedTuple):
     loads: Loads
     rates: np.ndarray  # (members, joints, angles) depth that each simulated cycle wears [m]
     correction: np.ndarray  # (joints, angles) depths minus those of constant loads over each step [m]
+    simulations: int = 1  # number of simulations until the step that ends here had a small enough error
 
 
 @checked
@@ -56,10 +58,11 @@ def wear(
     cycle: CycleKind = "auto",
     settle: Annotated[int, quantities(Wear)["settle"]] = Wear.settle,
     members: Annotated[int, quantities(Wear)["members"]] = Wear.members,
-    change: Annotated[float, quantities(Wear)["change"]] = Wear.change,
+    tolerance: Annotated[float | None, quantities(Wear)["tolerance"]] = None,
     angles: Annotated[int, quantities(Wear)["angles"]] = Wear.angles,
     most_clearance: Annotated[float | None, quantities(Wear)["most_clearance"]] = None,
     coefficients: Coefficients = MappingProxyType({}),
+    loads: LoadsKind = "simulated",
     start: StartKind = "concentric",
     rtol: float = 1e-6,
     atol: float = 1e-6,
@@ -74,8 +77,8 @@ def wear(
     r"""Wear the bearings of a mechanism over many cycles by Archard's law.
 
     Some cycles are simulated, and the loads on each bearing are collected by angle. Under these loads the bearing wears for n
-    cycles, until its contour has changed by a fraction of the clearance; then cycles are simulated again with the worn
-    bearing.
+    cycles; then cycles are simulated again with the worn bearing. A step of n cycles whose error exceeds the tolerance is
+    repeated with fewer.
 
     .. math:: \frac{\mathrm{d}V}{\mathrm{d}t} = k F_n |v_t|, \qquad \mathrm{d}h = k\, p\, |v_t|\, \mathrm{d}t
 
@@ -97,14 +100,17 @@ def wear(
     members : int
         Number of averaged cycles: periods one after another, or runs from starts that differ by round-off. Their spread
         gives the interval of the life; one member gives no interval.
-    change : float
-        Largest change of a contour between two simulations, as a fraction of the clearance.
+    tolerance : float, optional
+        Largest error of a contour in one step of n cycles [m]: its difference from the contour that loads as at the start of
+        the step would give. By default 0.2 % of the clearance of each joint.
     angles : int
         Number of angles of a contour.
     most_clearance : float, optional
         Largest radial clearance [m] that a worn joint may have.
     coefficients : mapping of str to float
         Wear coefficients [m^2/N] by the materials 'journal/bearing', for clearance joints without their own.
+    loads : {"simulated", "ideal"}
+        "ideal": estimate the loads from the forces of ideal joints instead of simulating contacts, in about a second.
     start, rtol, atol, method, most_steps
         As for `simulate`.
     earlier : Dataset, optional
@@ -128,7 +134,7 @@ def wear(
     InputError
         If no joint wears, or an option is wrong.
     """
-    settings = Wear(cycles, cycle, settle, members, change, angles, most_clearance, dict(coefficients))
+    settings = Wear(cycles, cycle, settle, members, tolerance, angles, most_clearance, dict(coefficients), loads)
     options = Options(until, start, 2, rtol, atol, method, most_steps)
     return wear_out(mechanism, options, settings, earlier=earlier, each=each, progress=progress)
 
@@ -169,10 +175,13 @@ class _Life:
         self.mechanism, self.options, self.settings = mechanism, options, settings
         self.names = worn_joints(mechanism)
         period = _period(mechanism, settings)
-        self.runner = CycleRunner(mechanism, options, settings, self.names, period)
+        self.runner: CycleRunner | IdealRunner = (
+            CycleRunner(mechanism, options, settings, self.names, period)
+            if settings.loads == "simulated"
+            else IdealRunner(mechanism, self.names, options.until if period is None else period)
+        )
         self.bearings = [Bearing(mechanism.joint(name), settings.angles) for name in self.names]
-        depths = np.stack([bearing.depths for bearing in self.bearings])
-        self.next = State(0, 0, depths, NO_LOADS, np.zeros((settings.members, *depths.shape)), np.zeros(depths.shape))
+        self.tolerance = np.array([settings.tolerance or TOLERANCE_FRACTION * part.clearance for part in self.bearings])
         self.cause = ""
         self.states: list[State] = []
 
@@ -182,37 +191,76 @@ class _Life:
         return self.states[-1].cycle if self.states else 0
 
     def steps(self) -> Iterator[None]:
-        """Simulate a cycle and wear the bearings, alternately, until all cycles are done; yield after each simulation."""
-        while True:
-            if not self.states or self.states[-1].cycle < self.next.cycle:
-                self._simulate()
-                yield
-            if self.next.cycle >= self.settings.cycles or self.cause:
-                return
-            last, left = self.states[-1], self.settings.cycles - self.states[-1].cycle
-            n, worn = self._chosen_step(last, left)
-            self.next = last._replace(cycle=last.cycle + n, step=n, depths=self._depths(worn))
+        """Simulate a cycle and wear the bearings, alternately, until all cycles are done; yield after each step."""
+        if not self.states:
+            depths = np.stack([bearing.depths for bearing in self.bearings])
+            self._add(State(0, 0, depths, *self._simulated(depths), np.zeros(depths.shape)))
+            yield
+        while self.cycle < self.settings.cycles and not self.cause:
+            self._add(self._next())
+            yield
 
-    def _simulate(self) -> None:
-        """Simulate cycles with the contours at the end of a step, and repeat the step with the mean loads of both its ends.
-
-        This is Heun's method; the loads at the end stay those of the first contours, with an error of second order.
-        """
-        state = self.next
-        loads = self.runner.loads(state.depths)
+    def _simulated(self, depths: np.ndarray) -> tuple[Loads, np.ndarray]:
+        """Return the loads of simulated cycles with given contours, and the depth that each of them wears."""
+        loads = self.runner.loads(depths)
         rates = [
-            [bearing.rate(state.depths[j], loads.member(m), j) for j, bearing in enumerate(self.bearings)]
-            for m in range(self.settings.members)
+            [bearing.rate(depths[j], loads.member(m), j) for j, bearing in enumerate(self.bearings)]
+            for m in range(len(loads.energy))
         ]
-        state = state._replace(loads=loads, rates=np.array(rates))
-        if self.states:
-            last = self.states[-1]
-            both = Loads.joined((last.loads, loads))
-            worn = self._worn(last.depths, both, state.step)
-            corrected = self._depths(worn)
-            state = state._replace(depths=corrected, correction=last.correction + corrected - state.depths)
+        return loads, np.array(rates)
+
+    def _next(self) -> State:
+        """Return the state after the next step, whose number of cycles is reduced until its error is within the tolerance.
+
+        A step is Heun's method: cycles are simulated with the contours at its end, and the step is repeated with the mean loads
+        of both its ends. The loads at the end stay those of the first contours, with an error of second order.
+        """
+        last, simulations = self.states[-1], 0
+        most = min(self.settings.cycles - last.cycle, math.ceil(self.settings.cycles / STEPS_MIN))
+        n = max(1, min(most, self._proposed_step(last)))
+        while True:
+            n, predicted = self._predicted(last, n)
+            loads, rates = self._simulated(predicted)
+            depths = self._depths(self._worn(last.depths, Loads.joined((last.loads, loads)), n))
+            correction, simulations = depths - predicted, simulations + 1
+            error = self._error(correction)
+            if n == 1 or error <= 1.0:
+                break
+            n = min(n - 1, max(1, int(n * _factor(error))))
+        if error > 1.0:
+            worst = int(np.argmax(np.abs(correction).max(axis=1) / self.tolerance))
+            text = f"a single cycle errs by more than the tolerance of {short(float(self.tolerance[worst]), 'm')}"
+            self.warnings += [f"{text} at joint '{self.names[worst]}'"]
+        return State(last.cycle + n, n, depths, loads, rates, last.correction + correction, simulations)
+
+    def _proposed_step(self, last: State, growth: float = 4.0) -> int:
+        """Return the number of cycles of the next step that the error of the last one suggests.
+
+        The first step is within the tolerance even if the loads double.
+
+        `growth`: largest ratio of the cycle counts of two successive wear steps.
+        """
+        if last.step:
+            return int(last.step * min(growth, _factor(self._error(last.correction - self.states[-2].correction))))
+        rate = np.array([part.deepened for part in self._worn(last.depths, last.loads, 1)])
+        return int(min(self.settings.cycles, np.min(2.0 * self.tolerance / np.maximum(rate, np.finfo(float).tiny))))
+
+    def _error(self, correction: np.ndarray) -> float:
+        """Return the largest correction of a step, as a multiple of the tolerance."""
+        return float(np.max(np.abs(correction).max(axis=1) / self.tolerance))
+
+    def _predicted(self, last: State, n: int) -> tuple[int, np.ndarray]:
+        """Return the contours after n cycles with the last loads, and n, reduced until the kernel can compute them."""
+        while True:
+            worn = self._worn(last.depths, last.loads, n)
+            if n == 1 or all(part.depths is not None for part in worn):
+                return n, self._depths(worn)
+            n //= 2
+
+    def _add(self, state: State) -> None:
+        """Keep a state; note a bush that has worn through."""
         self.states.append(state)
-        self.warnings = without_repetitions([*self.warnings, *loads.warnings])
+        self.warnings = without_repetitions([*self.warnings, *state.loads.warnings])
         for name, bearing, depth in zip(self.names, self.bearings, state.depths.max(axis=-1).tolist(), strict=True):
             if bearing.bush is not None and depth >= bearing.bush and not self.cause:
                 self.cause = f"joint '{name}' has worn through its bush of {1e3 * bearing.bush:g} mm by cycle {state.cycle}"
@@ -220,28 +268,6 @@ class _Life:
     def _worn(self, depths: np.ndarray, loads: Loads, cycles: int) -> list[Worn]:
         """Return the bearings after some cycles with given loads, from contours of shape (joints, angles) [m]."""
         return [bearing.worn(depths[j], loads, j, cycles) for j, bearing in enumerate(self.bearings)]
-
-    def _chosen_step(self, last: State, left: int, growth: float = 4.0, trials: int = 12) -> tuple[int, list[Worn]]:
-        """Return the number of cycles of the next step, at most `left`, and the bearings after it.
-
-        `growth`: largest ratio of the cycle counts of two successive wear steps.
-
-        `trials`: largest number of reductions of a wear step that changes the contour too much.
-        """
-        limit, most = self.settings.change, min(left, math.ceil(self.settings.cycles / STEPS_MIN))
-        n = min(most, max(1, int(growth * last.step))) if last.step else self._first_step(last, most)
-        for _ in range(trials):
-            worn = self._worn(last.depths, last.loads, n)
-            changes = [part.deepened / bearing.clearance for part, bearing in zip(worn, self.bearings, strict=True)]
-            largest = math.inf if any(part.depths is None for part in worn) else max(changes)
-            if largest <= limit or n == 1:
-                break
-            n = max(1, int(n * min(0.9 * limit / largest, 0.9)))
-        if largest > limit:
-            worst = self.names[int(np.argmax(changes))]
-            text = f"a single cycle changes the contour of joint '{worst}' by more than {limit:g} of its clearance"
-            self.warnings += [text] if text not in self.warnings else []
-        return n, worn
 
     def _depths(self, worn: list[Worn]) -> np.ndarray:
         """Return the contours after a step, shape (joints, angles); raise `ScissordynError` if one has worn too much."""
@@ -253,12 +279,6 @@ class _Life:
                 )
         return np.stack([part.depths for part in worn if part.depths is not None])
 
-    def _first_step(self, last: State, most: int) -> int:
-        """Return the cycle count of the first step, extrapolated from the depth that a single cycle wears."""
-        worn = [part.deepened for part in self._worn(last.depths, last.loads, 1)]
-        largest = max(depth / bearing.clearance for depth, bearing in zip(worn, self.bearings, strict=True))
-        return most if largest == 0.0 else max(1, min(most, int(2.0 * self.settings.change / largest)))
-
     def continue_from(self, earlier: xr.Dataset) -> None:
         """Load the states of an earlier result of the same wear computation, so that it continues from its last state."""
         self._check_same(earlier)
@@ -268,8 +288,8 @@ class _Life:
             row = earlier.isel(state=k)
             depths, rates, correction = (row[name].values.copy() for name in ("depth", "member_rate", "depth_correction"))
             loads = Loads.from_row(row, self.warnings)
-            self.states.append(State(int(row["cycle"]), int(row["step"]), depths, loads, rates, correction))
-        self.next = self.states[-1]
+            counts = int(row["cycle"]), int(row["step"])
+            self.states.append(State(*counts, depths, loads, rates, correction, int(row["simulations"])))
 
     def _check_same(self, earlier: xr.Dataset) -> None:
         """Raise `InputError` if an earlier result belongs to another wear computation."""
@@ -315,7 +335,7 @@ class _Life:
                 "status": status,
                 "cause": cause,
                 "cycles": self.settings.cycles,
-                "simulated_cycles": len(states) * self.runner.cycles_each,
+                "simulated_cycles": sum(state.simulations for state in states) * self.runner.cycles_each,
                 "cycle_time": self.runner.cycle_time,
                 "settings": json.dumps(self._settings()),
                 "configuration": self._configuration(),
@@ -388,9 +408,20 @@ class _Life:
                 "depth minus that of loads that are constant over each step",
             ),
             "step": (("state",), np.array([state.step for state in states]), "1", "cycles since the last state"),
+            "simulations": (
+                ("state",),
+                np.array([state.simulations for state in states]),
+                "1",
+                "simulations until the error of the step was within the tolerance",
+            ),
             "clearance": (("joint",), clearance, "m", "radial clearance of the round bearing"),
             "bearing_radius": (("joint",), np.array([bearing.radius for bearing in self.bearings]), "m", "bearing radius"),
         }
+
+
+def _factor(error: float) -> float:
+    """Return the ratio of the next number of cycles to that of a step with this error, which is of second order."""
+    return 0.9 / math.sqrt(error) if error > 0.0 else math.inf
 
 
 def _period(mechanism: Mechanism, settings: Wear) -> float | None:

@@ -15,6 +15,10 @@ CycleKind = Annotated[
     Meaning("a cycle: a period of the drive, or the whole run; auto: the period if the drives have one"),
 ]
 
+LoadsKind = Annotated[
+    Literal["simulated", "ideal"],
+    Meaning("loads of simulated cycles; ideal: an estimate from the forces of ideal joints, in about a second"),
+]
 
 Coefficients = Annotated[
     Mapping[str, float],
@@ -39,15 +43,17 @@ class Wear:
         int,
         Quantity("1", minimum=1, maximum=1000, help="averaged periods, or runs from starts that differ by round-off"),
     ] = 2
-    change: Annotated[
-        float, Quantity("1", minimum=1e-6, maximum=0.5, help="largest change of a contour without a simulation, in clearances")
-    ] = 0.02
+    tolerance: Annotated[
+        float | None,
+        Quantity("m", above=0.0, help="largest error of a step of n cycles; by default 0.2 % of each clearance"),
+    ] = None
     angles: Annotated[int, Quantity("1", minimum=ANGLES_MIN, maximum=7200, help="angles of a contour")] = 360
     most_clearance: Annotated[
         float | None, Quantity("m", above=0.0, help="largest radial clearance that a worn joint may have")
     ] = None
 
     coefficients: Coefficients = field(default_factory=dict)
+    loads: LoadsKind = "simulated"
 
     def __post_init__(self) -> None:
         check_quantities(self)

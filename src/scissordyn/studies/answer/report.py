@@ -205,9 +205,9 @@ SECTIONS = """
 REPORT = """
 <!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 {# without a viewport a telephone shows the page as wide as a desk screen, and small #}
-<title>Study {{ store }}</title><meta name="color-scheme" content="light dark">
-<style>{{ style }}</style><h1>Study {{ store }}</h1>
-{{ answers }}<p>Commands are typed in the folder that has {{ store }}.</p>
+<title>{{ heading }}</title><meta name="color-scheme" content="light dark">
+<style>{{ style }}</style><h1>{{ heading }}</h1>
+{{ answers }}{% if note %}<p>{{ note }}</p>{% endif %}
 {% for title, least, picture in pictures %}<h2>{{ title }}</h2><div class="scroll">
 <img alt="{{ title }}" style="min-width: {{ least }}px" src="data:image/png;base64,{{ picture }}"></div>{% endfor %}</html>
 """
@@ -243,15 +243,24 @@ def write_figures(result: StudyResult, folder: Path) -> list[Path]:
 
 
 def write_report(result: StudyResult, path: Path) -> Path:
+    store = Path(result.store.path).name
+    note = f"Commands are typed in the folder that has {store}."
+    return write_page(path, f"Study {store}", page(result, store, LAYOUT.rows), figures(result), note)
+
+
+def write_page(
+    path: Path, heading: str, sections: Iterable[Section], drawn: Iterable[tuple[str, Figure]], note: str = ""
+) -> Path:
+    """Write sections of text and tables, and then figures with their titles, as one HTML file or PDF."""
     start = FIRST_BYTES.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")
-    store, pictures = Path(result.store.path).name, list[tuple[str, int, str]]()
-    for title, figure in figures(result):
+    pictures = list[tuple[str, int, str]]()
+    for title, figure in drawn:
         width = round(LAYOUT.scale * SIZES.png_dpi * figure.get_figwidth())
         pictures.append((title, width, base64.b64encode(content_of(figure, "png")).decode()))
-    answers = as_html(page(result, store, LAYOUT.rows))
-    content = rendered(REPORT, store=store, style=Markup(STYLE), answers=answers, pictures=pictures).encode()
+    names = {"heading": heading, "style": Markup(STYLE), "answers": as_html(sections), "note": note}
+    content = rendered(REPORT, **names, pictures=pictures).encode()
     try:
         if path.exists() and not path.read_bytes()[: len(start)].lower().startswith(start):
             raise InputError(f"'{path}' exists and is not a report", "another name", "-o report.html")

@@ -7,16 +7,18 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 from scissordyn.casefile.case import Case
 from scissordyn.components.time_function import Harmonic
 from scissordyn.config.file import read_case, write_case
+from scissordyn.config.studies import open_study, study
 from scissordyn.errors import InputError
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
 from scissordyn.lifetime.life import first_crossing, life_lines, without_repetitions
 from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients
-from scissordyn.lifetime.wear import wear
+from scissordyn.lifetime.wear import wear, wear_out
 from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.body import Body, Track
@@ -29,7 +31,9 @@ from scissordyn.model.scissor import scissor
 from scissordyn.model.wear import Wear
 from scissordyn.plan.plan import plan
 from scissordyn.record.store import load, save
+from scissordyn.run.response import Response
 from scissordyn.run.trajectory import advance_to, make_driver
+from scissordyn.studies.ask.requirement import value_text
 
 RADIUS, GAP, LENGTH, MASS = 10e-3, 5e-5, 15e-3, 10.0  # Radius, clearance and length of the bearing [m], mass of the rotor [kg]
 FORCE = MASS * 9.81  # [N] weight on the worn bearing
@@ -306,3 +310,60 @@ def test_wear_that_is_too_fast():
     mad = worn(rotor(5e-6, 1), 4, members=1)
     assert mad.attrs["status"] == "failed"
     assert "check its coefficient of wear" in mad.attrs["cause"]
+
+
+DEPTH = 4e-6  # of the bearing at which its clearance exceeds the requirement, after 500 cycles [m]
+HALF = math.acos(GAP / (GAP + DEPTH))
+VOLUME = 2.0 * RADIUS * LENGTH * (math.sqrt((GAP + DEPTH) ** 2 - GAP**2) - GAP * HALF)
+COEFFICIENT = VOLUME / (TURN * 500)
+
+
+def case_of_life(**settings):
+    """Return the case of a shaft whose clearance exceeds a requirement after 500 cycles, by forces of ideal joints."""
+    wears = Wear(**{"cycles": 1000, "most_clearance": GAP + DEPTH, "angles": 180, "loads": "ideal"} | settings)
+    return Case(rotor(VOLUME, 500), Options(0.2, "in-contact", rtol=1e-6, atol=1e-6), wears)
+
+
+def test_life_as_a_response_of_a_study(tmp_path):
+    """Closed form: life is inversely proportional to the coefficient; a life beyond the computed cycles is no number."""
+    factors = {"bearing.wear": [2.0 * COEFFICIENT, COEFFICIENT, 0.25 * COEFFICIENT]}
+    found = study(case_of_life(), factors, requirements="life > 400 cycles", store=tmp_path / "lives.db")
+    for result in (found, open_study(tmp_path / "lives.db")):
+        lives = result.table["life [cycles]"].to_numpy()
+        np.testing.assert_allclose(lives[:2], [250.0, 500.0], rtol=0.02)  # linear between states
+        assert math.isinf(lives[2])
+        assert result.recommend().point == 2
+        assert result.fractions[0].fraction == pytest.approx(2.0 / 3.0)
+        assert value_text(result.dataset, Response("life"), 2) == "not reached within 1000 cycles"
+        assert "estimated from forces of ideal joints" in str(result.dataset["warnings"].values[0])
+    text = found.report(tmp_path / "lives.html").read_text(encoding="utf-8")
+    assert "<td>over 1000</td>" in text
+    figure = found.plot.curves()[0].get_figure()
+    assert "not reached within 1000 cycles" in [label.get_text() for label in figure.findobj(Text)]
+
+
+def test_life_of_a_study_is_that_of_wear():
+    """Contract: the life is that of `wear` with simulated cycles, bit for bit, also over pairs of materials."""
+    pairs = {"steel/bronze": COEFFICIENT, "steel/steel": 4.0 * COEFFICIENT}
+    case = case_of_life(loads="simulated", coefficients=pairs, settle=0, members=1)
+    unworn = dataclasses.replace(case.mechanism.joint("bearing").clearance, wear=None)
+    case = dataclasses.replace(case, mechanism=case.mechanism.with_clearance("bearing", unworn))
+    found = study(case, {"bearing.bearing_material": {name: MATERIALS[name] for name in ("steel", "bronze")}}, measures="life")
+    for material, life in zip(("steel", "bronze"), found.table["life [cycles]"], strict=True):
+        bearing = dataclasses.replace(unworn, bearing_material=MATERIALS[material])
+        assert life == float(wear_out(case.mechanism.with_clearance("bearing", bearing), case.run, case.wear)["life"].min())
+    assert found.table["life [cycles]"][0] < 0.3 * found.table["life [cycles]"][1]
+
+
+@pytest.mark.parametrize(
+    ("settings", "options", "said"),
+    [
+        ({}, {"requirements": "life > 2000 cycles"}, "'life > 2000 cycles': the wear of 1000 cycles is computed"),
+        ({}, {"requirements": "life > 10 m"}, "'m' is not a unit of \\[cycles\\]"),
+        ({}, {"goals": "maximise life"}, "'life' as a goal: lives beyond 1000 cycles are not known"),
+        ({"most_clearance": None}, {"measures": "life"}, "'life': no requirement on worn joints"),
+    ],
+)
+def test_bad_input_of_lives(settings, options, said):
+    with pytest.raises(InputError, match=said):
+        study(case_of_life(**settings), {"bearing.clearance": (4e-5, 6e-5)}, points=4, **options)

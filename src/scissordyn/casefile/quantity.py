@@ -23,6 +23,7 @@ SMALL_PREFIX_DEFINITIONS = ("micro- = 1e-6 = µ- = μ- = u-", "nano- = 1e-9 = n-
 # Definitions of prefixes and units for pint. In pint's own list an angle is a pure number: "0.1 %" is an angle, and 1 Hz is
 # 1 rad/s. Here an angle is a dimension, and 1 Hz is one revolution per second. This list also loads twenty times faster.
 UNIT_DEFINITIONS = (
+    "cycle = [cycle]",
     "meter = [length] = m = metre",
     "second = [time] = s",
     "kelvin = [temperature] = K",

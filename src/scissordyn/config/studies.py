@@ -19,6 +19,7 @@ from scissordyn.config.variation import make_names, read_listed, read_variation,
 from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.model.wear import Wear
 from scissordyn.run.engine import Engine
 from scissordyn.run.response import read_response
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
@@ -223,9 +224,10 @@ def _base(case: Mechanism | Case | FilePath, until: float | None, options: Optio
     if isinstance(case, (str, os.PathLike)):
         file = read_case(Path(case))
         read = reader_by_change(Path(case), [], file.run, values)
-        base = BaseCase(file.mechanism, options or Options(**file.run.keywords), read)
+        base = BaseCase(file.mechanism, options or Options(**file.run.keywords), read, file.wear or Wear())
     elif isinstance(case, Case):
         base = _make_given(case.mechanism, options or Options(**case.run.keywords), values)
+        base = replace(base, wear=case.wear or base.wear)
     elif isinstance(case, Mechanism):
         if options is None and until is None:
             raise InputError("study: the end time of the runs is missing", "until [s], or options", "until=0.5")

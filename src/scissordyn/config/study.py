@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -45,14 +45,16 @@ from scissordyn.config.variation import (
     variants_of,
 )
 from scissordyn.errors import InputError, command
+from scissordyn.lifetime.response import LIFE, LIFE_UNIT, WearLife
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import EACH_EXAMPLE, number, single
+from scissordyn.model.wear import Wear
 from scissordyn.run.response import LOAD_KINDS, Response, check_part, read_response
 from scissordyn.studies.ask.description import Accurate, OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
 from scissordyn.studies.ask.distribution import Names, Variation
-from scissordyn.studies.ask.requirement import LOAD_MEASURES, SHORTFALL, Optimisation, Requirement, read_goal
+from scissordyn.studies.ask.requirement import LOAD_MEASURES, SHORTFALL, Goal, Optimisation, Requirement, read_goal
 from scissordyn.units import Quantity
 
 OWN_MEASURE = re.compile(r"\s*([^\s\[\]]+)\s*(?:\[([^\[\]]*)\])?\s*(?:\bof\s+(\S+))?\s*")
@@ -250,6 +252,7 @@ class BaseCase:
     mechanism: Mechanism
     options: Options
     read: MechanismReader | None = None
+    wear: Wear = field(default_factory=Wear)
 
 
 def study_of(text: StudyText) -> Study:
@@ -263,25 +266,27 @@ def _read_given(text: StudyText, changes: Sequence[str] = ()) -> BaseCase:
     """Read the base case of a study file, with further changes."""
     every, file = [*text.set, *changes], Path(text.case)
     case = read_case(file, every)
-    return BaseCase(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run))
+    return BaseCase(case.mechanism, Options(**case.run.keywords), reader_by_change(file, every, case.run), case.wear or Wear())
 
 
 def make_study(base: BaseCase, text: StudyText, cheap: BaseCase | None = None, verify: int = Accurate.points) -> Study:
     """Build a study of the base case; with `cheap`, its runs explore and `verify` points are run again with the base case."""
     simulated = cheap or base
     mechanism = simulated.mechanism
-    names = [name for name in text.measures if isinstance(name, str) and "=" not in name]
+    names = [name for name in text.measures if isinstance(name, str) and "=" not in name and name != LIFE]
     wanted = [Response(measure, part) for part, measure, _ in map(read_response, names)]
     for response in wanted:
         check_part(mechanism, response)
-    others = (measure for measure in text.measures if measure not in names)
+    others = (measure for measure in text.measures if measure not in (*names, LIFE))
     functions = [make_measure(*_split_measure(measure)) if isinstance(measure, str) else measure for measure in others]
     functions += [OwnMeasure(MOTOR_MEASURE, text.motor)] if text.motor is not None else []
-    units = {measure.name: measure.units for measure in functions}
+    units = {measure.name: measure.units for measure in functions} | {LIFE: LIFE_UNIT}
     requirements = [read_requirement(bound, units) if isinstance(bound, str) else bound for bound in text.require]
     goals = tuple(read_goal(goal, units, tuple(text.vary)) for goal in text.optimise.get("goals", ()))
     needed = [bound.measure for bound in requirements] + [goal.measure for goal in goals if goal.measure not in text.vary]
     needed += [SHORTFALL[name][0] for name in needed if name in SHORTFALL]
+    if LIFE in (*needed, *text.measures):
+        functions.append(_life_measure(simulated, requirements, goals))
     measures = [*(response.measure for response in wanted), *(name for name in needed if name not in units)]
     factors, uncertain = (factors_of(mechanism, part, Path(text.case).parent) for part in (text.vary, text.uncertain))
     search = Optimisation(**{**text.optimise, "goals": goals}).over([factor.variation for factor in factors]) if goals else None
@@ -305,6 +310,16 @@ def make_study(base: BaseCase, text: StudyText, cheap: BaseCase | None = None, v
     return replace(
         study, accurate=Accurate(base.mechanism, base.options, verify, variants_of(study.variant_factors, base.read))
     )
+
+
+def _life_measure(base: BaseCase, requirements: Sequence[Requirement], goals: Sequence[Goal]) -> OwnMeasure:
+    """Return the measure that computes lives; raise `InputError` for a goal, which needs lives beyond the computed cycles."""
+    if any(goal.measure == LIFE for goal in goals):
+        what = f"'{LIFE}' as a goal: lives beyond {base.wear.cycles} cycles are not known"
+        raise InputError(what, "a requirement", f"'{LIFE} > 5000 cycles'")
+    life = WearLife(base.wear)
+    life.check(base.mechanism, [(bound.label, bound.bound) for bound in requirements if bound.measure == LIFE])
+    return OwnMeasure(LIFE, life, units=LIFE_UNIT)
 
 
 def factors_of(mechanism: Mechanism, given: Mapping[str, str | Variation], folder: Path) -> tuple[Factor, ...]:

@@ -108,6 +108,11 @@ def _label(points: xr.Dataset, name: str, scale: Scale, longest: int = 44) -> st
     return "\n".join(wrap(literal(scale.label(str(points[name].attrs.get("label", name)))), longest))
 
 
+def _beyond_text(response: xr.DataArray) -> str:
+    """Return the label of points whose value is beyond the range in which a response is computed; empty without a range."""
+    return f"not reached within {response.attrs['beyond']} {response.attrs['units']}" if "beyond" in response.attrs else ""
+
+
 def _legend(axes: Sequence[Axes]) -> None:
     """Add a legend in which the small dots of the plot are enlarged."""
     shown = legend(axes, above=True)
@@ -161,7 +166,8 @@ def feasibility_map(
     else:
         drawn = _draw_scattered(panel, (a, b, c), (sx, sy, sc), look, field, bounds)
     if (unmet := np.isinf(c)).any():  # points without a value do not meet the requirement
-        panel.plot(a[unmet], b[unmet], "x", color=BLACK, markersize=4.0, zorder=3.0, label="not reached: not met")
+        shown = _beyond_text(points[colour]) or "not reached: not met"
+        panel.plot(a[unmet], b[unmet], "x", color=BLACK, markersize=4.0, zorder=3.0, label=shown)
     _draw_disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if panel.lines:
         _legend([panel])
@@ -250,7 +256,9 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
     panels_drawn = panels(axes, len(names), len(factors), size=size, share=True)
     for row, name in enumerate(names):
         sy = scale_of(points[name])
-        values = points[name].values * sy.factor
+        values, beyond = points[name].values * sy.factor, _beyond_text(points[name])
+        over = np.isposinf(values) & bool(beyond)
+        values = np.where(over, points[name].attrs.get("beyond", 0.0) * sy.factor, values)
         for place, factor in enumerate(factors):
             panel, sx = panels_drawn[row * len(factors) + place], scale_of(points[factor])
             x = points[factor].values * sx.factor
@@ -266,6 +274,8 @@ def response_curves(points: xr.Dataset, *, limits: dict[str, float] | None = Non
             elif at.size > 1:
                 panel.fill_between(at, low, high, color=BLUE, alpha=0.2, linewidth=0.0, label=literal("middle 80 %"))
                 panel.plot(at, middle, color=BLUE, linewidth=1.5 * LINE_WIDTH, label="median")
+            if over.any():
+                panel.plot(x[over], values[over], linestyle="", marker="^", color=BLACK, markersize=5.0, label=beyond)
             marked = points["disagrees"].values
             if marked.any():
                 larger = max(dot, 4.0 if np.count_nonzero(marked) <= SIZES.edged_points_max else 1.0)

@@ -20,7 +20,7 @@ from scissordyn.studies.answer.verdict import case_values, study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Distribution, Empirical, Levels, Names
-from scissordyn.studies.ask.requirement import response_unit
+from scissordyn.studies.ask.requirement import beyond_text, response_unit
 from scissordyn.studies.compute.table import column, number_scale
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
@@ -136,23 +136,28 @@ def numbers_text(study: Study, results: xr.Dataset, numbers: Mapping[str, Any]) 
 
 def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Section:
     """Return smallest, median and largest value of each response over complete cases, and the spread of members."""
-    rows, missing = [], False
+    rows, missing, notes = [], False, list[str]()
     for response in study_responses(study, results):
         values = case_values(study, results, response)
+        beyond = beyond_text(results[response.measure])
+        if np.isposinf(values).all() and beyond:
+            notes.append(f"{response.name}: not reached within {beyond} in any case.")
         if np.isfinite(values).any():
             ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
             scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
-            shown = [text if math.isfinite(end) else "none" for end, text in zip(ends, scale.cells(*ends), strict=True)]
+            none = f"over {beyond.split()[0]}" if beyond else "none"
+            shown = [text if math.isfinite(end) else none for end, text in zip(ends, scale.cells(*ends), strict=True)]
             spread = [_percent(float(np.nanmax(points[f"spread {response.name}"].values)))] if study.members > 1 else []
             without = int(np.isinf(values).sum())
             missing |= without > 0
+            if without and not beyond:
+                notes.append("Cases without a value do not meet a requirement, and no trend is fitted to the others.")
             rows.append((response.name, *shown, scale.unit, *spread, str(without)))
     members = ("largest spread of members",) if study.members > 1 else ()
     head = ("response", "smallest", "median", "largest", "unit", *members)
     if not missing:
-        return Section(head, [row[:-1] for row in rows])
-    note = "Cases without a value do not meet a requirement, and no trend is fitted to the others."
-    return Section((*head, "cases without a value"), rows, notes=(note,))
+        return Section(head, [row[:-1] for row in rows], notes=tuple(notes))
+    return Section((*head, "cases without a value"), rows, notes=tuple(dict.fromkeys(notes)))
 
 
 def best_points(result: StudyResult, most: int) -> Section:

@@ -92,6 +92,7 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
         name = response.name
         cells = study.cells(case_values(study, results, response))
         about = {"units": response_unit(results, response), "role": "response", "label": response_label(results, response)}
+        about |= {key: value for key, value in results[response.measure].attrs.items() if key == "beyond"}
         together = cells.reshape(count, -1)
         variables[name] = ("point", _mean(together), {**about, "long_name": f"mean {name}"})
         extreme = np.fmin if response.smallest else np.fmax

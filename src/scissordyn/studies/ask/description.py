@@ -17,10 +17,12 @@ from scissordyn.annotation import MismatchError, accepted, members
 from scissordyn.casefile.configuration import read_mechanism, write_configuration
 from scissordyn.errors import InputError, command, did_you_mean, whole_number
 from scissordyn.file.provenance import provenance
+from scissordyn.lifetime.response import WearLife
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed_all, number
 from scissordyn.model.record import source_of
+from scissordyn.model.wear import Wear
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
 from scissordyn.run.measure import MEASURES, parts_of
 from scissordyn.run.response import Response, check_part
@@ -54,7 +56,7 @@ class OwnMeasure:
     """User-defined measure: a Python function."""
 
     name: str
-    function: Callable[..., float] | str  # Or ``"file.py:function"``. Returns a number
+    function: Callable[..., Any] | str  # Or ``"file.py:function"``. Returns a number
     # Argument of the function: the Dataset of `simulate` (each case is then simulated once more, with samples), or the `Ended`
     # of the batch
     of: str = "dataset"
@@ -80,7 +82,7 @@ class OwnMeasure:
         if not Path(file).expanduser().is_file():
             raise InputError(f"measure '{self.name}': no file '{file}'", "a Python file that exists", sample)
 
-    def callable(self) -> Callable[..., float]:
+    def callable(self) -> Callable[..., Any]:
         """Return the function itself."""
         return load_function("measure", self.function, self.digest) if isinstance(self.function, str) else self.function
 
@@ -92,6 +94,8 @@ class OwnMeasure:
             return {**plain, "digest": self.digest}
         if isinstance(self.function, MotorCurve):
             return {**plain, "motor": asdict(self.function)}
+        if isinstance(self.function, WearLife):
+            return {**plain, "wear": asdict(self.function.settings)}
         # without a source file, or with a changed one, the byte code replaces the source
         source = source_of(self.function) or repr(getattr(self.function, "__code__", self.function))
         return {**plain, "digest": hashlib.sha256(source.encode()).hexdigest()[:16]}
@@ -417,6 +421,8 @@ class Study:
 def _read_measure(entry: Mapping[str, Any], allow_code: Sequence[Path], reading: bool) -> OwnMeasure:
     if "motor" in entry:
         return OwnMeasure(entry["name"], MotorCurve(**entry["motor"]), entry["of"], entry["units"])
+    if "wear" in entry:
+        return OwnMeasure(entry["name"], WearLife(Wear(**entry["wear"])), entry["of"], entry["units"])
     if reading:
         return OwnMeasure(**{**entry, "function": _not_read})
     what = f"the study's measure '{entry['name']}'"

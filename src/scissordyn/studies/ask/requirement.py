@@ -111,11 +111,19 @@ def value_text(results: xr.Dataset, response: Response, case: int) -> str:
     value = float(response_values(results.isel(case=[case]), response)[0])
     if math.isfinite(value):
         return scale_of(xr.DataArray(value, attrs={"units": response_unit(results, response)})).cell(value)
+    if beyond := beyond_text(results[response.measure]):
+        return f"not reached within {beyond}"
     measure, words = SHORTFALL.get(response.measure, ("", ""))
     if measure not in results or not math.isinf(value):
         return "not reached" if math.isinf(value) else "no value"
     off = float(response_values(results.isel(case=[case]), Response(measure, response.part))[0])
     return words.format(engineering(MEASURES[measure].units, off).cell(off))
+
+
+def beyond_text(variable: xr.DataArray) -> str:
+    """Return the end of the range in which a response is computed, as "10000 cycles"; empty if it has no such end."""
+    attributes = variable.attrs
+    return f"{attributes['beyond']} {attributes['units']}" if "beyond" in attributes else ""
 
 
 def meaning(results: xr.Dataset, requirement: Requirement) -> str:

@@ -16,6 +16,7 @@ import xarray as xr
 
 from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError, whole_number
+from scissordyn.lifetime.response import WearLife
 from scissordyn.model.parameter_path import number
 from scissordyn.run.advance.interrupt import check_interrupt, raise_if_interrupted
 from scissordyn.run.batch import Perturbed, simulate_cases
@@ -278,26 +279,33 @@ def _of_datasets(
     """Compute user-defined measures that need the Dataset of each case; each case is simulated once for all of them."""
     functions = {measure.name: measure.callable() for measure in measures}
     values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
-    status, cause = runs["status"].values.astype(object), runs["cause"].values.astype(object)
+    status, cause, warnings = (runs[name].values.astype(object) for name in ("status", "cause", "warnings"))
     # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
-    only_motors = all(isinstance(function, MotorCurve) for function in functions.values())
+    of_run = {name: function for name, function in functions.items() if not isinstance(function, WearLife)}
+    only_motors = all(isinstance(function, MotorCurve) for function in of_run.values())
     options = {**(study.options.equally_spaced if only_motors else study.options).keywords, "trust": False}
     for case in np.flatnonzero(status == "complete"):
         check_interrupt()
         name = ""
         try:
             mechanism = study.mechanism_of({parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
-            run = raise_if_interrupted(simulate(mechanism, **options))
+            run = raise_if_interrupted(simulate(mechanism, **options)) if of_run else None
             for name, function in functions.items():
-                values[name][case] = float(function(run))
+                if isinstance(function, WearLife):
+                    values[name][case], texts = function(mechanism, study.options)
+                    warnings[case] = "\n".join([text for text in (warnings[case], *texts) if text])
+                else:
+                    values[name][case] = float(function(run))
         except Exception as error:
-            of_run = isinstance(error, InputError) and not name
-            reason = str(error) if of_run else f"{type(error).__name__}: {error}"
+            plain = (isinstance(error, InputError) and not name) or isinstance(functions.get(name), WearLife)
+            reason = str(error) if plain else f"{type(error).__name__}: {error}"
             status[case], cause[case] = "failed", f"measure '{name}': {reason}" if name else reason
     for measure in measures:
-        about = {"units": measure.units, "long_name": _meaning(measure.name, functions[measure.name])}
-        runs[measure.name] = "case", values[measure.name], about
-    return runs.assign(status=("case", status.astype(str)), cause=("case", cause.astype(str)))
+        function = functions[measure.name]
+        about = function.attributes if isinstance(function, WearLife) else {"long_name": _meaning(measure.name, function)}
+        runs[measure.name] = "case", values[measure.name], {"units": measure.units, **about}
+    columns = {"status": status, "cause": cause, "warnings": warnings}
+    return runs.assign({name: ("case", text.astype(str), runs[name].attrs) for name, text in columns.items()})
 
 
 def _meaning(name: str, function: Callable[..., float]) -> str:

@@ -18,7 +18,7 @@ from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
-from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, Watched
+from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import Twin
 
 CHECK_STEPS = 2_000  # [steps] number of steps between two checks for Ctrl-C, and two reports of progress
@@ -32,6 +32,7 @@ REPLAY_FAILURES = {
     ANOTHER_MODE: "the repetition of a step in dual numbers has other contacts",
     NO_ROOT: "a contact or stop closes a second time without opening in between",
     JUMP: "a controller begins to act abruptly after its delay; expected a ramp",
+    UNFINISHED: "the derivatives change too fast within a step",
     FULL: "a controller's delay is longer than the steps that fit into its history",
 }
 """Reasons why a step cannot be repeated in dual numbers, by the status that `replay.follow` returns."""

@@ -116,8 +116,7 @@ def gradient(
     ------
     InputError
         If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count or a verdict,
-        if the mechanism has a part without derivatives (hard contact, bars that bend, oil films, delayed control), or if all
-        contacts of the run only graze.
+        if the mechanism has hard contact, or if all contacts of the run only graze.
     ScissordynError
         If the run fails.
 
@@ -214,14 +213,8 @@ def check_derivable(made: Plan) -> None:
     """Raise `InputError` if a part of the mechanism has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
-    refused = {
-        "hard contact": bool(made.hard_places),
-        "an oil film": bool(made.lubricated),
-        "bars that bend": bool(made.coordinates.natural.axes) or made.model.bar.size > 0,
-    }
-    for words, here in refused.items():
-        if here:
-            raise InputError(f"{words} has no derivatives yet", "a mechanism with compliant contact and rigid bars")
+    if made.hard_places:
+        raise InputError("hard contact has no derivatives yet", "a mechanism with compliant contact")
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:

@@ -58,9 +58,9 @@ class Replayed(NamedTuple):
     break_at: Any
 
 
-FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP = range(5)
+FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP, UNFINISHED = range(6)
 """Results of `follow`: step repeated; other contact modes than in the run; a guard is not zero at its event; the history of
-delayed signals is full; rates jump at a multiple of a delay that is a parameter.
+delayed signals is full; rates jump at a multiple of a delay that is a parameter; the step needs more than `PARTS_MAX` parts.
 """
 
 PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
@@ -162,7 +162,8 @@ def follow_step(problem, watched, address, system, seed):
     moves = now > clock.time
     if moves:
         guard = int(run.log[first, GUARD]) if after > first else -1
-        repeat_step(problem, r.method, guard, now, run, s, w, system, r.samples, seed)
+        if not repeat_step(problem, r.method, guard, now, run, s, w, system, r.samples, seed):
+            return UNFINISHED
         if after == first:  # without an event; resets may change the state
             for i in range(s.y.size):
                 run.misfit[0] = max(run.misfit[0], abs(value_of(s.y[i]) - run.y[i]) / max(1.0, abs(run.y[i])))
@@ -203,7 +204,7 @@ def has_room(now, s, w):
 
 @kernel
 def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
-    """Repeat a step, in several parts if the derivatives need shorter steps than the values."""
+    """Repeat a step, in several parts if the derivatives need shorter steps than the values; return False for too many."""
     clock = s.clock[0]
     end = clock.time
     if guard < 0:
@@ -213,7 +214,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     for _ in range(PARTS_MAX):
         if clock.prepared == 0:
             prepare_step(problem, T, s, w, system)
-        last = size >= left
+        last = size > (1.0 - PART_MIN_FRACTION) * left
         # only the first or last part, at the onset or end of a contact, uses the scaling by the square root of time
         scaling = run.scaling[0]
         if (scaling == BEFORE_END and not last) or (scaling != BEFORE_END and left < whole):
@@ -238,9 +239,10 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             s.y[i] = w.new[i]
         clock.time = with_value(t + h, reached)
         if last:
-            break
+            return True
         left = now - reached
         size = 2.0 * size
+    return False
 
 
 @kernel
@@ -279,7 +281,8 @@ def accurate(T, h, run, s, w):
                 weight = max(weight, value_of(w.atol[i]) + value_of(w.rtol[i]) * abs(value_of(s.y[i])))
             if T.combined == 1 and error > 0.0:
                 error = error * error / (error + 0.01 * other)
-            if math.sqrt(error) > run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
+            # also false for NaN
+            if not math.sqrt(error) <= run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
                 return False
     return True
 

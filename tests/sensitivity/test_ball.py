@@ -153,8 +153,8 @@ def test_a_bouncing_ball(name: str) -> None:
     parts = state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference
     watched = Watched(*parts, work.scaling, work.slope, state.peak, content.log, np.zeros(0, np.int64), misfit, *control)
     watching, seed = twin.address(watched), np.zeros((1, 9))
-    twin.of(state.y)[0, 1], twin.of(state.y)[1, 2] = 1.0, 1.0
-    twin.of(ball.content.numbers)[0, 3], twin.of(ball.content.numbers)[1, 4] = 1.0, 1.0
+    twin.copy_of(state.y)[0, 1], twin.copy_of(state.y)[1, 2] = 1.0, 1.0
+    twin.copy_of(ball.content.numbers)[0, 3], twin.copy_of(ball.content.numbers)[1, 4] = 1.0, 1.0
     advance, again = compiled(step), compiled(repeat, derivatives=8, doubles=(Tableau, Watched))
     again.argtypes = [ctypes.c_int64] * 3 + [ctypes.c_void_p, ctypes.c_int64]
     advance.argtypes = [ctypes.c_int64] * 2
@@ -167,9 +167,9 @@ def test_a_bouncing_ball(name: str) -> None:
     assert misfit[0] < (1e-14 if method.kind == EXPLICIT else 1e-13)
     assert state.y[0] == pytest.approx(3.13991895702715, abs=1e-12)
     exact = [0.837828112891426, 0.101531721120973, -0.103906843531788, 9.09995497612619]
-    assert twin.of(state.y)[0, 1:5] == pytest.approx(exact, abs=1e-11)
+    assert twin.copy_of(state.y)[0, 1:5] == pytest.approx(exact, abs=1e-11)
     # z0 + v0 t - g t^2 / 2 = 0
     time, (z, v, g) = content.log[0, 0], (5.0, -0.1, 10.0)
     fall = g * time - v
-    assert twin.of(content.log)[0, 0, 1:5] == pytest.approx([1 / fall, time / fall, -0.5 * time**2 / fall, 0.0], abs=1e-13)
+    assert twin.copy_of(content.log)[0, 0, 1:5] == pytest.approx([1 / fall, time / fall, -0.5 * time**2 / fall, 0.0], abs=1e-13)
     assert z + v * time - 0.5 * g * time**2 == pytest.approx(0.0, abs=1e-13)

@@ -12,6 +12,7 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import checked
 
+# Reason why K is NaN, the attribute `undecided` of a result
 UNDECIDED = "the values vary by no more than their errors, and the test cannot distinguish errors from chaos"
 
 

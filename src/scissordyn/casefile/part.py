@@ -105,17 +105,19 @@ def _read_offset(given: Any, context: Context) -> float:
     return read_quantity(given, Quantity(context["values"]["output"].unit, help="offset"))
 
 
+# Reader of the motion of a coordinate, an angle or a distance over time
 _READ_MOTION = Reader(
     lambda given, context: time_function(context["values"]["coordinate"].unit).read(given, context), lambda: {"type": "object"}
 )
 
 
 read_as(Coordinate, table_reader(lambda: CoordinateTable, CoordinateTable.coordinate))
-_COORDINATE = Annotated[Coordinate, About(f"a coordinate: {COORDINATE_EXAMPLES}")]
+_COORDINATE_KEY = Annotated[Coordinate, About(f"a coordinate: {COORDINATE_EXAMPLES}")]  # type of a key, and its help text
 
-COUPLING: Hints = (
-    ("output", _COORDINATE),
-    ("input", _COORDINATE),
+# Types and help texts of the keys of the table [[coupling]]
+COUPLING_KEYS: Hints = (
+    ("output", _COORDINATE_KEY),
+    ("input", _COORDINATE_KEY),
     (
         "ratio",
         Annotated[
@@ -146,15 +148,16 @@ def _read_backlash(given: Any, context: Context) -> Call:
     return BacklashTable.read({"angle": given} if isinstance(given, str) else given, context)
 
 
-_BACKLASH = Quantity(
+# Unit, bound and help text of the backlash of a coupling
+_BACKLASH_QUANTITY = Quantity(
     "rad", above=0.0, help='angle between both flanks, for example "0.5 deg", or a table with the law of their contacts'
 )
-_BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}
+_BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}  # the table as help shows it
 
 
 class CouplingTable(
     table_of(  # type: ignore[misc]
-        Coupling, COUPLING, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg"
+        Coupling, COUPLING_KEYS, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg"
     )
 ):
     """Coupling: a linear relation of two coordinates."""
@@ -174,7 +177,7 @@ class CouplingTable(
         dataclass_reader(Screw, centre="bearing"),
         About("a screw whose thrust acts back on its bearing", examples=[{"centre": "bearing"}]),
     ] = None
-    backlash: Annotated[Any, _read_backlash, _BACKLASH, About(examples=[_BACKLASH_EXAMPLE])] = None
+    backlash: Annotated[Any, _read_backlash, _BACKLASH_QUANTITY, About(examples=[_BACKLASH_EXAMPLE])] = None
 
     def check(self) -> None:
         self.result()
@@ -188,8 +191,9 @@ class CouplingTable(
         return dataclasses.replace(coupling, transmission=getattr(self, given[0])) if given else coupling
 
 
-COORDINATE_DRIVE: Hints = (
-    ("coordinate", _COORDINATE),
+# Types and help texts of the keys of the table [[coordinate_drive]]
+COORDINATE_DRIVE_KEYS: Hints = (
+    ("coordinate", _COORDINATE_KEY),
     ("motion", Annotated[TimeFunction, _READ_MOTION, About("the angle, or the distance, over time")]),
 )
 
@@ -233,6 +237,7 @@ def coordinate_words(coordinate: Coordinate) -> str:
     return f"angle of {coordinate.body}{against}"
 
 
+# Unit and help text of three keys of the table [[body]]
 _CENTRE_QUANTITY = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
 _LENGTH_HELP = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
 _INERTIA_HELP = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
@@ -402,7 +407,7 @@ PARTS: Mapping[str, Part] = {
         CoordinateDrive,
         "coordinate_drives",
         "a prescribed angle between bodies, slide or distance",
-        COORDINATE_DRIVE,
+        COORDINATE_DRIVE_KEYS,
         name="elbow",
         coordinate={"angle": "rod", "base": "crank"},
         motion={"cycloidal": {"start": "0 deg", "end": "60 deg", "duration": "2 s"}},

@@ -41,7 +41,7 @@ from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
 from scissordyn.model.walk import declared
 from scissordyn.units import quantities
 
-BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}
+BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}  # key `bars`, as error texts show it
 
 BendingTable = table_of(
     with_bending,
@@ -93,23 +93,25 @@ PayloadTable = table_of(with_payload, (("mechanism", None),), spelt={"place": "a
 PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1", mass="0.5 kg")
 
 
-_RESTITUTION = Annotated[
+# Type, bounds and example of the key `restitution` of a clearance
+_RESTITUTION_KEY = Annotated[
     float | None, quantities(LankaraniNikravesh)["restitution"], About(examples=[LankaraniNikravesh().restitution])
 ]
-_FRICTION = '"none", or a law; lugre has bristles that stick, at 3 to 4 times the time of ambrosio'
-_LAWS: Hints = (
+# Types and help texts of the keys of a clearance whose value is a contact law
+_FRICTION_HELP = '"none", or a law; lugre has bristles that stick, at 3 to 4 times the time of ambrosio'
+_LAW_KEYS: Hints = (
     ("stiffness", Annotated[Elastic, About("elastic part of the normal force")]),
     ("damping", Annotated[Damping, About("damping part of the normal force")]),
-    ("friction", Annotated[Friction, About(_FRICTION, [{"law": "lugre", "kinetic": 0.05}])]),
+    ("friction", Annotated[Friction, About(_FRICTION_HELP, [{"law": "lugre", "kinetic": 0.05}])]),
 )
 
 
 def _clearance_table(kind: type, which: str, joints: str, **examples: Any) -> type[Call]:
     """Create the table [[clearance]] or [[guide_clearance]]: fields of a clearance, names of joints, restitution."""
     keys: dict[str, Any] = {which: (Annotated[str, About(joints, [examples.pop(which)])], MISSING)}
-    for key, hint in keys_of(kind, _LAWS, material="steel", **examples).items():
+    for key, hint in keys_of(kind, _LAW_KEYS, material="steel", **examples).items():
         if key == "stiffness":  # the restitution must come before the damping law, whose reader uses it
-            keys["restitution"] = (_RESTITUTION, None)
+            keys["restitution"] = (_RESTITUTION_KEY, None)
         keys[key] = hint
     return call_table(kind, keys, base=Call)
 
@@ -141,6 +143,7 @@ GuideClearanceTable = _clearance_table(
 
 FeedForward = Callable[..., Tabulated]  # `run.inverse_dynamics.feed_forward`, an argument because `run` imports this package
 
+# Correct feed-forward torque, which error texts show
 FEED_FORWARD_EXAMPLE = 'feed_forward = { time = "0 0.1 0.2 0.3 0.4 0.5 s", torque = "0 1 2 3 4 5 N m" }'
 
 
@@ -200,7 +203,7 @@ class ControlTable(Table):
         )
 
 
-_MECHANISM = quantities(Mechanism)
+_MECHANISM_QUANTITIES = quantities(Mechanism)  # unit, bounds and help text of each number of a mechanism
 
 
 class StructureTable(Table):
@@ -228,8 +231,8 @@ class MechanismTable(StructureTable):
         Literal["mechanism"],
         About("the parts of the tables [[body]], [[joint]], ... below", examples=["mechanism"]),
     ]
-    gravity: Annotated[float, _MECHANISM["gravity"]] = Mechanism.gravity
-    gravity_direction: Annotated[float, _MECHANISM["gravity_direction"]] = Mechanism.gravity_direction
+    gravity: Annotated[float, _MECHANISM_QUANTITIES["gravity"]] = Mechanism.gravity
+    gravity_direction: Annotated[float, _MECHANISM_QUANTITIES["gravity_direction"]] = Mechanism.gravity_direction
     input_body: Annotated[str, About("the driven body of a [drive] without `body`", examples=["crank"])] = ""
     output_body: Annotated[str, About("the output body", examples=["slider"])] = ""
 
@@ -256,7 +259,8 @@ def _built(kind: str, builder: Callable[..., Mechanism], help: str, **examples: 
     return table  # type: ignore[no-any-return]
 
 
-_TABLES = (
+# Classes of the table [structure], one for each kind of structure
+_STRUCTURE_TABLES = (
     _built("scissor", scissor, "a straight array of scissor units"),
     _built("polar", polar_scissor, "an array that curves"),
     _built("ring", hoberman_ring, "a closed ring of angulated units that opens and closes"),
@@ -267,7 +271,8 @@ _TABLES = (
     MechanismTable,
 )
 
-STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _TABLES}
+# The same classes, by the word for the kind in a case file
+STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _STRUCTURE_TABLES}
 
 
 def _read_kind(given: Any, _: Context) -> str:

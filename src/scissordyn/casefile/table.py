@@ -352,7 +352,7 @@ def table_of(
 def call_table(
     described: Callable[..., Any], keys: Keys, *, base: type[Call], spelt: Mapping[str, str] = MappingProxyType({})
 ) -> type[Call]:
-    """Create a table class with given keys; those with the name of a parameter are passed to the dataclass or function."""
+    """Create a table class with the given keys; a key named like a parameter of `described` becomes its argument."""
     table = make_table(described.__name__, base, keys, None if isinstance(described, type) else described.__doc__)
     names = {spelt.get(name, name): name for name in _defaults(described)}
     table.function, table.arguments = staticmethod(described), {key: names[key] for key in keys if key in names}

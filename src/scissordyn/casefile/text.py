@@ -57,21 +57,21 @@ def _suggest_file(path: Path) -> str:
 Place = tuple[int | str, ...]  # place of a value: keys from the top level down, and indices in lists of tables
 NAME_KEYS = ("joint", "guide", "name", "body")  # keys whose value names a table in a list; the first one present is used
 
-TOKEN = re.compile(
+TOKEN_PATTERN = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
     re.DOTALL,
 )
-"""Tokens of TOML to find the ends of statements: strings, comments, brackets and line ends."""
+"""Pattern of what decides where a TOML statement ends: a string, a comment, a bracket or a line end."""
 
-KEY_PART = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # one part of a dotted key
-KEY = re.compile(rf"\s*({KEY_PART}(?:\s*\.\s*{KEY_PART})*)\s*=")  # a key at the start of a statement, up to its equals sign
-HEADER = re.compile(rf"\s*(\[\[?)\s*({KEY_PART}(?:\s*\.\s*{KEY_PART})*)\s*\]")  # the header of a table or of a table in a list
+KEY_PART_PATTERN = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # pattern of one part of a dotted key
+KEY_PATTERN = re.compile(rf"\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*=")  # a key and its "="
+HEADER_PATTERN = re.compile(rf"\s*(\[\[?)\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*\]")  # "[a.b]", "[[a.b]]"
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Yield line number and text of each statement of a TOML file."""
     start, depth = 0, 0
-    for token in TOKEN.finditer(text):
+    for token in TOKEN_PATTERN.finditer(text):
         mark = token[0]
         depth += (mark in "[{") - (mark in "]}")
         if mark == "\n" and depth <= 0:
@@ -104,7 +104,7 @@ def _places(text: str) -> Iterator[tuple[int, Place]]:
         return place
 
     for line, statement in _statements(text):
-        header, key = HEADER.match(statement), KEY.match(statement)
+        header, key = HEADER_PATTERN.match(statement), KEY_PATTERN.match(statement)
         try:
             if header:
                 *outer, last = _keys(header[2])

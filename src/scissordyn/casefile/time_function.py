@@ -39,7 +39,8 @@ from scissordyn.components.time_function import (
 from scissordyn.errors import InputError
 from scissordyn.units import Quantity, quantities
 
-HEADER = re.compile(
+# Pattern of the first line of a table of a time function, for example "time [s], angle [deg]"
+HEADER_PATTERN = re.compile(
     r"\s*#?\s*time\s*\[(?P<time>[^]]+)\]\s*[,;\s]\s*(?P<name>angle|factor|length|torque)\s*\[(?P<unit>[^]]+)\]\s*"
 )
 
@@ -145,7 +146,7 @@ def _from_file(path: Path, values: FunctionQuantity) -> Tabulated:
     # a case may name a file that its author is not allowed to read: no message contains text of the file
     wanted = f"time [ms], {values.name} [{values.shown}]"
     header, *lines = read_text(path, "a text file with two columns").splitlines() or [""]
-    units = HEADER.fullmatch(header)
+    units = HEADER_PATTERN.fullmatch(header)
     if units is None or units["name"] != values.name or (values.unit == "1" and units["unit"] != "1"):
         raise InputError(f"'{path}' does not begin with the heading of a table", "a first line that names both columns", wanted)
     rows = []

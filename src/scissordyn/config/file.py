@@ -23,7 +23,7 @@ from scissordyn.errors import InputError, command, did_you_mean
 from scissordyn.file.output_file import OTHER_ENDINGS, check_target, write_file
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.model.parameter_path import KINDS, number
+from scissordyn.model.parameter_path import FIELD_OF_KIND, number
 from scissordyn.model.section import with_dimension
 from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.units import Quantity, checked
@@ -206,7 +206,7 @@ def folder_of_examples() -> Path:
 
 
 CHANGE_EXAMPLE = "--set drive.speed='250 rpm'"  # correct option, which error texts show
-SECTION_DIMENSION = Quantity("m", above=0.0, help="dimension of a section")
+SECTION_DIMENSION_QUANTITY = Quantity("m", above=0.0, help="dimension of a section")  # width, height, thickness
 PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # tables of friction in ideal pins
 LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law: its name, or a table
 
@@ -256,7 +256,7 @@ def _set_value(tree: dict[str, Any], keys: list[str], value: Any, change: str) -
         place = place[0] if isinstance(place, list) else place
         inner = place.setdefault(key, {})
         if key == "section" and isinstance(inner, str) and depth == len(keys) - 2:
-            place[key] = with_dimension(inner, keys[-1], read_quantity(value, SECTION_DIMENSION, f"--set {change!r}"))
+            place[key] = with_dimension(inner, keys[-1], read_quantity(value, SECTION_DIMENSION_QUANTITY, f"--set {change!r}"))
             return
         if key in LAW_KEYS and isinstance(inner, str):  # "lugre" is equivalent to { law = "lugre" }
             inner = place[key] = {"law": inner}
@@ -302,7 +302,7 @@ def split_changes(tree: dict[str, Any], changes: Iterable[str], sections: Set[st
         parameter, equals, _ = change.partition("=")
         head, dot, _ = (word.strip() for word in parameter.partition("."))
         # a kind of part that has no table in the file
-        of_part = not tree.get(head) and (head in KINDS or (head in PIN_FRICTIONS and "joint_friction" in tree))
+        of_part = not tree.get(head) and (head in FIELD_OF_KIND or (head in PIN_FRICTIONS and "joint_friction" in tree))
         of_table = not of_part and bool(get_close_matches(head, sections, n=1, cutoff=0.75))
         if not (equals and dot) or of_table:  # the reader of the file reports a misspelt table
             of_file.append(change)

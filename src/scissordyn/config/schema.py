@@ -157,6 +157,7 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
+# Patterns of the text of a number without a sign, of -0 (allowed where a number must not be negative), and of any number
 UNSIGNED_NUMBER_PATTERN = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 NEGATIVE_ZERO_PATTERN = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
 ANY_NUMBER_PATTERN = rf"[+-]?{UNSIGNED_NUMBER_PATTERN}"

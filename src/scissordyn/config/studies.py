@@ -35,6 +35,7 @@ FilePath = str | os.PathLike[str]
 Varied = Mapping[str, Any]
 NamedValues = Mapping[str, Mapping[str, Any]]  # by parameter path: the object for each name
 
+# Correct values of a parameter of a study, which error texts show
 RANGE_EXAMPLES = (
     "(1e-4, 4e-4), [50.0, 100.0, 200.0], scipy.stats.norm(0.1, 0.02), '0.1..0.4 mm', or names, ['steel', 'aluminium']"
 )

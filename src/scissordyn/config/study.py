@@ -68,18 +68,19 @@ OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"  # correct user-defined measur
 COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # requirement: a response, a comparison and a bound
 
 
-LIST_OF_TEXTS = {"type": "array", "items": {"type": "string"}}
+TEXT_LIST_SCHEMA = {"type": "array", "items": {"type": "string"}}  # JSON schema of a list of texts
 
 
-@reader(lambda: LIST_OF_TEXTS)
+@reader(lambda: TEXT_LIST_SCHEMA)
 def _read_texts(given: Any, context: Context) -> list[str]:
     if not isinstance(given, list) or not all(isinstance(text, str) for text in given):
         raise InputError("not a list of texts", "a list of texts", toml([given]) if isinstance(given, str) else "")
     return given
 
 
-_GOALS = Annotated[list[str], _read_texts, About("measures to minimise or maximise", examples=[["minimise peak_force"]])]
-SEARCH_TABLE = table_of(Optimisation, (("goals", _GOALS),))  # table [optimise]
+# Type, reader and help text of the key `goals` of the table [optimise]
+_GOALS_KEY = Annotated[list[str], _read_texts, About("measures to minimise or maximise", examples=[["minimise peak_force"]])]
+SEARCH_TABLE = table_of(Optimisation, (("goals", _GOALS_KEY),))  # table [optimise]
 _read_search = table_reader(lambda: SEARCH_TABLE, vars)
 
 
@@ -117,25 +118,28 @@ def _read_parameter_table(given: Any, context: Context) -> dict[str, str | Varia
 
 
 MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"  # correct point of a motor curve, which error texts show
-MOTOR_SPEED = Quantity("rad/s", minimum=0.0, help="speed of a motor")
-MOTOR_TORQUE = Quantity("N m", minimum=0.0, help="torque of a motor")
+# Unit and bound of both numbers of a point of a motor curve
+MOTOR_SPEED_QUANTITY = Quantity("rad/s", minimum=0.0, help="speed of a motor")
+MOTOR_TORQUE_QUANTITY = Quantity("N m", minimum=0.0, help="torque of a motor")
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:
-    """Return a motor curve from texts "MOTOR_SPEED, MOTOR_TORQUE" with units."""
+    """Return a motor curve from texts with units, "speed, torque"."""
     pairs = []
     for text in points:
         speed, comma, torque = text.partition(",")
         if not comma:
             raise InputError(f"point '{text}' of a motor", "a speed, a comma and a torque", MOTOR_POINT_EXAMPLE)
         try:
-            pairs.append((read_quantity(speed.strip(), MOTOR_SPEED), read_quantity(torque.strip(), MOTOR_TORQUE)))
+            pairs.append(
+                (read_quantity(speed.strip(), MOTOR_SPEED_QUANTITY), read_quantity(torque.strip(), MOTOR_TORQUE_QUANTITY))
+            )
         except InputError as error:
             raise InputError(f"point '{text}' of a motor: {error.what}", error.expected, MOTOR_POINT_EXAMPLE) from None
     return MotorCurve(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs), of, ratio)
 
 
-@reader(lambda: LIST_OF_TEXTS)
+@reader(lambda: TEXT_LIST_SCHEMA)
 def _read_points(given: Any, context: Context) -> list[str]:
     try:
         texts: list[str] = _read_texts.read(given, context)
@@ -222,9 +226,9 @@ def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, A
 
 
 def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
-    """Read a table with the key `values`: a text, with `each` for a pattern; or a list of names with their probabilities.
+    """Read a table with the key `values`: a text and `each`, or a list of names and their `probabilities`.
 
-    `said` is the beginning of the error message.
+    `said` begins the error messages.
     """
     values, apart = table["values"], table.get("each", False)
     if isinstance(values, list) and "each" not in table:

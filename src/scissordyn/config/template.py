@@ -91,6 +91,7 @@ OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
 }
 """Keys that a template shows as comments, by table: alternatives to other keys, and keys whose absence has a meaning."""
 
+# Comment in a template above its table [[control]]
 SERVO_GAINS_COMMENT = """\
 # Gains of a servo: with the inertia J about the driven body (scissordyn check prints it), the error of its angle decays with
 # the natural frequency w and damping ratio z for proportional = J w^2 and derivative = 2 z J w; here z = 0.7, and w is six

@@ -37,6 +37,7 @@ from scissordyn.units import Quantity
 
 VARY_EXAMPLE = "--vary A.clearance='0.05..0.4 mm'"  # correct option, which error texts show
 
+# Correct values of a varied parameter, which error texts show
 VARIATION_EXAMPLES = (
     "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
 )
@@ -70,9 +71,10 @@ REPLACED_DISTRIBUTIONS: Mapping[tuple[str, int], tuple[str, Callable[..., dict[s
 
 # ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
 FIT_PATTERN = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
-FIT_EXAMPLE = "'H7/g6 at 10 mm'"
+FIT_EXAMPLE = "'H7/g6 at 10 mm'"  # correct fit, which error texts show
 
 TOLERANCE_SIGNS = ("+-", "±", "+/-")  # spellings of the sign before a tolerance
+# Correct tolerances, which error texts show
 TOLERANCE_EXAMPLES = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a number that is chosen"
 PERCENT_ALLOWED = ", or %", TOLERANCE_EXAMPLES  # end of an error about a tolerance's unit, and example
 TOLERANCE_SHAPES = ("uniform", "norm", "triang")
@@ -316,7 +318,7 @@ FILE_TABLES = ("structure", "bending", "panels", "payload", "joint_friction")
 TABLE_UNITS = ("m", "rad", "kg", "s", "N", "N m", "rad/s", "m/s", "m/s^2", "kg m^2", "kg/m", "K", "Pa", "N m^2", "N/m", "1/K")
 """SI units of the numbers in `FILE_TABLES`."""
 
-NAMES_EXAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'
+NAMES_EXAMPLE = '"structure.bars.material" = ["steel", "aluminium"]'  # parameter with names as values, which error texts show
 
 MechanismReader = Callable[[Mapping[str, str]], Mechanism]  # function(name by parameter path) that returns the mechanism
 

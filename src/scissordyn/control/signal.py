@@ -33,6 +33,7 @@ They are the reference motion [rad, rad/s, rad/s^2]; the error, reference minus 
 [rad/s]; the sensor vector [m] and its rate [m/s]; the recorded signal one delay ago; the feed-forward torque [N m].
 """
 
+# Index in `SIGNALS` of a signal, or of the first of its signals
 REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = (
     0,
     3,
@@ -40,7 +41,7 @@ REFERENCE, ERROR, SPEED, SENSOR, DELAYED, FEED_FORWARD = (
     5,
     9,
     10,
-)  # Indices in `SIGNALS` of a signal or its first entry
+)
 
 RECORDABLE: Mapping[str, str] = MappingProxyType(
     {"error": "rad", "speed": "rad/s", "sensor_x": "m", "sensor_y": "m", "sensor_rate_x": "m/s", "sensor_rate_y": "m/s"}

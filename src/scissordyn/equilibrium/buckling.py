@@ -447,7 +447,10 @@ def element_form(chord: float, turned: np.ndarray, first: np.ndarray, last: np.n
 
 
 def frame_gradients(maps: np.ndarray) -> np.ndarray:
-    """Return the derivatives of the coordinates (x, y, angle) of the port "frame" by its maps u, a and b, shape (3, 6)."""
+    """Return the derivatives of (x, y, angle) of one end of a beam, in the frame of the other end, by (u, a, b), shape (3, 6).
+
+    u is the vector between the ends; a and b are the unit vectors along the bodies at the moving end and at the frame's end.
+    """
     ux, uy, ax, ay, bx, by = maps
     return np.array([[bx, by, 0.0, 0.0, ux, uy], [-by, bx, 0.0, 0.0, uy, -ux], [0.0, 0.0, -ay, ax, by, -bx]])
 

@@ -43,6 +43,7 @@ PLACE_ATTRIBUTES = "name class pos quat euler axisangle xyaxes zaxis"  # Attribu
 ACTUATORS = ("motor", "position", "velocity", "damper", "general")
 """MJCF elements of the actuators that are read."""
 
+# Attributes that are read of an actuator in MJCF
 ACTUATOR_ATTRIBUTES = (
     "name class group joint jointinparent gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv dampratio "
     "timeconst gaintype gainprm biastype biasprm dyntype dynprm"

@@ -34,7 +34,7 @@ KINEMATIC_VARIABLES = {
     for rate, names in (("", ("position", "velocity", "acceleration", "angle")), ("angular_", ("velocity", "acceleration")))
     for name in names
 } | {f"slider_{name}" for name in ("position", "velocity", "acceleration")}
-"""Variables of a run that follow from the motion alone; a fit to these only computes no forces and energies."""
+"""Variables of a run that follow from the motion alone; if a fit uses only these, its runs compute no forces and energies."""
 
 STATE_VARIABLES = ("angle", "angular_velocity", "position", "velocity")  # variables of a run with the state of the bodies
 

@@ -128,9 +128,10 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
 
 MassKind = Annotated[Literal["given", "section"], Meaning("whether a bar keeps its given mass or takes that of its section")]
 
-BENDING_STIFFNESS = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
-AXIAL_STIFFNESS = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
-ELEMENTS = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
+# Unit, bounds and help text of three parameters of bending bars
+BENDING_STIFFNESS_QUANTITY = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
+AXIAL_STIFFNESS_QUANTITY = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
+ELEMENTS_QUANTITY = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
 NODE = "node"  # Name of the point of a cross-section at which the rigid bar has no named point
 PARTS_OF_BODIES: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     *(("joints", "joint", ()), ("guides", "guide", ()), ("welds", "weld", ()), ("rods", "rod", ())),
@@ -147,10 +148,10 @@ def with_bending(
     *,
     section: Annotated[str | Section | None, Meaning("tube, box, solid, angle or strip with its dimensions")] = None,
     material: Annotated[str | StructuralMaterial | None, Meaning("steel, aluminium or titanium")] = None,
-    bending_stiffness: Annotated[float | None, BENDING_STIFFNESS] = None,
-    axial_stiffness: Annotated[float | None, AXIAL_STIFFNESS] = None,
+    bending_stiffness: Annotated[float | None, BENDING_STIFFNESS_QUANTITY] = None,
+    axial_stiffness: Annotated[float | None, AXIAL_STIFFNESS_QUANTITY] = None,
     modes: Annotated[int | Literal["auto"], Meaning("bending modes of a bar, its points held", "6")] = "auto",
-    elements: Annotated[int | None, ELEMENTS] = None,
+    elements: Annotated[int | None, ELEMENTS_QUANTITY] = None,
     mass: MassKind = "given",
     damping: Damping = 0.0,
     thermal_expansion: Annotated[float | None, EXPANSION] = None,

@@ -134,7 +134,7 @@ class Closure:
 
     @property
     def _has_other_kinds(self) -> bool:
-        """True if some parts are not half squares."""
+        """True if some constraint has an angle or a length in it, and not only half of a squared vector."""
         return bool(np.any(self.turns | self.lengths))
 
     def _angles(self, z: np.ndarray, maps: np.ndarray) -> np.ndarray:

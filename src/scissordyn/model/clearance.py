@@ -26,8 +26,9 @@ from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities,
 
 LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Range of length over diameter in the table of finite journal bearings
 
-ROUGHNESS = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
-ASPERITIES = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
+# Unit, bounds and help text of two parameters of `Lubrication`
+ROUGHNESS_QUANTITY = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
+ASPERITIES_QUANTITY = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
 ROUGHNESS_RATIO_MAX = 0.1  # Largest ratio of roughness to clearance; the asperity force is a series in this ratio
 
@@ -52,8 +53,8 @@ class Lubrication:
     temperature: Annotated[
         float, Quantity("K", minimum=TEMPERATURE_RANGE[0], maximum=TEMPERATURE_RANGE[1], help="temperature of the oil")
     ] = COLD
-    roughness: Annotated[float, ROUGHNESS] = 1e-6
-    asperities: Annotated[float, ASPERITIES] = ASPERITY_STIFFNESS
+    roughness: Annotated[float, ROUGHNESS_QUANTITY] = 1e-6
+    asperities: Annotated[float, ASPERITIES_QUANTITY] = ASPERITY_STIFFNESS
     bearing: Annotated[Literal["finite", "short", "long"], Meaning("how the pressure is computed")] = "finite"
     full: Annotated[bool, Meaning("whether negative pressures count, as under a high ambient pressure")] = False
     density: Annotated[float, quantities(Oil)["density"]] = 870.0
@@ -183,8 +184,9 @@ ReferenceKind = Annotated[
 
 ANGLES_MIN = 90  # Smallest number of angles in a worn contour, 4 deg apart: the loaded arc of a bearing spans several degrees
 
-CONTOUR = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
-WEAR = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
+# Unit, bound and help text of two parameters of `Clearance`
+CONTOUR_QUANTITY = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
+WEAR_QUANTITY = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
 
 
 @documented
@@ -216,9 +218,9 @@ class Clearance:
     contact: ContactKind = "compliant"
     reference: ReferenceKind = "loaded"
     slip: SlipKind = "surfaces"
-    wear: Annotated[float | None, WEAR] = None
+    wear: Annotated[float | None, WEAR_QUANTITY] = None
     bush: Annotated[float | None, Quantity("m", above=0.0, help="thickness of the bush, which wear may use up")] = None
-    contour: Annotated[tuple[float, ...], CONTOUR] = ()
+    contour: Annotated[tuple[float, ...], CONTOUR_QUANTITY] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)

@@ -81,7 +81,8 @@ class Distance:
 Coordinate = RelativeAngle | Slide | Distance
 
 
-CENTRE = Meaning("point of the wheel's body at its centre; by default that of its bearing")
+# Help text of the parameters `output_centre` and `input_centre` of teeth
+CENTRE_MEANING = Meaning("point of the wheel's body at its centre; by default that of its bearing")
 PRESSURE_ANGLE_MAX = math.radians(60.0)  # [rad] Largest operating pressure angle of teeth; gears have less than half of it
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # [rad] Default pressure angle of teeth, that of ISO 53:1998
 
@@ -107,8 +108,8 @@ class Teeth:
         float | None, Quantity("m", above=0.0, help="pitch radius of the output's wheel, checked against the centres")
     ] = None
     flank: Annotated[Flank, Meaning("loaded flank: sense in which it pushes the output")] = ""
-    output_centre: Annotated[str, CENTRE] = ""
-    input_centre: Annotated[str, CENTRE] = ""
+    output_centre: Annotated[str, CENTRE_MEANING] = ""
+    input_centre: Annotated[str, CENTRE_MEANING] = ""
 
     def __post_init__(self) -> None:
         check_quantities(self, "teeth")
@@ -131,8 +132,8 @@ class Belt:
 
     radius: Annotated[float, Quantity("m", above=0.0, help="pitch radius of the output's pulley")]
     pretension: Annotated[float, Quantity("N", minimum=0.0, help="tension of each span at zero torque")] = 0.0
-    output_centre: Annotated[str, CENTRE] = ""
-    input_centre: Annotated[str, CENTRE] = ""
+    output_centre: Annotated[str, CENTRE_MEANING] = ""
+    input_centre: Annotated[str, CENTRE_MEANING] = ""
 
     def __post_init__(self) -> None:
         check_quantities(self, "a belt")

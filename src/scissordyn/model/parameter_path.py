@@ -55,9 +55,17 @@ DRIVE = "drive"  # Kind of a drive in a parameter path
 INNER_FIELDS = {"joints": "clearance", "guides": "clearance", "drives": "motion", "coordinate_drives": "motion"}
 """Field of a part whose own fields follow the name of the part in a parameter path, as in ``A.restitution``."""
 
-KINDS = {"joint": "joints", "clearance": "joints", "guide": "guides", "body": "bodies", "weld": "welds", DRIVE: "drives"}
-KINDS |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
-"""Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names."""
+# Field of the mechanism for each kind that may precede a name; kinds of rods, latches and components are section names
+FIELD_OF_KIND = {
+    "joint": "joints",
+    "clearance": "joints",
+    "guide": "guides",
+    "body": "bodies",
+    "weld": "welds",
+    DRIVE: "drives",
+}
+FIELD_OF_KIND |= {"coupling": "couplings", "coordinate_drive": "coordinate_drives"}
+
 
 LAW_OF_FIELD = {"restitution": "damping"}  # Field of a law that a path may name without the law -> kind of the law
 AXES = ("x", "y")  # Words in a parameter path for the coordinates of a point
@@ -65,6 +73,7 @@ AXES = ("x", "y")  # Words in a parameter path for the coordinates of a point
 # Examples in error messages: a parameter of a study that varies in each joint, and parameter paths
 EACH_EXAMPLE = '"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }'
 
+# Correct parameter paths, which error texts show
 PATH_EXAMPLES = "'A.clearance', 'drive.speed', 'body.slider.mass', 'servo.controller.limit', 'gravity'"
 
 
@@ -86,7 +95,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
     routes = list(_parts(mechanism, parameter))
     if not routes:
         kind, _, rest = parameter.partition(".")
-        if kind in KINDS and rest and "." not in rest:
+        if kind in FIELD_OF_KIND and rest and "." not in rest:
             what = f"'{parameter}': the name of the {kind} is missing"
             raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
         name = parameter.rsplit(".", 1)[0] if "." in parameter else parameter
@@ -133,7 +142,7 @@ def single(mechanism: Mechanism, parameter: str) -> list[str]:
 
 def every_number(mechanism: Mechanism) -> list[str]:
     """Return the parameter paths of all real numbers of a mechanism that can change alone."""
-    kinds = {kind: field for kind, field in KINDS.items() if kind != "clearance"}
+    kinds = {kind: field for kind, field in FIELD_OF_KIND.items() if kind != "clearance"}
     paths = [name for name, field in declared(type(mechanism)).items() if _is_free(getattr(mechanism, name), field.quantity)]
     for name, field, index, kind in _named(mechanism):
         part = getattr(mechanism, field)[index]
@@ -200,7 +209,7 @@ def _check_independent(place: Place, parameter: str) -> None:
 
 def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
     """Yield name, field, index and kind of every part."""
-    for kind, field in KINDS.items():
+    for kind, field in FIELD_OF_KIND.items():
         if kind != "clearance":
             for index, part in enumerate(getattr(mechanism, field)):
                 yield part.body if kind == DRIVE else part.name, field, index, kind
@@ -211,7 +220,7 @@ def _named(mechanism: Mechanism) -> Iterator[tuple[str, str, int, str]]:
 
 def _kinds(mechanism: Mechanism) -> dict[str, None]:
     """Return the kinds ("joint", "body", ...) that may precede the name of a part in a parameter path of a mechanism."""
-    return dict.fromkeys([*KINDS, *(kind for *_, kind in _named(mechanism))])
+    return dict.fromkeys([*FIELD_OF_KIND, *(kind for *_, kind in _named(mechanism))])
 
 
 def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
@@ -222,7 +231,7 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
         yield from _driven(mechanism, rest)
         return
     if rest and kind in _kinds(mechanism) and kind not in {name for name, *_ in parts}:
-        chosen = [part for part in parts if part[3] == kind or KINDS.get(kind) == part[1]]
+        chosen = [part for part in parts if part[3] == kind or FIELD_OF_KIND.get(kind) == part[1]]
         words = rest.split(".")
         for cut in range(len(words) - 1, 0, -1):
             pattern, path = ".".join(words[:cut]), tuple(words[cut:])
@@ -230,7 +239,7 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
             exact = pattern in names
             if exact or cut == 1:
                 wanted = set(matching(kind, pattern, names))
-                of_clearance = KINDS.get(kind) == "joints" and not exact
+                of_clearance = FIELD_OF_KIND.get(kind) == "joints" and not exact
                 for name, field, index, _ in chosen:
                     if name in wanted and not (of_clearance and mechanism.joints[index].clearance is None):
                         yield field, index, *path

@@ -190,7 +190,7 @@ def _unknowns(mechanism: Mechanism, length: float) -> list[list[list[Action]]]:
     """
 
     def forces(start: BodyPoint, end: BodyPoint) -> list[list[Action]]:
-        """Return two force components between two coincident points."""
+        """Return the effects on both bodies of a unit force along x, and of one along y, between two coincident points."""
         sides = (start, 1.0), (end, -1.0)
         return [[(at[0], (sign * x, sign * y, 0.0), at, GROUND) for at, sign in sides] for x, y in ((1.0, 0.0), (0.0, 1.0))]
 

@@ -101,7 +101,10 @@ def _reactions_of(mechanism: Mechanism, part: Any, balance: Balance) -> tuple[in
 def _reactions_of_guide(
     mechanism: Mechanism, part: GuideFriction | GuideLuGre, balance: Balance, label: str
 ) -> tuple[tuple[int, int], float]:
-    """Return the unknown reactions of the guide that friction acts in, and the force of a unit moment."""
+    """Return the unknowns (force, moment) of the guide that friction acts in, and the sum of normal forces per unit moment.
+
+    They are indices; that of the moment is -1 if the guide has none.
+    """
     guides = mechanism.ideal_guides
     for g, guide in enumerate(guides):
         turned = math.remainder(guide.direction - part.direction, math.pi)

@@ -131,7 +131,7 @@ class Element:
 
 
 class Part:
-    """Base class of the base classes of all slots; the declaration of an element may set the attributes of its base class."""
+    """Common base class of user-defined elements; each slot has a subclass of it, whose attributes an element may set."""
 
     slot: ClassVar[Slot]
     declaration: ClassVar[Any]

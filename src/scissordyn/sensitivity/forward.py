@@ -113,7 +113,7 @@ class _Pass:
         self.run = np.array(self.driver.addresses, np.int64)
 
     def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:
-        """Write the derivatives of the start into the dual arrays; `seeds` has one mapping from array names per parameter."""
+        """Write derivatives at the start into the dual arrays; `seeds` has those of each array, by name, for each parameter."""
         content, state = self.driver.system.content, self.driver.state
         for k, seed in enumerate(seeds):
             for name, slope in seed.items():

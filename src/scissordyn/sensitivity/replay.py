@@ -137,6 +137,7 @@ def break_at(now, system):
     return math.nan
 
 
+# Functions of a mechanism that repeat a step with dual numbers
 MECHANICS = Replayed(
     **{name: FUNCTIONS[name] for name in Replayed._fields if name in FUNCTIONS}, forget=forget_time, break_at=break_at
 )
@@ -247,7 +248,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
 
 @kernel
 def prepare_step(problem, T, s, w, system):
-    """Compute the rates at the start of a step, and the values that an explicit or a Rosenbrock method needs besides."""
+    """Compute the rates at the start of a step; for an explicit method also the monitored values, else the linearised rates."""
     clock = s.clock[0]
     clock.prepared = 1
     if T.kind != EXPLICIT:

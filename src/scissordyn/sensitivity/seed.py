@@ -40,6 +40,7 @@ STEP_ERROR_TOL = 1e-8
 It is about (h/L)^4/30 for a length scale L; the relative error of the sixth order, (h/L)^6/140, is then 1e-12.
 """
 
+# Each: places in steps, weights of the derivative of sixth order, and weights of lower order to estimate the error
 CENTRAL_DIFFERENCES = (
     (-3, -2, -1, 1, 2, 3),
     (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60),
@@ -50,7 +51,6 @@ FORWARD_DIFFERENCES = (
     (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),
     (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
 )
-"""Central and one-sided differences: places in steps, weights of sixth order, and weights of lower order for the error."""
 
 
 PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations
@@ -78,7 +78,7 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
 
 @dataclass
 class Start:
-    """Mechanism with the kind of its start, and its arrays there; with `compared`, also the path of the ideal mechanism."""
+    """Start of the runs of a mechanism, which gives their arrays; with `compared`, also the ideal mechanism's path."""
 
     mechanism: Mechanism
     kind: StartKind

@@ -362,6 +362,7 @@ class _Block:
         )
 
 
+# C text at the beginning of the source of an FMU
 INCLUDES = """\
 #include <math.h>
 #include <stdbool.h>
@@ -372,6 +373,7 @@ INCLUDES = """\
 typedef union { double f; int64_t i; } word;
 """
 
+# C text of the structure with all data of an FMU instance, and of the function that sets its inputs to their start values
 INSTANCE_TYPE = """\
 
 typedef struct {
@@ -393,6 +395,7 @@ typedef struct {
 static void begin(Fmu *m) { memcpy(m->input, START, sizeof START); }
 """
 
+# Start of the C function that returns the address of a variable by its value reference; cases of a switch follow
 PLACE_FUNCTION = """\
 static const double *place(Fmu *m, uint32_t reference) {
     int64_t r = reference;
@@ -402,11 +405,13 @@ static const double *place(Fmu *m, uint32_t reference) {
     if (r >= FIRST_INPUT && r < FIRST_INPUT + 3 * INPUTS) return m->input + (r - FIRST_INPUT);
     switch (reference) {"""
 
+# End of a C function that is one switch; {} is the result for other value references
 DEFAULT_CASE = """\
         default: return {};
     }}
 }}"""
 
+# Start of the C function that returns the factor of an output by its value reference; cases of a switch follow
 FACTOR_FUNCTION = """\
 static double factor(uint32_t reference) {
     switch (reference) {"""

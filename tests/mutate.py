@@ -50,11 +50,11 @@ PATIENCE = 400  # [s] longest time of a test file; one that takes longer has not
 
 @dataclass(frozen=True)
 class Target:
-    """Kernel files and the tests that have to notice their mutations."""
+    """Files with kernels, and the tests that must notice changes of their numbers."""
 
-    files: tuple[str, ...]  # Patterns below the package
-    tests: tuple[str, ...]  # Test files below tests/
-    by_name: bool = False  # Run only tests that carry the name of a law in the file, or of one that imports it
+    files: tuple[str, ...]  # Patterns of paths in the package
+    tests: tuple[str, ...]  # Test files in tests/
+    by_name: bool = False  # Run only tests with the name of a law in the file, or of a law that imports it
     compiled: bool = False  # The tests need the compiler
 
 
@@ -91,36 +91,36 @@ TARGETS = (
 
 @dataclass(frozen=True)
 class Mutation:
-    """One number that is changed."""
+    """Change of one number of a source file."""
 
-    file: str  # Below the package
-    index: int  # Which number of the file
+    file: str  # Path of the file in the package
+    index: int  # Index of the number in the file
     line: int
-    owner: str  # Class in which it stands, empty outside
-    function: str  # Function in which it stands, empty outside
-    text: str  # The number
-    which: int  # How many times the function had it before
+    owner: str  # Name of the class with the number, or ""
+    function: str  # Name of the function with the number, or ""
+    text: str  # Number before the change
+    which: int  # Count of equal numbers before it in the function
 
     @property
     def reason(self) -> str:
-        """Reason why it changes nothing, empty if it does."""
+        """Reason why the change has no effect; "" if it has one."""
         key = (self.file, self.function, self.text)
         return EQUIVALENT.get((*key, self.which) if self.which else key, "")
 
 
 @dataclass(frozen=True)
 class Job:
-    """Tests to run on a mutation, or on the package as it is."""
+    """Tests to run on a changed file, or on the unchanged package."""
 
     mutation: Mutation | Change | None
-    tests: tuple[str, ...]  # Test files below tests/
-    compiled: bool  # They need the compiler
-    chosen: str  # Which of them, as pytest's option -k; all if empty
-    in_place: bool = False  # The file is above the kernels, which are then taken as they are, compiled
+    tests: tuple[str, ...]  # Test files in tests/
+    compiled: bool  # The tests need the compiler
+    chosen: str  # Option -k of pytest that selects some of the tests; "" for all
+    in_place: bool = False  # The file has no kernels, so that the compiled kernels of the package are used
 
     @property
     def digest(self) -> str:
-        """Names what is done, on which sources."""
+        """Hash of the job and of the sources that it depends on."""
         # a line says where to look, no more
         where = replace(self, mutation=self.mutation and replace(self.mutation, line=0))
         return hashlib.sha256(f"{where!r}{sources(self.tests)}".encode()).hexdigest()
@@ -240,7 +240,7 @@ def fails(status: int, copy: Path) -> bool:
 
 
 def judge(jobs: list[Job], workers: int, done: dict[str, bool], keep: Callable[[Job, bool], None]) -> None:
-    """Try the jobs that are not done yet, and keep whether their tests fail."""
+    """Run the jobs that are not in `done`, and pass each to `keep` with whether its tests failed."""
     left = iter([job for job in jobs if job.digest not in done])
     with tempfile.TemporaryDirectory() as folder:
         copies = [Path(folder, str(k)) for k in range(workers)]

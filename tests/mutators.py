@@ -52,18 +52,18 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Change:
-    """One expression of a file, changed."""
+    """Change of one expression of a source file."""
 
-    file: str  # Below the package
+    file: str  # Path of the file in the package
     line: int
-    function: str  # Where it stands
+    function: str  # Name of the function with the expression
     kind: str  # One of `KINDS`
-    index: int  # Which expression of that kind in the file
-    text: str  # The expression as it is
+    index: int  # Index of the expression among those of its kind in the file
+    text: str  # Expression before the change
 
 
 class _Changer(ast.NodeTransformer):
-    """Counts what can be changed, by kind, and changes one of them."""
+    """Counter of the expressions of each kind that can be changed, which also changes one of them."""
 
     def __init__(self, kind: str = "", index: int = -1) -> None:
         self.kind, self.index, self.function = kind, index, ""
@@ -76,7 +76,7 @@ class _Changer(ast.NodeTransformer):
         return kind == self.kind and at == self.index
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        """Only bodies count; what __post_init__ checks is tested by the messages of the model."""
+        """Visit the body of a function, unless it is __post_init__, whose checks are tested by error messages."""
         if node.name == "__post_init__":
             return node
         outer, self.function = self.function, node.name
@@ -85,16 +85,16 @@ class _Changer(ast.NodeTransformer):
         return node
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
-        """The value alone: a union of types is no sum."""
+        """Visit the value of an annotated variable, not its annotation, where | is no operation on numbers."""
         node.value = node.value and self.visit(node.value)
         return node
 
     def visit_Raise(self, node: ast.Raise) -> ast.AST:
-        """A message is no mechanics."""
+        """Leave a `raise` statement unchanged, because its message does not affect the mechanics."""
         return node
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
-        """Nor is a text."""
+        """Leave a formatted text unchanged."""
         return node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
@@ -110,7 +110,7 @@ class _Changer(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.AST:
-        """Running sums; a list that grows has no opposite."""
+        """Exchange += and -=, except for a list that is extended and for a counter."""
         if isinstance(node.op, ast.Add | ast.Sub) and not isinstance(node.value, ast.List | ast.Tuple | ast.ListComp):
             counts = isinstance(node.value, ast.Constant) and isinstance(node.value.value, int)
             if not counts and self._wanted("plus", node):
@@ -118,7 +118,7 @@ class _Changer(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
-        """Signs, but not that of a number that stands for `last` or `none`."""
+        """Remove a minus sign, except that of a literal integer such as -1, which is an index or means "none"."""
         literal = isinstance(node.operand, ast.Constant) and isinstance(node.operand.value, int)
         if isinstance(node.op, ast.USub) and not literal and self._wanted("sign", node):
             return node.operand
@@ -134,7 +134,7 @@ class _Changer(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:
-        """Comparisons by size, and their opposites."""
+        """Add or remove the equality of a comparison of sizes, or replace a comparison by its opposite."""
         kind = type(node.ops[0])
         if len(node.ops) == 1 and kind in EDGES and self._wanted("edge", node):
             node.ops = [EDGES[kind]()]
@@ -143,7 +143,7 @@ class _Changer(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
-        """Both, or one of two."""
+        """Exchange `and` and `or`."""
         if self._wanted("both", node):
             node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
         return self.generic_visit(node)
@@ -161,7 +161,7 @@ def changed(root: Path, change: Change) -> str:
 
 
 def drawn(root: Path, counts: dict[str, int], seed: int) -> list[Change]:
-    """Draw changes at random: `counts` of each subpackage, first a kind and then a change of that kind, none twice."""
+    """Return random changes, none twice, as many of each subpackage as `counts` says; each kind is equally probable."""
     random_ = random.Random(seed)
     chosen: list[Change] = []
     for subpackage, count in counts.items():
@@ -176,28 +176,28 @@ def drawn(root: Path, counts: dict[str, int], seed: int) -> list[Change]:
 
 
 class Mutator(ast.NodeTransformer):
-    """Counts the numbers of a file and changes the one with a given index."""
+    """Counter of the numbers of a file, which also scales the number with the index `target`."""
 
     def __init__(self, target: int | None = None, named: bool = False):
         self.target, self.named, self.found, self.owner, self.function = target, named, [], "", ""
         self.parameters: set[str] = set()
 
     def number(self, node):
-        """The node, scaled if it is the one."""
+        """Count a number; return its node, scaled if it is the number with the index `target`."""
         self.found.append((node.lineno, self.owner, self.function, ast.unparse(node)))
         if len(self.found) - 1 != self.target:
             return node
         return ast.BinOp(ast.Constant(FACTOR), ast.Mult(), node)
 
     def visit_ClassDef(self, node):
-        """Remember whose methods these are."""
+        """Visit the body of a class, with its name in `owner`."""
         self.owner = node.name
         node.body = [self.visit(part) for part in node.body]
         self.owner = ""
         return node
 
     def visit_FunctionDef(self, node):
-        """Only the body counts, and not that of __post_init__, which checks."""
+        """Visit the body of a function, unless it is __post_init__, which only checks."""
         if node.name == "__post_init__":
             return node
         outer, self.function = self.function, node.name
@@ -208,15 +208,15 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Name(self, node):
-        """A parameter, which a kernel reads by name."""
+        """Count a parameter that a kernel reads by name."""
         return self.number(node) if node.id in self.parameters and isinstance(node.ctx, ast.Load) else node
 
     def visit_AnnAssign(self, node):
-        """Fields of a class are declarations."""
+        """Leave a field of a class unchanged, because it is only a declaration."""
         return node if self.owner else self.generic_visit(node)
 
     def visit_Raise(self, node):
-        """Nor are messages physics."""
+        """Leave a `raise` statement unchanged, because its message does not affect the mechanics."""
         return node
 
     def visit_Call(self, node):
@@ -228,7 +228,7 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Attribute(self, node):
-        """A number of a contact's record, which the mechanics read by its name."""
+        """Count a number of a contact's record, which the mechanics read by its name."""
         record = ast.unparse(node.value) in ("p", "S.parameters.contact[j]")
         return self.number(node) if record and isinstance(node.ctx, ast.Load) else self.generic_visit(node)
 
@@ -237,7 +237,7 @@ class Mutator(ast.NodeTransformer):
         return isinstance(node, ast.Name) and node.id in self.parameters and self.function in KERNELS
 
     def visit_Compare(self, node):
-        """A parameter that is compared with zero has the same sign when it is scaled."""
+        """Visit a comparison; one with zero keeps its parameters, because scaling does not change their sign."""
         sides = [node.left, *node.comparators]
         if any(isinstance(side, ast.Constant) and side.value == 0 for side in sides):
             sides = [side if is_parameter(side) or self.is_number(side) else self.visit(side) for side in sides]
@@ -246,7 +246,7 @@ class Mutator(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def is_number(self, node) -> bool:
-        """Return whether a node is counted where it is visited."""
+        """Return whether `visit` counts this node as one number."""
         return isinstance(node, ast.Starred | ast.Constant) or (isinstance(node, ast.Name) and node.id in self.parameters)
 
     def visit_Return(self, node):
@@ -266,16 +266,16 @@ class Mutator(ast.NodeTransformer):
         return node
 
     def visit_Constant(self, node):
-        """Any float but zero."""
+        """Count a float unless it is zero."""
         return self.number(node) if isinstance(node.value, float) and node.value != 0.0 else node
 
     def visit_Subscript(self, node):
-        """A parameter that a kernel reads."""
+        """Count a parameter that a kernel reads from its row `p` or from a table."""
         of_table = self.named and isinstance(node.value, ast.Name) and node.value.id == "table"
         read = (is_parameter(node) or of_table) and isinstance(node.ctx, ast.Load)
         return self.number(node) if read else self.generic_visit(node)
 
 
 def is_parameter(node) -> bool:
-    """Return whether an expression is a number of a kernel's row, p[3]."""
+    """Return whether an expression is an entry of a kernel's array of parameters `p`, such as p[3]."""
     return isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id == "p"

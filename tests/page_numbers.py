@@ -44,7 +44,7 @@ class Quantity:
 
     @property
     def digits(self) -> int:
-        """Significant digits; zeros at the end of an integer do not count."""
+        """Number of significant digits; zeros at the end of an integer do not count."""
         whole = re.sub(r"[  +-]", "", self.text.partition("e")[0])
         figures = whole.replace(".", "") if "." in whole else whole.rstrip("0")
         return len(figures.lstrip("0"))
@@ -57,7 +57,7 @@ class Quantity:
         return (self.value * 10.0 ** PREFIXES[first[1]], unit[1:]) if first else (self.value, unit)
 
     def shows(self, other: Quantity) -> bool:
-        """Report whether this number is another one, rounded to its digits; a number without a unit may have any prefix."""
+        """Return whether this is another number, rounded to this one's digits; without a unit, any metric prefix is allowed."""
         (value, unit), (found, its_unit) = self.scaled, other.scaled
         if unit and its_unit:
             return unit == its_unit and self._rounds(value, found)
@@ -173,7 +173,7 @@ def _within(part: str, printed: str) -> bool:
 
 
 def _same(shown: str, printed: str) -> bool:
-    """Report whether two words are equal, their numbers to one unit of the last digit."""
+    """Return whether two words are equal; numbers in them may differ by one unit of the last digit."""
     if re.sub(NUMBER, "#", shown) != re.sub(NUMBER, "#", printed):
         return False
     pairs = zip(re.findall(NUMBER, shown), re.findall(NUMBER, printed), strict=True)

@@ -183,7 +183,7 @@ class FreeMass:
         return 0.5 * self.mass * v[0] ** 2
 
     def settle(self, t, q, v):
-        """Nothing drifts."""
+        """Return coordinates and rates unchanged, because there are no constraints that they could violate."""
         return q, v
 
 

@@ -22,17 +22,17 @@ G = 9.81  # [m/s^2] gravitational acceleration
 
 
 def rad(degrees: float) -> float:
-    """An angle in radians."""
+    """Return an angle [rad] given in degrees."""
     return math.radians(degrees)
 
 
 def cycloidal(part: float, start: float, end: float) -> float:
-    """A cycloidal move after a part of its duration."""
+    """Return the fraction of a cycloidal move that is done after a given fraction of its duration."""
     return start + (end - start) * (part - math.sin(2.0 * math.pi * part) / (2.0 * math.pi))
 
 
 def slider(crank: float, rod: float, angle: float) -> float:
-    """Position of the slider of a slider-crank without offset."""
+    """Return the position of the slider of a slider-crank without offset."""
     return crank * math.cos(angle) + math.sqrt(rod**2 - (crank * math.sin(angle)) ** 2)
 
 

@@ -144,7 +144,7 @@ def made(folder: Path, name: str, text: str = DECLARED) -> Path:
 
 
 class Point:
-    """An entry point of another package."""
+    """Stand-in for an entry point by which another package offers its elements."""
 
     name = "theirs"
     dist = None

@@ -97,12 +97,12 @@ Maxwell = own(
 
 
 def rope_gap(length, rate, mode, stiffness, free_length):
-    """Kernel of the package's cable."""
+    """Copy of a kernel of the package's cable."""
     return length - free_length, rate
 
 
 def rope_force(length, rate, mode, stiffness, free_length):
-    """Kernel of the package's cable."""
+    """Copy of a kernel of the package's cable."""
     stretch = length - free_length
     if mode == 0.0 or stretch <= 0.0:
         return 0.0, 0.0, 0.0

@@ -167,7 +167,7 @@ class Tab:
 
     @property
     def state(self) -> str:
-        """Text of the bar."""
+        """Text of the page's status bar."""
         return str(self.page.locator(".sd-state").text_content())
 
     def press(self, name: str) -> None:

@@ -127,7 +127,7 @@ def solve(r, address):
 
 @kernel
 def accept(t, y, address, answer):
-    """Accept the state without changes, because no constraints apply."""
+    """Accept the state at the end of a step unchanged, because the problem has no constraints."""
     answer[0], answer[1] = 0.0, open_numbers(address).longest[0]
 
 

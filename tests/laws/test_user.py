@@ -222,7 +222,7 @@ def test_stiffness_is_tried_up_to_the_clearance():
 
 
 def repelled(slip_speed, normal_force):
-    """Drive the sliding where the normal force is large."""
+    """Return a friction force that accelerates the sliding where the normal force is large."""
     return 0.1 * normal_force * math.tanh(slip_speed) if normal_force < 5.0 else -normal_force * slip_speed
 
 

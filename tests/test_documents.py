@@ -256,8 +256,9 @@ def test_options_in_prose_exist(page: Path) -> None:
         assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known, words
 
 
-ANSWERS = DOCS / "answers.md"
-DRAWING = """
+ANSWERS = DOCS / "answers.md"  # Page with a table of questions and the commands that answer them
+# Program that writes a drawing, which a command of the page imports
+DRAWING_PROGRAM = """
 import ezdxf
 
 drawing = ezdxf.new()
@@ -267,7 +268,8 @@ space.add_line((0, 0), (800, 600))
 space.add_point((0, 0), dxfattribs={"layer": "ground"})
 drawing.saveas("linkage.dxf")
 """
-ASSUMED = """
+# Study file that the commands of the page need
+ANSWERS_STUDY = """
 case = "case.toml"
 set = ["run.until=10 ms"]
 require = ["peak_force < 100 kN"]
@@ -287,8 +289,8 @@ WITHOUT_ARGUMENTS = ("scissordyn motor", "scissordyn modes")  # Names of command
 @pytest.mark.slow
 def test_commands_of_the_answers_page(tmp_path: Path, say: Say) -> None:
     """Contract: each command of the tables runs in a folder with the files that the page names."""
-    exec(DRAWING, {})
-    (tmp_path / "study.toml").write_text(ASSUMED, encoding="utf-8")
+    exec(DRAWING_PROGRAM, {})
+    (tmp_path / "study.toml").write_text(ANSWERS_STUDY, encoding="utf-8")
     typed = re.findall(r"`(scissordyn [^`]+)`", ANSWERS.read_text(encoding="utf-8"))
     assert len(typed) > 20
     for line in (one for one in dict.fromkeys(typed) if one not in WITHOUT_ARGUMENTS):

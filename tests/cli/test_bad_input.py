@@ -20,7 +20,7 @@ from scissordyn.periodic.cycles import cycle
 from scissordyn.record.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
-# Number of damaged cases in every test run, number in the slow tests, and number in each slow test
+# Numbers of damaged cases: in every test run, in all slow tests, and in each of the slow tests
 QUICK_CASES, ALL, BLOCK = 30, 2000, 100
 SHORT = ("--set", "run.most_steps=2000", "--samples", "5")  # Options that end a run of any case file within a second
 
@@ -56,7 +56,7 @@ LINES = (
     *("\ufeff", "\x00"),
 )
 
-ENTRY = re.compile(r"^(\s*[\w.-]+\s*=\s*)([^\n#]*)", re.MULTILINE)
+ENTRY = re.compile(r"^(\s*[\w.-]+\s*=\s*)([^\n#]*)", re.MULTILINE)  # Pattern of a line "key = value"
 UNITS_KEY = re.compile(r"\bunits = (\d[\d_]*)")  # Pattern of the key `units`, the number of scissor units
 UNITS_MAX = 40  # Largest number of scissor units in a damaged case; larger arrays only take longer
 

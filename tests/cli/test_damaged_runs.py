@@ -19,7 +19,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
-# Number of damaged files in every test run, number after the slow tests, and number in each slow test
+# Numbers of damaged files: in every test run, with the slow tests, and in each of the slow tests
 QUICK_FILES, ALL, BLOCK = 20, 1020, 50
 
 Said = Callable[..., tuple[int, str]]

@@ -69,7 +69,7 @@ def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch
     assert "not a regular file" in refused("check", "table.toml")
 
 
-# File of a user with a stiffness law
+# Python file with a user-defined stiffness law
 LAWS = """
 import scissordyn as sd
 

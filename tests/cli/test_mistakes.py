@@ -26,7 +26,7 @@ from scissordyn.studies.ask.distribution import Interval, Levels
 TABLE: dict[str, list[dict[str, Any]]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
 MISTAKES = [(kind, mistake) for kind, mistakes in TABLE.items() for mistake in mistakes]  # Pairs of kind and mistake in `TABLE`
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
-HELPS = ("; expected ", "; for example ", "did you mean ", "Did you mean ")  # Words of a message that introduce what is right
+HELPS = ("; expected ", "; for example ", "did you mean ", "Did you mean ")  # Words before the advice in an error message
 
 # Case file in which mistakes are made
 CASE = """\

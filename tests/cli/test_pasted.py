@@ -118,7 +118,7 @@ def test_options_that_are_shown_are_quoted(nodes: list[tuple[Path, ast.expr]]) -
                 assert unquoted <= allowed | OURS.keys(), f"{path}, line {node.lineno}"
 
 
-# File of a user that leaves a mark when it is executed
+# Python file with a user-defined law; when it is executed, it writes a character to the file `executed`
 LAWS = """
 from pathlib import Path
 

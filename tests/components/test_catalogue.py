@@ -35,7 +35,7 @@ from .shared import assert_documented, checked, read
 # Case file at the start of the documentation page, to which tables are appended
 BASE = snippets(PAGE.read_text(encoding="utf-8"))[0]
 
-# File of a user with a component of ten lines
+# Python file with a user-defined component of ten lines
 TEN_LINES = '''
 from typing import Annotated
 import scissordyn as sd

@@ -423,7 +423,7 @@ import scissordyn as sd
 def soft(indentation):
     return 1e9 * indentation**1.5
 """
-"""File of a user with an elastic law."""
+"""Python file with a user-defined stiffness law."""
 
 
 def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:

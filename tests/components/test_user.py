@@ -17,7 +17,7 @@ from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, assert_documented, ball_on, checked, phases, read
 
-# File of a user with a component, a rubber band
+# Python file with a user-defined component, a rubber band
 RUBBER = '''
 from typing import Annotated
 import scissordyn as sd

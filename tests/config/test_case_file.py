@@ -217,7 +217,7 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
             read_case(path)
 
 
-# File of a user with a stiffness law
+# Python file with a user-defined stiffness law
 USER_LAW = """
 import scissordyn as sd
 

@@ -115,8 +115,8 @@ PLUGINS: Mapping[type, tuple[type, ...]] = {
 }
 """Classes of laws and controllers to try as values of a field, by the type that the field declares."""
 
-# Curves of the tape spring: straight, then folded
-TABLES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
+# Curves of a tape spring, straight and folded: pairs of rotation [rad] and moment [N m]
+TAPE_CURVES = (((-0.3, -2.0), (0.1 / 3.0, 0.2), (0.4, 3.1)), ((-0.25, -0.1), (-0.01, -0.05), (0.02, 0.05), (0.3, 0.2)))
 OTHERWISE: Mapping[type, tuple[Any, ...]] = {
     sd.Guide: (sd.Guide("guide", ("plate", "corner"), aligned=True),),
     sd.GuideClearance: (
@@ -124,7 +124,7 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
         sd.GuideClearance(1e-4, corners=((-0.019, -0.009), (0.019, -0.009), (0.0, 0.1 / 9.0))),
     ),
     sd.Clearance: (sd.Clearance(5e-4, contour=tuple(1e-7 / (k + 3.0) for k in range(90))),),
-    sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TABLES[0], folded=TABLES[1]),),
+    sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TAPE_CURVES[0], folded=TAPE_CURVES[1]),),
     sd.FeedForward: (sd.FeedForward(limit=10.0),),
     sd.PID: (sd.PID(3.0, limit=10.0),),
     sd.Lubrication: (
@@ -230,7 +230,7 @@ def candidates(described: type, name: str) -> list[list[Any]]:
             row = tuple(DRAW.uniform(-1.0, 1.0) for _ in range(4))
             found += [row, tuple(map(abs, row))]
         elif origin is tuple:
-            found += TABLES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
+            found += TAPE_CURVES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
         elif isinstance(origin, type) and issubclass(origin, Mapping):
             found.append({"one": (0.1 / 3.0, 0.0), "an odd, [name]": (-1.0, 1e-5)})
         else:

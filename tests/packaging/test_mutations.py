@@ -7,8 +7,8 @@ import pytest
 from tests.mutators import changes_of
 from tests.noticing import NAMED, NOTICING, SAME_ANSWER
 
-TESTS = Path(__file__).parents[1]
-PACKAGE = TESTS.parent / "src" / "scissordyn"
+TESTS = Path(__file__).parents[1]  # Folder of the tests
+PACKAGE = TESTS.parent / "src" / "scissordyn"  # Folder of the package's sources
 
 
 @pytest.mark.parametrize(("file", "function", "kind", "text"), [*NAMED, *SAME_ANSWER])

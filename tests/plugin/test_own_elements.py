@@ -17,7 +17,7 @@ from scissordyn.explore.case import open_case
 from scissordyn.model.record import to_plain
 from scissordyn.run.advance.checkpoint import Checkpoint
 
-# File of a user with laws and controllers
+# Python file with user-defined laws and controllers
 MINE = '''
 from typing import Annotated
 

@@ -11,7 +11,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 
-EDGE = 2e-5  # [m] indentation of touching contacts
+INDENTATION = 2e-5  # [m] indentation to which the chosen contacts are moved
 
 
 def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
@@ -32,7 +32,7 @@ def touching(
     accepted(system, state)
     gap, rate = np.zeros((2, content.state.mode.size))
     functions.guards(0.0, state, system.address, gap, rate)
-    content.parameters.contact[surface][chosen] += gap[chosen] - EDGE
+    content.parameters.contact[surface][chosen] += gap[chosen] - INDENTATION
     content.state.mode[chosen], content.state.memory[chosen] = 1, 0.5
     return system, state
 

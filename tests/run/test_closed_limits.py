@@ -115,7 +115,7 @@ def scissor(rng: np.random.Generator, _gap: float | None) -> Case:
 
 
 LOCATED = 1e-6  # Allowed error of a located time, as a fraction of the stroke's duration
-REPORTED = 3e-4  # [mechanism sizes] largest miss of a near change point that a warning must name
+WARNED_MISS = 3e-4  # [mechanism sizes] a change point that is missed by no more than this must be in a warning
 
 Generator = Callable[[np.random.Generator, float | None], Case]
 
@@ -130,8 +130,8 @@ def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
 def check(case: Case) -> None:
     """Compare kinds and times found with the closed form."""
     expected = [(kind, (angle - case.first) / case.speed, miss) for kind, angle, miss in case.expected]
-    wide = [time for kind, time, miss in expected if kind == NEAR_KIND and miss > REPORTED]
-    asked = [(kind, time) for kind, time, miss in expected if kind != NEAR_KIND or miss <= REPORTED]
+    wide = [time for kind, time, miss in expected if kind == NEAR_KIND and miss > WARNED_MISS]
+    asked = [(kind, time) for kind, time, miss in expected if kind != NEAR_KIND or miss <= WARNED_MISS]
     error = LOCATED * case.until
     got = [
         (kind, time)

@@ -37,7 +37,7 @@ from scissordyn.run.simulate import replay, simulate
 
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
-# File of a user with laws
+# Python file with user-defined laws
 LAWS = """
 import scissordyn as sd
 

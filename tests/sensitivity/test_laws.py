@@ -76,7 +76,7 @@ def test_contacts_of_many_laws() -> None:
             assert run.state[part, k] == pytest.approx(slope[part], abs=2e-7 * np.max(np.abs(slope[part])))
 
 
-PAGE = Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md"
+PAGE = Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md"  # Page about user-defined elements
 
 
 @pytest.mark.parametrize("question", ["equals(exponent, 2.0)", "exponent == 2.0"])

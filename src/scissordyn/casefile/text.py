@@ -65,7 +65,8 @@ TOKEN_PATTERN = re.compile(
 
 KEY_PART_PATTERN = r"""(?:[\w-]+|"(?:[^"\\\n]|\\.)*"|'[^'\n]*')"""  # pattern of one part of a dotted key
 KEY_PATTERN = re.compile(rf"\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*=")  # a key and its "="
-HEADER_PATTERN = re.compile(rf"\s*(\[\[?)\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*\]")  # "[a.b]", "[[a.b]]"
+# Pattern of a table header, "[a.b]" or "[[a.b]]"
+HEADER_PATTERN = re.compile(rf"\s*(\[\[?)\s*({KEY_PART_PATTERN}(?:\s*\.\s*{KEY_PART_PATTERN})*)\s*\]")
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
@@ -155,7 +156,7 @@ def value_at(tree: Any, place: Place) -> Any:
 
 
 def _steps(tree: Any, place: Place) -> Iterator[tuple[int | str, Any]]:
-    """Yield each key of a place with the value at it."""
+    """Yield the keys of a place from the top level down, each with the value that it leads to."""
     for key in place:
         if (
             isinstance(key, int) and isinstance(tree, dict) and tree

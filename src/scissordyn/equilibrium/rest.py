@@ -33,7 +33,7 @@ DISPLACEMENT_MAX = 100.0  # [mechanism sizes] a mechanism that moves farther in 
 STEP_DISPLACEMENT_MAX = 0.3  # [mechanism sizes] largest displacement in one step of the descent to equilibrium
 
 UNLOADED_ROUND_OFF_FACTOR = 100.0
-"""Factor on the estimated round-off of forces if no load acts: angles and servo references then add round-off."""
+"""Factor by which the estimated round-off of forces grows if no load acts; it covers that of angles and servo references."""
 
 
 class StaticPosition(NamedTuple):

@@ -43,7 +43,7 @@ from scissordyn.warning import warning
 if TYPE_CHECKING:
     import xarray as xr
 
-TITLE = "scissordyn statics"  # Title of the data set
+TITLE = "scissordyn statics"  # Attribute `title` of the Dataset that `statics` returns
 
 POINTS, POINTS_MIN = 201, 51  # Positions along a stroke: default of `statics`, and smallest number for measures of studies
 

@@ -39,7 +39,7 @@ LENGTH_UNITS = (("in", 0.0254, 0.45359237, 4.4482216152605), ("cm", 0.01, 1.0, 1
 """Length unit with its length [m], and the mass [kg] and force [N] that are the units of drawings with this length unit."""
 
 LINK_KINDS = dict.fromkeys("YAMG0123", True) | dict.fromkeys("Namg4567", False)
-"""First characters of links: True for a separate link, False for part of a welded one. Later versions added most of them."""
+"""Allowed first characters of the text of a link: True if it is a separate link, False if it is part of a welded link."""
 
 COMPUTED_BY_PMKS = {"inertia": "AMam1256", "centre": "AGag1357"}
 """First characters of links whose inertia or mass centre PMKS+ computes from the drawn outline."""

@@ -142,7 +142,7 @@ def _mjcf_elements(content: bytes) -> Iterator[Element]:
 
 
 def _included(include: Element, name: str, folder: Path | None, beside: Path | None) -> tuple[Path, str]:
-    """Return the path of an included file, and a text with its folder for notes if it is next to the including file."""
+    """Return the path of an included file, and "" or, for a file next to the including file, " from 'path'" for notes."""
     if folder is None or beside is None:
         raise further_file(include, "file")
     # unlike those of `Path`, these functions accept any name and links in a circle

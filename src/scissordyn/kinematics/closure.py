@@ -138,7 +138,7 @@ class Closure:
         return bool(np.any(self.turns | self.lengths))
 
     def _angles(self, z: np.ndarray, maps: np.ndarray) -> np.ndarray:
-        """Return the angles in couplings, on the turn nearest to the count in z."""
+        """Return the angles of couplings, each in the full turn in which it is nearest to its last value, stored in z."""
         last, (x, y) = z[..., self.natural.total :], np.moveaxis(maps[..., self.turns, :], -1, 0)
         beyond = np.arctan2(y, x) - last
         return np.asarray(last + beyond - math.tau * np.floor(beyond / math.tau + 0.5))

@@ -16,7 +16,7 @@ import numpy as np
 from scissordyn.kinematics.closure import Closure
 from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
 
-SEARCH_DISTANCE_MAX = 1.0  # Largest Newton step and largest amplitude a along v; natural coordinates are of the order of one
+SEARCH_DISTANCE_MAX = 1.0  # Largest Newton step and largest distance of a found position; coordinates are of the order of one
 INPUT_STEP_FRACTION = 0.01  # Step of finite differences of inputs, as a fraction of the width of the searched range
 
 AtPlace = Callable[[float], np.ndarray]  # Inputs as a function of the path parameter

@@ -127,9 +127,9 @@ def _padded(table: np.ndarray) -> np.ndarray:
 
 
 def held_table(maps: list[PointMap]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the columns of a bar's static shapes and two tables: one gives their shape vectors, one maps forces back.
+    """Return the coordinates that `maps` depend on, and the coefficients of all maps as a table in two layouts.
 
-    The first table has a row per column, with x and y of one shape after the other. The second one is its transpose.
+    The first layout has a row per coordinate, with x and y of one shape after the other; the second one is its transpose.
     """
     columns = np.unique(np.concatenate([vector.columns for vector in maps]))
     table = np.zeros((columns.size, 2 * len(maps)))

@@ -23,7 +23,8 @@ from scissordyn.sensitivity.twin import Twin
 
 CHECK_STEPS = 2_000  # [steps] number of steps between two checks for Ctrl-C, and two reports of progress
 
-HISTORY_STEPS = 16_384  # [steps] Smallest length of the history of delayed signals; halved steps need more than the run has
+# [steps] Smallest length of the history of delayed signals: where steps are halved, more of them are stored than in the run
+HISTORY_STEPS = 16_384
 
 TOLERANCE_FACTOR = 100.0  # Largest relative error of derivatives in a step, as a multiple of the relative tolerance of the run
 

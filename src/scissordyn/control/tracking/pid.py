@@ -16,7 +16,7 @@ from scissordyn.plugin.element import element, numbers
 from scissordyn.units import Quantity, State, check_quantities
 
 INTEGRAL_TORQUE = State("integral_torque", "N m", scale=1.0)
-"""Internal state: integral part of the torque; its error scale is that of the mechanism's torques if this is smaller."""
+"""Internal state of a controller: integral part of its torque; its scale is 1 N m, or the mechanism's torques if smaller."""
 
 
 def feedback_numbers(described: Any) -> dict[str, float]:

@@ -40,12 +40,13 @@ STEP_ERROR_TOL = 1e-8
 It is about (h/L)^4/30 for a length scale L; the relative error of the sixth order, (h/L)^6/140, is then 1e-12.
 """
 
-# Each: places in steps, weights of the derivative of sixth order, and weights of lower order to estimate the error
+# Central finite differences: places in steps, weights of sixth order, and weights of lower order to estimate the error
 CENTRAL_DIFFERENCES = (
     (-3, -2, -1, 1, 2, 3),
     (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60),
     (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0),
 )
+# The same of finite differences with places on one side only
 FORWARD_DIFFERENCES = (
     (0, 1, 2, 3, 4, 5, 6),
     (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),

@@ -97,8 +97,9 @@ PanelsTable = table_of(with_panels, (("mechanism", None),), bodies="unit */bar 1
 _RESTITUTION_KEY = Annotated[
     float | None, quantities(LankaraniNikravesh)["restitution"], About(examples=[LankaraniNikravesh().restitution])
 ]
-# Types and help texts of the keys of a clearance whose value is a contact law
+# Help text of the key `friction` of a clearance
 _FRICTION_HELP = '"none", or a law; lugre has bristles that stick, at 3 to 4 times the time of ambrosio'
+# Types and help texts of the keys of a clearance whose value is a contact law
 _LAW_KEYS: Hints = (
     ("stiffness", Annotated[Elastic, About("elastic part of the normal force")]),
     ("damping", Annotated[Damping, About("damping part of the normal force")]),

@@ -70,7 +70,7 @@ def describe_failed_latch(plan: Plan, system: Handle) -> str:
 
 
 def check_zero_lengths(plan: Plan, full: np.ndarray) -> None:
-    """Raise `InputError` for a spring or other line component that has zero length at the start, where [x; b] is `full`."""
+    """Raise `InputError` for a spring or other line component that has zero length at the start, at the coordinates `full`."""
     components: tuple[Any, ...] = plan.components
     for part in components:
         if part.declaration.port is not LINE:

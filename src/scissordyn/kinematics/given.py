@@ -27,11 +27,11 @@ class Given(NamedTuple):
     target: np.ndarray
 
     def misses(self, full: np.ndarray) -> np.ndarray:
-        """Return target minus actual value at [x; b]."""
+        """Return target minus actual value at the coordinates `full`."""
         return np.asarray(self.target - self.rows @ full)
 
     def is_met(self, full: np.ndarray) -> bool:
-        """Return whether coordinates [x; b] agree with the given positions or velocities up to round-off."""
+        """Return whether the coordinates `full` agree with the given positions or velocities up to round-off."""
         reached = np.asarray(self.rows @ full)
         largest = max(np.max(np.abs(self.target), initial=0.0), np.max(np.abs(reached), initial=0.0))
         return bool(np.all(np.abs(self.target - reached) <= ASSEMBLY_TOL * largest))
@@ -57,7 +57,7 @@ def given_places(plan: Plan) -> Given | None:
 def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
     """Return linear equations for the velocities and angular velocities that bodies are given; None if no body has any.
 
-    `full` contains the positions [x; b].
+    `full` contains the free coordinates, then the drive directions.
     """
     if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
         return None

@@ -22,13 +22,13 @@ from scissordyn.plan.flexible import Axis, axes_of, clamped_bodies
 
 @dataclass(frozen=True)
 class PointMap:
-    """Plane vector as a linear function of [x; b]: indices of the entries on which it depends, and their coefficients."""
+    """Plane vector, linear in free coordinates and drive directions: indices of those it depends on, and coefficients."""
 
     columns: np.ndarray  # (k,) In increasing order
     rows: np.ndarray  # (2, k)
 
     def at(self, full: np.ndarray) -> np.ndarray:
-        """Return the vector at [x; b], shape (2,), or at many of them, shape (nt, 2)."""
+        """Return the vector at the coordinates `full`, shape (2,), or at many of them, shape (nt, 2)."""
         return np.asarray(full[..., self.columns] @ self.rows.T)
 
     def turned(self, cos: float, sin: float) -> PointMap:
@@ -334,7 +334,7 @@ class Coordinates:
         return [pairs[a:b] for a, b in itertools.pairwise(self.matrix.indptr.tolist())]
 
     def _map(self, pair: tuple[Expression, Expression]) -> PointMap:
-        """Convert a pair of expressions in natural coordinates to a map of [x; b]."""
+        """Return a vector, given by expressions in natural coordinates, as a map of free coordinates and drive directions."""
         table: dict[int, list[float]] = {}
         rows, ones = self._rows, self.natural.total
         for axis, expression in enumerate(pair):

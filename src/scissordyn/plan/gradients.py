@@ -1,4 +1,4 @@
-"""Constraints and their gradients as functions of [x; b], for everything except the time steps."""
+"""Constraints and their gradients as functions of free coordinates and drive directions, for all uses but time steps."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Gradients:
         self.size = np.sqrt(np.asarray(square.sum(axis=1))).reshape(-1, 2)
 
     def residual(self, full: np.ndarray) -> np.ndarray:
-        """Return the residuals of the constraints at [x; b]."""
+        """Return the residuals of the constraints; `full` has the free coordinates, then the direction vectors of drives."""
         d = np.asarray(self.maps @ full).reshape(-1, 2)
         parts = 0.5 * np.sum(d * d, axis=1)
         if self.has_other_kinds:
@@ -65,7 +65,7 @@ class Gradients:
         return s
 
     def rounding(self, full: np.ndarray) -> np.ndarray:
-        """Return the round-off of the constraints at [x; b], then of the held vectors."""
+        """Return the round-off of each constraint at the coordinates `full`, then that of each held vector."""
         size = np.finfo(float).eps * np.abs(full)
         moved = np.asarray(abs(self.maps) @ size).reshape(-1, 2)
         d = np.abs(self.slopes(np.asarray(self.maps @ full).reshape(-1, 2)))
@@ -73,7 +73,7 @@ class Gradients:
         return np.concatenate([constraints, np.asarray(abs(self.held) @ size)])
 
     def jacobian(self, full: np.ndarray) -> Any:
-        """Return the gradients of the constraints by [x; b], then the held maps, as a full or sparse matrix."""
+        """Return the gradients of the constraints at and by the coordinates `full`, then the held maps, as a matrix."""
         d = self.weight[:, None] * self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
         if isinstance(self.maps, np.ndarray):
             rows = np.zeros((self.count, self.maps.shape[1]))
@@ -87,7 +87,7 @@ class Gradients:
         return sp.csr_array(sp.vstack([pairing @ self.maps, self.held]))
 
     def scale(self, full: np.ndarray) -> np.ndarray:
-        """Return the largest possible length of each constraint's gradient by x at [x; b]."""
+        """Return the largest possible length of each constraint's gradient by the free coordinates, at `full`."""
         d = self.slopes(np.asarray(self.maps @ full).reshape(-1, 2))
         # a rod that shrinks to zero loses its gradient: its initial length counts
         size = np.maximum(np.hypot(*d.T), np.where(self.linear, 0.0, np.sqrt(2.0 * np.abs(self.value)))[self.owner])

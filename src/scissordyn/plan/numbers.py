@@ -133,7 +133,7 @@ def worn_bearings(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
 
 
 def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
-    """Return the generalised forces of gravity on [x; b], shape (n + nb,)."""
+    """Return the generalised forces of gravity on the free coordinates and the drive directions, shape (n + nb,)."""
     placed, natural = coordinates.natural, np.zeros(coordinates.natural.total)
     gx = mechanism.gravity * math.cos(mechanism.gravity_direction)
     gy = mechanism.gravity * math.sin(mechanism.gravity_direction)

@@ -38,7 +38,7 @@ from scissordyn.plan.numbers import make_parameters
 from scissordyn.tolerance import ASSEMBLY_TOL
 
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
-"""Fields of a mechanism whose values all enter its tables: any change needs a new compilation."""
+"""Fields of a mechanism whose values all enter its tables: any change needs new tables."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,7 +239,7 @@ def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.
 
 
 def _table_entries(mechanism: Mechanism) -> list[Any]:
-    """Return the parts of a mechanism that may change its tables; a change in them needs a new compilation."""
+    """Return the parts of a mechanism that its tables depend on; a change in them needs new tables."""
     entire = [getattr(mechanism, name) for name in TABLE_FIELDS]
     driven, tracked = [drive.body for drive in mechanism.drives], [(track.body, track.point) for track in mechanism.tracks]
     joints = [(joint.name, joint.journal, joint.bearing, _gap_entries(joint.clearance)) for joint in mechanism.joints]

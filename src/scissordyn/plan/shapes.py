@@ -79,7 +79,7 @@ class Shapes:
 
     @cached_property
     def _solved(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Table of the shapes' coefficients in the basis functions, means c_ki of static shapes N_i over modes phi_k, and beta^4.
+        """Coefficients of the shapes in the basis functions, means c_ki of static shapes N_i over modes phi_k, and beta^4.
 
         Static shapes are made orthogonal to the modes, so that the mass matrix is decoupled: S_i = N_i - sum c_ki phi_k.
         """

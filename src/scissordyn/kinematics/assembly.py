@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,6 +60,22 @@ class Held:
         self.maps.append(PointMap(vector.columns, vector.rows / scale))
         self.values.append((value[0] / scale, value[1] / scale))
         self.rates.append((rate[0] / scale, rate[1] / scale))
+
+
+_REFINED: ContextVar[bool] = ContextVar("refined", default=False)  # True if each assembly ends with one more Newton step
+
+
+@contextmanager
+def refined_assemblies() -> Iterator[None]:
+    """Within the block, assemble to round-off, so that positions are smooth functions of the lengths of bars.
+
+    Otherwise the number of Newton steps makes them jump by up to 1e-12.
+    """
+    before = _REFINED.set(True)
+    try:
+        yield
+    finally:
+        _REFINED.reset(before)
 
 
 def basis_at_start(system: System, time: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -124,7 +143,8 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in their speeds only, or in neither positions nor speeds
     places = given_places(plan) if held.places else None
-    key = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), places and places.target.tobytes()
+    target = places and places.target.tobytes()
+    key = guess.position.tobytes(), b.tobytes(), values.tobytes(), tuple(held.names), target, _REFINED.get()
     last = plan.answers.get("assembly")  # another thread may replace this entry
     if last is None or last[0] != key:
         velocities: dict[tuple[bytes | None, ...], np.ndarray] = {}
@@ -184,7 +204,10 @@ def _close(
         jacobian = gradients.jacobian(full)
         # eight times round-off: short rods far from the origin cannot meet the tolerance
         if np.all(np.abs(residual) < np.maximum(ROUND_OFF_TOL, 8.0 * gradients.rounding(full))):
-            return x, jacobian, residual
+            if not _REFINED.get():
+                return x, jacobian, residual
+            x = x - least_change(jacobian[:, : x.size], residual)
+            return x, gradients.jacobian(np.append(x, b)), residual
         x = x - least_change(jacobian[:, : x.size], residual)
     return x, None, residual
 

@@ -15,6 +15,7 @@ import numpy as np
 from scissordyn.equilibrium.start import prepare_start
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate.integration import LOG_COLUMNS
+from scissordyn.kinematics.assembly import refined_assemblies
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import System
 from scissordyn.model.mechanism import Mechanism
@@ -102,7 +103,8 @@ class Start:
 def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
     """Return the arrays of a system at the start of a run by name; "y" is the state, "log" the initial events."""
     system = make_system(made)
-    prepared = prepare_start(made, system, start)
+    with refined_assemblies():
+        prepared = prepare_start(made, system, start)
     y = prepared.y
     functions.activate(system.address)
     functions.accept(0.0, y, system.address, np.zeros(3))

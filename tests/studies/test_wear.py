@@ -16,6 +16,7 @@ from scissordyn.config.studies import open_study, study
 from scissordyn.errors import InputError
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
+from scissordyn.lifetime.ideal import ideal_loads
 from scissordyn.lifetime.life import first_crossing, life_lines, without_repetitions
 from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients
 from scissordyn.lifetime.wear import wear, wear_out
@@ -182,6 +183,14 @@ def test_tip_of_a_deployment():
     assert np.max(run["track_deviation_error"].values) < 1e-6 * deviation[0]
     assert math.isnan(float(run["life"][0]))
     assert life_lines(run)[0] == "track 'tip' within 120 µm: holds for 600 cycles"
+    # cross-check: forces of ideal joints wear the bearing, which turns, at the same angles and as deep
+    ideal = wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180, loads="ideal")
+    apart = ideal["depth"].values[-1, 0] - run["depth"].values[-1, 0]
+    assert np.max(np.abs(apart)) < 0.01 * depth[-1]
+    assert (
+        json.loads(ideal.attrs["warnings"])[1] == "the life until a tracked point leaves its tolerance needs simulated cycles"
+    )
+    assert ideal.sizes["requirement"] == 0
 
 
 def test_interval_contains_the_depth_of_mean_loads(monkeypatch):
@@ -238,6 +247,13 @@ def test_wear_by_forces_of_ideal_joints():
     assert "that of 'bearing' falls to 100 % of its largest" in json.loads(run.attrs["warnings"])[0]
     ring = worn(rotor(1e-9, 200, turning_bearing=True), 200, loads="ideal")
     np.testing.assert_allclose(ring["depth"].values[-1, 0], 1e-9 / (2.0 * math.pi * RADIUS * LENGTH), rtol=1e-3)
+    # in a quarter of a turn the journal presses on the angles from 90 down to 0 degrees of the bearing, with the weight
+    loads = ideal_loads(rotor(1e-9, 200, turning_bearing=True), ["bearing"], 0.05)
+    energy, force = loads.by_direction(0)
+    assert np.flatnonzero(energy > 1e-9 * TURN).tolist() == [*range(46)]
+    assert energy.sum() == pytest.approx(TURN / 4.0, rel=1e-9)
+    np.testing.assert_allclose(energy[1:45], TURN / 180.0, rtol=5e-3)
+    np.testing.assert_allclose(force, FORCE, rtol=1e-9)
 
 
 def test_first_crossing():

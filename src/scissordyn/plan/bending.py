@@ -89,7 +89,7 @@ def _axis_mass(axis: Axis) -> list[tuple[int, int, float]]:
 
 
 def flexible_maps(coordinates: Coordinates) -> list[tuple[np.ndarray, list[PointMap]]]:
-    """Return the columns of each flexible bar and the maps of its shape vectors."""
+    """Return, for each flexible bar, the indices of the coordinates that move it, and its shape vectors as maps of these."""
     shape_maps = []
     for axis in coordinates.natural.axes:
         maps = [coordinates.vector(*axis.expression(unit)) for unit in np.eye(axis.shapes.count)]

@@ -68,12 +68,12 @@ class Constraint:
 
     @property
     def columns(self) -> np.ndarray:
-        """Columns of the maps of all parts, concatenated."""
+        """Indices of the coordinates on which the maps of the parts depend, part after part."""
         return np.concatenate([point_map.columns for _, point_map in self.parts])
 
 
 def joined(parts: Iterable[tuple[PointMap, int, float]], height: int = 6) -> PointMap:
-    """Return one map with the rows of several parts (map, first row, sign) at the union of their columns."""
+    """Return one map with `height` rows: the sum of parts (map of two rows, row at which it begins, factor)."""
     table: dict[int, list[float]] = {}
     for point_map, first, sign in parts:
         upper, lower = point_map.rows.tolist()
@@ -94,7 +94,7 @@ def combined(*parts: tuple[PointMap, float]) -> PointMap:
 
 
 def stacked(maps: Sequence[PointMap], height: int, name: str = "") -> dict[str, np.ndarray]:
-    """Concatenate maps into arrays: starts, columns and rows, as a mapping from field names that begin with `name`."""
+    """Concatenate maps; return where each starts, and all columns and rows, as arrays by field name, beginning with `name`."""
     starts = np.array(list(itertools.accumulate((vector.columns.size for vector in maps), initial=0)), np.int64)
     columns = np.concatenate([np.zeros(0, np.int64), *(vector.columns for vector in maps)])
     rows = np.ascontiguousarray(np.hstack([np.zeros((height, 0)), *(vector.rows for vector in maps)]))
@@ -349,7 +349,10 @@ class Coordinates:
 
 
 def find_families(directions: dict[str, PointMap], free: int) -> tuple[Family, ...]:
-    """Group bodies by families from their directions as maps of `free` free coordinates and the basis."""
+    """Group the bodies whose directions differ only by a constant rotation or a reflection, into families.
+
+    The first `free` coordinates are free, the others are drive directions.
+    """
     families: dict[tuple[bytes, ...], list[str]] = {}
     for name, direction in directions.items():
         square = direction.rows.T @ direction.rows  # equal for directions that differ by a rotation or a reflection

@@ -106,7 +106,7 @@ class Gradients:
 
 
 def matrix_of(maps: Sequence[PointMap], width: int, dense: bool | None = None) -> Any:
-    """Return the matrix with the rows of some maps; `dense` chooses a full or sparse one, by default the size does."""
+    """Return the matrix with the rows of some maps: full if `dense`, else sparse; by default full up to a limit of its size."""
     if not maps or (2 * len(maps) * width <= DENSE_ENTRIES_MAX if dense is None else dense):
         full = np.zeros((2 * len(maps), width))
         for k, vector in enumerate(maps):

@@ -38,7 +38,7 @@ from scissordyn.plan.rail import Rails, rail_tables
 
 
 def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
-    """Return the map of the vector (a point, a difference of points or a direction) to which a component is attached."""
+    """Return the vector (of a point, between points or along a body) to which a component is attached, as a linear map."""
     if attachment.what == "frame":
         return coordinates.frame(attachment.body)
     if attachment.what == "direction":

@@ -116,7 +116,7 @@ class Shapes:
 
     @property
     def mean(self) -> np.ndarray:
-        """Amplitudes in static deflection per point and direction, shape (modes, held)."""
+        """Amplitude of each mode in each static shape N_i, shape (modes, held)."""
         return self._solved[1]
 
     @property

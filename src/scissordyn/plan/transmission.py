@@ -290,7 +290,7 @@ def _check_centres(part: Coupling, label: str, apart: float, size: float) -> Non
 
 
 def _check_radius(label: str, given: float, radius: float, why: str) -> None:
-    """Raise `InputError` for a pitch radius that differs from the one of ratio and centres by more than rounding."""
+    """Raise `InputError` for a pitch radius that differs from `radius`, which ratio and centres give, by more than rounding."""
     if abs(given - radius) > 1e-3 * radius:
         raise InputError(f"{label}: radius = {given:.6g} m, but {why} {radius:.6g} m", "that pitch radius, or none")
 

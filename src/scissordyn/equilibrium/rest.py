@@ -134,7 +134,7 @@ def constraint_slopes(at: StaticPosition, multiplier: np.ndarray) -> tuple[np.nd
 
 
 class StaticEquilibrium(NamedTuple):
-    """Static equilibrium."""
+    """Position that `equilibrium` found, and measures of its loads and stability."""
 
     position: np.ndarray  # (n,) Free coordinates
     load: float  # Size of the loads, to which the remaining unbalanced force was compared

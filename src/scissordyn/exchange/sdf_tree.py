@@ -17,7 +17,7 @@ Inertial = tuple[Pose, np.ndarray, float, np.ndarray]
 
 
 class Edge(NamedTuple):
-    """Joint between two links."""
+    """Joint between two links of an SDF model."""
 
     name: str
     shown: str  # Name and line for messages

@@ -225,7 +225,7 @@ class DriveInertia:
     largest: float  # Largest inertia of the motion [kg m^2]
 
     def plain(self) -> dict[str, Any]:
-        """Return the values as a dictionary."""
+        """Return the fields by name, for a JSON text."""
         return asdict(self)
 
     def __str__(self) -> str:

@@ -222,7 +222,7 @@ class CoordinateDrive:
 
     @property
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:
-        """Factor and coordinate."""
+        """Driven coordinate with a factor of one, as `Coupling.terms` of the two coordinates of a coupling."""
         return ((1.0, self.coordinate),)
 
 

@@ -67,7 +67,7 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Flexible bar among the natural coordinates."""
+    """Flexible bar with its shapes and the indices of its natural coordinates."""
 
     bar: FlexibleBar
     shapes: Shapes
@@ -79,7 +79,7 @@ class Axis:
 
     @cached_property
     def stretching(self) -> np.ndarray:
-        """`Shapes.stretching` of the bar."""
+        """Twice the bar's axial energy over EA as a form in the strains at quadrature points, shape (points, points) [m]."""
         return self.shapes.stretching(self.bar.bending_stiffness / self.bar.axial_stiffness)
 
     @property

@@ -198,7 +198,7 @@ class Shapes:
 
 @lru_cache(1024)
 def _evaluated(shapes: Shapes, places: tuple[float, ...], derivative: int) -> np.ndarray:
-    """Return `Shapes.at`, cached for all runs."""
+    """Return shapes or their derivatives at places, shape (places, count), cached for bars with equal shapes."""
     values = np.zeros((len(places), shapes._forms[0].shape[0]))
     span = np.clip(np.searchsorted(shapes.places, places, side="right") - 1, 0, len(shapes.places) - 2)
     for row, place, k in zip(values, places, span, strict=True):

@@ -309,10 +309,11 @@ def _part(kind: type, fills: str, help: str, hints: Hints = (), **examples: Any)
     return Part(keys, table_reader(keys), fills, help)
 
 
+# Field of `Mechanism` for components that are not in its field `components`
 _COMPONENT_FIELDS = {
     "rod": "rods",
     "latch": "latches",
-}  # field of `Mechanism` for components that are not in its field `components`
+}
 
 
 @cache

@@ -36,7 +36,7 @@ class Revolute:
 
     @property
     def attachments(self) -> tuple[Attachment, ...]:
-        """Vectors that the maps of its contact read: from bearing to journal, and the directions of rotating bodies."""
+        """Vectors from which its contact force is computed: from bearing to journal, and the directions of both bodies."""
         ends = place(self.journal), place(self.bearing, -1.0)
         return (*ends, direction(2, self.journal[0]), direction(4, self.bearing[0]))
 

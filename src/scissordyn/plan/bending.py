@@ -203,10 +203,7 @@ def is_straight(axis: Axis, natural: np.ndarray) -> bool:
 
 
 def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
-    """Return vectors that vanish if a flexible bar is straight and evenly stretched, with their scales [m], and a constraint.
-
-    The constraint keeps the length of the bar.
-    """
+    """Return vectors with scales [m] that vanish if a bar is straight and evenly stretched, and a constraint of its length."""
     shapes, length, sections = axis.shapes, axis.bar.length, len(axis.bar.sections)
     identity = np.eye(shapes.count)
     chord = (identity[sections - 1] - identity[0]) / length

@@ -111,7 +111,10 @@ def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple
 def eliminated(
     mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]
 ) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Eliminate all linear constraints; return the elimination and the natural coordinates by rows, origins in sizes."""
+    """Eliminate the linear constraints; return the elimination, and natural coordinates by remaining ones, as sparse rows.
+
+    Origins are in mechanism sizes.
+    """
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
     _impose_all(mechanism, natural, elimination, parallel)

@@ -61,7 +61,7 @@ def order_unknowns(
 def _pairs(
     constraints: Sequence[Constraint], columns: Sequence[np.ndarray], latched: set[int], free: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the constraints whose multipliers can be eliminated (`Ordering.pair`), and the index in these of each constraint."""
+    """Return the constraints whose multipliers can be eliminated (rows of `Ordering.pair`), and the row of each constraint."""
     readers = np.zeros(free, np.int64)
     for read in columns:
         readers[np.unique(read)] += 1

@@ -172,7 +172,7 @@ def _rods(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
 
 
 def _latches(mechanism: Mechanism, coordinates: Coordinates) -> list[Constraint]:
-    """Return the constraints w . g = 0 of latches: w is the body's direction rotated by minus the angle, g the base's normal."""
+    """Return the constraints w . g = 0 of latches: w is the body's direction rotated by -angle, g the base's normal."""
     constraints = []
     for latch in mechanism.latches:
         w = coordinates.direction(latch.body).turned(math.cos(latch.angle), -math.sin(latch.angle))

@@ -118,8 +118,8 @@ def _rounded(value: float, digits: int = 2) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _exact(value: float) -> float:
-    """Return a number rounded to twelve decimals."""
+def _without_round_off(value: float) -> float:
+    """Return a number rounded to twelve decimals, which removes round-off."""
     return round(value, 12) + 0.0  # adding 0.0 removes the sign of -0
 
 
@@ -196,8 +196,8 @@ def _parts_at_tip(stroke: Stroke) -> Values:
         "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size)},
         "payload": {"at": tip, "mass": _rounded(stroke.load * stroke.mass)},
         "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
-        "stroke_load": {"point": tip, "direction": _exact(direction), "curve": _curve(load)},
-        "travel_stop": {"point": tip, "direction": _exact(direction), "limit": _exact(limit)},
+        "stroke_load": {"point": tip, "direction": _without_round_off(direction), "curve": _curve(load)},
+        "travel_stop": {"point": tip, "direction": _without_round_off(direction), "limit": _without_round_off(limit)},
     }
 
 
@@ -223,7 +223,7 @@ def _parts_along_line(stroke: Stroke) -> Values:
         },
         "cable": {"free_length": _rounded(1.01 * max(start, end))},
         "linear_motor": {"curve": _curve(drive)},
-        "rod": {"motion": _move(_exact(start), _rounded(end), "m", stroke.motion.duration)},
+        "rod": {"motion": _move(_without_round_off(start), _rounded(end), "m", stroke.motion.duration)},
     }
     line = {"start": ".".join(stroke.anchor), "end": ".".join(stroke.tip)}
     return {name: {**line, **values} for name, values in parts.items()}
@@ -262,13 +262,13 @@ def _parts_at_pin(stroke: Stroke) -> Values:
     moments = {name: _rounded(share * moment) for name, share in shares.items()}
     friction = {"radius": _rounded(0.01 * stroke.size), "kinetic": 0.1}
     hinges: dict[str, Given] = {
-        "torsion_spring": {"stiffness": _rounded(moment), "free_angle": _exact(end)},
-        "tape_spring": {"stiffness": _rounded(10.0 * moment), **moments, "free_angle": _exact(end)},
+        "torsion_spring": {"stiffness": _rounded(moment), "free_angle": _without_round_off(end)},
+        "tape_spring": {"stiffness": _rounded(10.0 * moment), **moments, "free_angle": _without_round_off(end)},
         "clutch": {"capacity": _rounded(moment)},
         "pin_friction": friction,
         "pin_lugre": friction,
-        "angle_stop": {"angle": _exact(end + stroke.margin * (end - start))},
-        "latch": {"angle": _exact(end - 0.01 * (end - start))},
+        "angle_stop": {"angle": _without_round_off(end + stroke.margin * (end - start))},
+        "latch": {"angle": _without_round_off(end - 0.01 * (end - start))},
     }
     ends = {"start": ".".join(pin.journal), "end": ".".join(pin.bearing)}
     return {
@@ -277,7 +277,7 @@ def _parts_at_pin(stroke: Stroke) -> Values:
             "bodies": "unit */bar 1" if "unit 1/bar 1" in names else base,
             "mass": _rounded(stroke.load * stroke.mass),
         },
-        "bushing": {**ends, "free_angle": _exact(turned)},
+        "bushing": {**ends, "free_angle": _without_round_off(turned)},
     }
 
 
@@ -364,7 +364,7 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     if "latch" in names and not drives:
         raise InputError("a latch cannot lock against a prescribed drive", "a latch with a servo", "--with servo,latch")
     start = mechanism.body(mechanism.input_body).placed_angle
-    drive = changes("drive", _move(_exact(start), _exact(start + turn), "rad"))
+    drive = changes("drive", _move(_without_round_off(start), _without_round_off(start + turn), "rad"))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
     tables: dict[str, Given] = {}

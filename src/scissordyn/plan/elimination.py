@@ -1,4 +1,4 @@
-"""Elimination of linear constraints before a run."""
+"""Elimination of linear constraints before a run; a column is the index of a variable."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Rows = tuple[np.ndarray, np.ndarray, np.ndarray]  # Sparse rows: starts, columns
 
 
 class Solved(NamedTuple):
-    """Columns for which constraints have been solved, each as a linear combination of other columns."""
+    """Variables for which constraints have been solved, each as a linear combination of other variables."""
 
     row: I1  # (columns,) Constraint that was solved for the column; -1 for a free column
     first: I1  # (columns,) First entry of the column's expression
@@ -78,7 +78,7 @@ def add_to_sums(column, value, entries, sums):
 
 @kernel
 def resolve(columns, values, start, count, solved, sums, round_off):
-    """Write a row to `sums` with its solved columns replaced; return the number of columns that `sums.touched` lists.
+    """Write an equation to `sums` with solved variables replaced; return the number of variables that `sums.touched` lists.
 
     A solved column is replaced by its expression, in the order of solution: an expression contains only columns solved later or
     not at all.
@@ -126,7 +126,7 @@ def eliminate(
     nothing_left: float,
     contradiction: float,
 ) -> int:
-    """Solve each constraint in turn for one column; return DONE, CONTRADICTS, or FULL if `solved` must be larger.
+    """Solve each constraint in turn for one variable; return DONE, CONTRADICTS, or FULL if `solved` must be larger.
 
     `progress` receives the index of the last constraint and the number of entries.
     """
@@ -176,7 +176,7 @@ def eliminate(
 
 @entry
 def expand_rows(unknowns: int, solved: Solved, sums: Sums, start: I1, columns: I1, values: F1, round_off: float) -> int:
-    """Express each unknown column in columns that are not solved, as sparse rows; return DONE or FULL."""
+    """Express each unknown in variables that are not solved, as sparse rows; return DONE or FULL."""
     used = 0
     for row in range(unknowns):
         start[row] = used
@@ -197,7 +197,7 @@ def expand_rows(unknowns: int, solved: Solved, sums: Sums, start: I1, columns: I
 
 
 class Elimination:
-    """Solve linear constraints for some of the unknown columns, in the order in which they are imposed.
+    """Solver of linear constraints for some of the unknowns, in the order in which the constraints are imposed.
 
     Rows of a chain of bodies have few terms and stay short: cost and size are linear in the length of the chain.
     """
@@ -214,7 +214,7 @@ class Elimination:
         self.imposed.append((constraint, name))
 
     def rows(self, nothing_left: float = ASSEMBLY_TOL) -> Rows:
-        """Express all unknown columns in free and prescribed ones, as sparse rows (starts, columns, values).
+        """Express all unknowns in free and prescribed variables, as sparse rows (starts, columns, values).
 
         A larger `nothing_left` also drops constraints that follow from others only up to the rounding of given numbers.
         """
@@ -252,7 +252,7 @@ class Elimination:
         return bool(far > CLOSING_DISPLACEMENT_MAX and far > CLOSING_RATIO_MAX * self.error(placed))
 
     def error(self, values: np.ndarray) -> float:
-        """Return the largest absolute value of the imposed constraints, which should vanish, at given values of all columns."""
+        """Return the largest absolute value of the imposed constraints, which should vanish, at given variables."""
         errors = (abs(sum(value * values[column] for column, value in row.items())) for row, _ in self.imposed)
         return float(max(errors, default=0.0))
 

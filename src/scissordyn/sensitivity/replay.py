@@ -75,7 +75,7 @@ The derivative is by the parameter divided by its scale.
 ROOT_PRECISIONS = 10.0  # Largest value of a guard that counts as zero at its event, as a multiple of its location precision
 
 JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance from an instant at which the rates on either side of it are evaluated
-JUMP_MIN = 1e-6  # Smallest difference of the rates on either side, relative to the rates, that counts as a jump
+JUMP_MIN = 1e-6  # Smallest change of the rates at an instant that counts as a jump, as a fraction of the rates
 
 
 class Watched(NamedTuple):

@@ -65,7 +65,7 @@ def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Secti
     """Yield sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
     for title, what, groups in (("Failed cases", "cause", result.causes), ("Warnings", "warning", result.warnings)):
         rows = [(str(len(cases)), text, replay_command(store, cases[0])) for text, cases in groups.items()]
-        notes = ("In the words of the first case.", *([f"{len(rows) - most} more."] if len(rows) > most else []))
+        notes = ("The numbers are those of the first case.", *([f"{len(rows) - most} more."] if len(rows) > most else []))
         if rows:
             yield Section(("cases", what, "command"), rows[:most], title, notes)
 

@@ -164,17 +164,19 @@ def export(results: xr.Dataset, path: Path) -> Path:
 
 
 STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 64rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 .scroll { overflow-x: auto; margin: 1rem 0; } table { border-collapse: collapse; }
 th, td { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; border-bottom: 1px solid #e4e4e4; }
-th { vertical-align: bottom; } td { white-space: nowrap; } td.long { white-space: normal; min-width: 20rem; }
-code { background: #f4f4f4; padding: .1rem .3rem; } td code { white-space: normal; overflow-wrap: anywhere; }
+th { vertical-align: bottom; } td { white-space: nowrap; } td.long { white-space: normal; min-width: 14rem; }
+code { background: #f4f4f4; padding: .1rem .3rem; }
+td code { display: inline-block; min-width: 15rem; white-space: normal; overflow-wrap: break-word; }
 img { max-width: 100%; }
 h1, h2 { overflow-wrap: anywhere; }
-@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; } }
+@media (max-width: 40rem) { body { font-size: 14px; } th, td { padding-right: .5rem; } td.long { min-width: 12rem; }
+  td code { min-width: 0; overflow-wrap: anywhere; } }
 @media screen and (prefers-color-scheme: dark) {
   body { background: #16181c; color: #dcdcdc; } th, td { border-color: #3a3d44; } code { background: #24272d; }
-  img { border-radius: .3rem; }
+  img { border-radius: .3rem; filter: invert(.92) hue-rotate(180deg); }
 }
 @page { size: A4; margin: 14mm; }
 @media print {

@@ -310,4 +310,4 @@ def _of_datasets(
 
 def _meaning(name: str, function: Callable[..., float]) -> str:
     """Return the first line of the docstring of a user-defined measure."""
-    return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0]
+    return (inspect.getdoc(function) or f"measure '{name}' of the user").partition("\n")[0].rstrip(".")

@@ -138,7 +138,7 @@ def _draw(units: tuple[int, ...], costs: dict[str, list[float]], compliant: xr.D
         tip.plot(run["time"], 1e3 * run["track_deviation"][:, 0], color=colour, linewidth=1.0, label=label)
         impulses.semilogy(run["contact_start"], run["impulse"], marker, color=colour, markersize=3, alpha=0.6, label=label)
     tip.set(xlabel="time [s]", ylabel="tip from its ideal path [mm]")
-    impulses.set(xlabel="begin of the contact [s]", ylabel="normal impulse of a contact [N s]", ylim=(LEAST_IMPULSE, 300.0))
+    impulses.set(xlabel="onset of the contact [s]", ylabel="normal impulse of a contact [N·s]", ylim=(LEAST_IMPULSE, 300.0))
     for (start, taken), marker in zip(costs.items(), "os", strict=True):
         cost.loglog(units, [1e6 * each for each in taken], f"{marker}-", markersize=4, linewidth=1.0, label=start)
     goal = 1e6 * costs[STARTS[-1]][0] * (np.array(units) / units[0]) ** 1.1

@@ -8,19 +8,14 @@ import numpy as np
 
 from scissordyn.identification.problem import Free, Problem, curves
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed_all
 from scissordyn.plan.plan import plan
-from scissordyn.plan.system import make_system
-from scissordyn.record.dataset import results
 from scissordyn.record.xarray_dataset import as_dataset
-from scissordyn.run.advance.driver import count_steps
-from scissordyn.run.trajectory import current_trajectory
-from scissordyn.sensitivity.forward import SAMPLED_ARRAYS, Forward, forward
+from scissordyn.sensitivity.curve import weighted_results
+from scissordyn.sensitivity.forward import forward
 from scissordyn.sensitivity.gradient import check_derivable
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives
-from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 
 def has_events(problem: Problem) -> bool:
@@ -45,46 +40,20 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
 def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the derivatives of the curves by the scaled free parameters, shape (times, columns, parameters)."""
     options = dataclasses.replace(problem.options, until=float(times[-1]), samples=2, trust=False, events="located")
-    tables, start = plan(fitted), Start(fitted, options.start)
+    tables, start = plan(fitted), Start(fitted, options.start, curves=True)
     check_derivable(tables)
     pairs = zip(problem.free, values.tolist(), strict=True)
     seeds = [derivatives(start, Parameter(free.path, value, free.scale, free.unit)) for free, value in pairs]
     slopes = []
     for first in range(0, len(seeds), DERIVATIVES):
-        run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times)
+        run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times, integrals=problem.monitors)
         problem.runs += 1
         for k, free in enumerate(problem.free[first : first + DERIVATIVES]):
             value = float(values[first + k])
-            ends = [
-                _moved_curves(problem, run, k, fitted, free, value, sign * DIFFERENCE_FRACTION, options) for sign in (1.0, -1.0)
-            ]
-            slopes.append((ends[0] - ends[1]) / (2.0 * DIFFERENCE_FRACTION))
+
+            def moved(step: float, free: Free = free, value: float = value) -> Mechanism:
+                return changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
+
+            terms = weighted_results(run, k, moved)
+            slopes.append(sum(weight * curves(as_dataset(found), problem.columns) for weight, found in terms))
     return np.stack(slopes, axis=2)
-
-
-def _moved_curves(
-    problem: Problem,
-    run: Forward,
-    parameter: int,
-    fitted: Mechanism,
-    free: Free,
-    value: float,
-    step: float,
-    options: Options,
-) -> np.ndarray:
-    """Return the curves of a run after a small change of one parameter, by linear extrapolation of its states.
-
-    `parameter` is the index of the derivative in `run`, `value` the parameter in the run, and `step` its change, divided by
-    its scale.
-    """
-    mechanism = changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
-    tables, samples = plan(mechanism), run.driver.samples
-    moved = {name: getattr(samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED_ARRAYS}
-    statistics = {"method": options.method, "reason": "", "seconds": 0.0, **count_steps(run.driver.state)}
-    path = dataclasses.replace(
-        current_trajectory(run.driver, statistics=statistics),
-        plan=tables,
-        system=make_system(tables),
-        samples=samples._replace(**{name: np.ascontiguousarray(array) for name, array in moved.items()}),
-    )
-    return curves(as_dataset(results(tables, "", path, path.record())), problem.columns)

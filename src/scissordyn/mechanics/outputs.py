@@ -17,7 +17,7 @@ from scissordyn.mechanics.flexible_bar import flexible_bar_energy
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.sample import Record, Sampled
-from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, CONTACT_RESULT, open_system
+from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, CONTACT_RESULT, System, open_system
 from scissordyn.mechanics.worn_contact import worn_energy
 
 
@@ -160,10 +160,9 @@ def sampled(samples: Any) -> Sampled:
     return Sampled(*(getattr(samples, field) for field in Sampled._fields))
 
 
-def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
-    """Evaluate everything at the samples."""
-    content = system.content
-    nt, columns, bodies = samples.time.size, content.model.n + content.model.nb, maps.rotation.size
+def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
+    """Return a record of `nt` samples for `fill`."""
+    columns, bodies = content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     shapes = {
         **dict.fromkeys(("X", "V", "A"), (columns,)),
@@ -178,10 +177,16 @@ def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
         "multiplier": (content.parameters.value.size,),
         **dict.fromkeys(("kinetic", "potential", "elastic", "stored"), ()),
     }
-    samples_record = Record(
+    return Record(
         contact=np.zeros((nt, contacts), CONTACT_RESULT),
         length_error=np.zeros(1),
         **{name: np.zeros((nt, *shape)) for name, shape in shapes.items()},
     )
+
+
+def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
+    """Evaluate everything at the samples."""
+    content = system.content
+    samples_record = empty_record(maps, content, samples.time.size)
     fill(sampled(samples), system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
     return samples_record

@@ -11,6 +11,8 @@ import numpy as np
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import INTEGRAL, LARGEST, STRUCK, WHEN
+from scissordyn.mechanics.outputs import empty_record, sampled
+from scissordyn.mechanics.sample import Record
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import Plan
 from scissordyn.record.ideal_path import IdealPath
@@ -38,7 +40,7 @@ REPLAY_FAILURES = {
 }
 """Reasons why a step cannot be repeated in dual numbers, by the status that `replay.follow` returns."""
 
-SAMPLED_ARRAYS = ("state", "memory", "mass", "reference")  # Fields of `Samples` whose derivatives are stored
+SAMPLED_ARRAYS = ("state", "total", "memory", "mass", "reference")  # Fields of `Samples` whose derivatives are stored
 
 POINTER_ARRAYS = ("force_kernel", "gap_kernel", "switch_kernel")  # Arrays of the model with kernel pointers
 
@@ -54,6 +56,7 @@ class Forward:
     total: np.ndarray  # (powers, parameters)
     monitored: np.ndarray  # (rows, values, parameters)
     samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) by the names in `SAMPLED_ARRAYS`
+    outputs: tuple[Record, Record]  # Outputs at the samples, and their derivatives
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for accurate derivatives
 
@@ -85,7 +88,7 @@ class _Pass:
         pointers |= {int(word) for key in content.parameters.law.dtype.names[:7] for word in content.parameters.law[key]}
         self.library: Library = library_for(pointers, tables=tables)
         self.twin = Twin(self.library.doubles, self.library.pointers)
-        self.system = self.twin.address(content)
+        self.system, self.maps = self.twin.address(content), self.twin.address(plan.maps)
         self.misfit, self.rows = np.zeros(1), self._rows(content)
         self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
         self.tolerance = np.array([TOLERANCE_FACTOR * options.rtol])
@@ -126,7 +129,7 @@ class _Pass:
                     self.twin.copy_of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
                 else:
                     owner, *path = name.split(".")
-                    array: Any = getattr(content, owner)
+                    array: Any = self.driver.plan.maps if owner == "maps" else getattr(content, owner)
                     while not isinstance(array, np.ndarray):
                         array = getattr(array, path.pop(0))
                     dual = self.twin.copy_of(array)
@@ -168,6 +171,17 @@ class _Pass:
             if progress is not None:
                 progress(driver.time)
 
+    def outputs(self, count: int) -> tuple[Record, Record]:
+        """Return the outputs at the samples, and their derivatives by the first `count` parameters."""
+        content, samples = self.driver.system.content, sampled(self.driver.integration.content.samples)
+        record = empty_record(self.driver.plan.maps, content, samples.time.size)
+        dual = self.twin.address(samples), self.twin.address(record)
+        self.twin.copy_of(samples.mode)[...] = samples.mode
+        counted = np.zeros((content.model.rotation_start.size - 1, DERIVATIVES + 1))
+        self.library.fill(dual[0], self.system, self.maps, dual[1], counted)
+        copies = [self.twin.copy_of(array) for array in record]
+        return Record(*(_part(copy, 0) for copy in copies)), Record(*(_part(copy, slice(1, 1 + count)) for copy in copies))
+
     def result(self, count: int, *, integrals: bool) -> Forward:
         """Return the run with its derivatives by the first `count` parameters."""
         self.library.end(self.integration, self.system)
@@ -190,8 +204,20 @@ class _Pass:
         samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED_ARRAYS}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
-            float(self.misfit[0]), int(self.parts[0]),
+            self.outputs(count), float(self.misfit[0]), int(self.parts[0]),
         )  # fmt: skip
+
+
+def _part(duals: np.ndarray, which: int | slice) -> np.ndarray:
+    """Return values or derivatives of an array of dual numbers; a structured array keeps its fields."""
+    if duals.dtype.names is None:
+        return duals[..., which]
+    parts = {name: duals[name][..., which] for name in duals.dtype.names}
+    kinds = [(name, float, part.shape[duals.ndim :]) for name, part in parts.items()]
+    found = np.zeros(duals.shape, kinds)
+    for name, part in parts.items():
+        found[name] = part
+    return found
 
 
 def forward(
@@ -204,7 +230,10 @@ def forward(
     ideal: IdealPath | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Forward:
-    """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails."""
+    """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails.
+
+    Integrals of powers have derivatives only with `integrals`, outputs at the samples those by parameters with maps (`Start`).
+    """
     if options.step is not None:
         raise InputError("steps of a fixed size have no derivatives", "a run with error control, without 'step'")
     run = _Pass(plan, options, seeds, np.zeros(0) if times is None else times, integrals=integrals, ideal=ideal)

@@ -21,15 +21,18 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Method, Options, StartKind
 from scissordyn.model.parameter_path import changed, every_number
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.record.results import Results
+from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended
 from scissordyn.run.response import Response, check_part, read_response
+from scissordyn.sensitivity.curve import curve_derivatives, curve_names, moved_results
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.tolerance import DATA_TOL
-from scissordyn.units import Meaning, checked
+from scissordyn.units import Meaning, Quantity, checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,18 +63,20 @@ class _Derived(NamedTuple):
     misfit: float
     runs: int
     left_out: dict[str, str]
+    path: Results | None  # Variables over time, and their derivatives by each parameter
+    curves: list[dict[str, np.ndarray]]
 
     @property
     def slopes(self) -> np.ndarray:
         """Derivatives, shape (responses, parameters)."""
-        return np.array([row[0] for row in self.rows]).T
+        return np.array([row[0] for row in self.rows], float).T
 
 
 @checked
 def gradient(
     mechanism: Annotated[Mechanism, Meaning("a mechanism", "read_case('case.toml').mechanism")],
     *,
-    of: Sequence[str],
+    of: Sequence[str] = (),
     by: Sequence[str] | None = None,
     until: EndTime,
     start: StartKind = Options.start,
@@ -80,6 +85,8 @@ def gradient(
     method: Method = Options.method,
     most_steps: int = Options.most_steps,
     change: float = 1e-3,
+    trajectory: bool = False,
+    samples: Annotated[int, Quantity("1", minimum=2, maximum=1_000_000, help="instants of the trajectory")] = 201,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Compute exact derivatives of measures of a run by parameters, through all contacts.
@@ -91,7 +98,8 @@ def gradient(
     ----------
     mechanism : Mechanism
     of : sequence of str
-        Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all joints.
+        Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all joints. May be empty with
+        `trajectory`.
     by : sequence of str, optional
         Parameter paths ("A.clearance", "drive.speed"). By default all parameters that affect the run. Each run computes
         the derivatives by up to eight of them.
@@ -102,6 +110,10 @@ def gradient(
     change : float
         Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
         not small: it moves a journal by a tenth of its clearance, or removes a contact.
+    trajectory : bool
+        Also return all variables over time that `simulate` has, and their derivatives.
+    samples : int
+        Number of equally spaced instants of the trajectory.
     progress : callable, optional
         Called repeatedly with the simulated time [s].
 
@@ -110,7 +122,8 @@ def gradient(
     Dataset
         Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (relative
         change per relative change), `valid_until` [s], and `smooth`, which is False if another part has nearly the same
-        largest value.
+        largest value. With `trajectory` also the variables over time, such as `normal_force`, and their derivatives in SI
+        units, such as `normal_force_derivative`, with the dimension `parameter` at the end.
 
     Raises
     ------
@@ -137,11 +150,14 @@ def gradient(
             if list(texts).count(text) > 1:
                 raise InputError(f"{name}: '{text}' is given twice", "different names", f"{name}=['{text}']")
     responses = [_response(mechanism, text) for text in of]
-    if not responses:
+    if not responses and not trajectory:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
-    derived = _derive(made, options, responses, by, change, progress)
+    times = np.linspace(0.0, until, samples) if trajectory else np.zeros(0)
+    derived = _derive(made, options, responses, by, change, progress, times)
     _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
     found = _dataset(responses, derived)
+    if derived.path is not None:
+        found = found.merge(_curves(derived))
     seconds = clocks.perf_counter() - began
     found.attrs = {
         "title": TITLE,
@@ -162,7 +178,9 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     check_derivable(made)
     for response in responses:
         check_measure(response)
-    derived = _derive(made, options, responses, by, 0.0, None)  # instants until which a gradient is valid are not used
+    derived = _derive(
+        made, options, responses, by, 0.0, None, np.zeros(0)
+    )  # instants until which a gradient is valid are not used
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
     for response, row in zip(responses, slopes, strict=True):
         if not np.isfinite(row).all():
@@ -177,24 +195,30 @@ def _derive(
     by: Sequence[str] | None,
     change: float,
     progress: Callable[[float], None] | None,
+    times: np.ndarray,
 ) -> _Derived:
-    """Simulate with derivatives of responses by parameters, eight in each run."""
+    """Simulate with derivatives of responses, and of variables at given instants, by parameters, eight in each run."""
     compared = any(MEASURES[response.measure].compares for response in responses)
     ideal = ideal_path(made, options) if compared else None
-    parameters, seeds, left_out = _seeded(made, options, by, compared=compared)
-    integrals = any(response.measure in INTEGRAL_MEASURES for response in responses)
+    parameters, seeds, left_out = _seeded(made, options, by, compared=compared, curves=times.size > 0)
+    integrals = times.size > 0 or any(response.measure in INTEGRAL_MEASURES for response in responses)
     values, rows, misfit, runs = np.full(len(responses), math.nan), list[_Row](), 0.0, 0
+    path, curves = None, list[dict[str, np.ndarray]]()
     for first in range(0, len(parameters), DERIVATIVES):
         part = seeds[first : first + DERIVATIVES]
-        run = forward(made, options, part, integrals=integrals, ideal=ideal, progress=progress)
+        run = forward(made, options, part, times=times, integrals=integrals, ideal=ideal, progress=progress)
         options = replace(options, method=run.driver.method)
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
         rows += _rows(run, made.mechanism, parameters[first : first + DERIVATIVES], responses, change)
+        if times.size:
+            path = moved_results(run, 0, 0.0, made.mechanism)
+            for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
+                curves.append(curve_derivatives(run, k, partial(_changed, made.mechanism, parameter)))
     _check_known(responses, values)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
-    return _Derived(parameters, values, rows, misfit, runs, left_out)
+    return _Derived(parameters, values, rows, misfit, runs, left_out, path, curves)
 
 
 def _rows(
@@ -204,7 +228,8 @@ def _rows(
     rows = list[_Row]()
     for k, parameter in enumerate(parameters):
         here = partial(_changed, mechanism, parameter)
-        slopes, smooth = zip(*(derivative_of(run, k, response, here) for response in responses), strict=True)
+        pairs = [derivative_of(run, k, response, here) for response in responses]
+        slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
         rows.append((slopes, smooth, _limit(run, k, change)))
     return rows
 
@@ -228,11 +253,11 @@ def _response(mechanism: Mechanism, text: str) -> Response:
 
 
 def _seeded(
-    made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool
+    made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool, curves: bool
 ) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
     """Return the parameters, the derivatives of the start by each of them, and for each omitted parameter the reason."""
     mechanism, size = made.mechanism, made.coordinates.size
-    begin = Start(mechanism, options.start, options if compared else None)
+    begin = Start(mechanism, options.start, options if compared else None, curves)
     parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()
     for path in every_number(mechanism) if by is None else by:
         try:
@@ -302,7 +327,7 @@ def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
     import xarray as xr
 
     parameters, values, limits = derived.parameters, derived.values, [row[2] for row in derived.rows]
-    smooth = np.array([row[1] for row in derived.rows]).T
+    smooth = np.array([row[1] for row in derived.rows], bool).T
     numbers = np.array([parameter.value for parameter in parameters])
     derivative = derived.slopes / np.array([parameter.scale for parameter in parameters])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -329,6 +354,20 @@ def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
             "parameter": [parameter.path for parameter in parameters],
         },
     )
+
+
+def _curves(derived: _Derived) -> xr.Dataset:
+    """Return the variables over time, and their derivatives along `parameter`, in SI units."""
+    assert derived.path is not None
+    path = as_dataset(derived.path)
+    names, scales = list(curve_names(derived.path)), [parameter.scale for parameter in derived.parameters]
+    found = path[names]
+    found.attrs = {}
+    for name in names:
+        slopes = np.stack([part[name] / scale for part, scale in zip(derived.curves, scales, strict=True)], axis=-1)
+        text = f"derivative of '{name}', in its unit per unit of the parameter"
+        found[f"{name}_derivative"] = ((*path[name].dims, "parameter"), slopes, {"long_name": text})
+    return found.rename(unit="scissor_unit") if "unit" in found.dims else found  # `unit` is that of a measure
 
 
 LIMIT_REASONS = {

@@ -14,6 +14,8 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
+
 from scissordyn.compiler.c import FLAGS, compile_library, load_source
 from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
@@ -21,6 +23,7 @@ from scissordyn.compiler.unit import Unit
 from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import Tableau
 from scissordyn.kernel import PACKAGE, Entry, digest_of, library, library_name
+from scissordyn.mechanics.outputs import fill
 from scissordyn.mechanics.system import Model
 from scissordyn.plugin.element import RECIPES
 from scissordyn.sensitivity.replay import Watched, end, follow
@@ -52,6 +55,12 @@ class Library:
         function = self.compiled.lockstep
         function.argtypes, function.restype = [ctypes.c_void_p] * 6 + [ctypes.c_int64], ctypes.c_int64
         return int(function(self.advance, run, watched, integration, system, seed, most))
+
+    def fill(self, samples: int, system: int, maps: int, record: int, counted: np.ndarray) -> None:
+        """Evaluate everything at the samples (`mechanics.outputs.fill`)."""
+        function = getattr(self.compiled, fill.symbol)
+        function.argtypes, function.restype = [ctypes.c_int64] * 4 + [ctypes.c_void_p, ctypes.c_int64], None
+        function(samples, system, maps, record, counted.ctypes.data, len(counted))
 
     def end(self, integration: int, system: int) -> None:
         """Write the monitored values and their derivatives at the end of the run."""
@@ -113,7 +122,7 @@ def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CD
 
 def _source(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> str:
     unit = Unit(derivatives=DERIVATIVES, doubles=doubles)
-    for entry in (FOLLOW, END):
+    for entry in (FOLLOW, END, fill):
         unit.entry(entry)
     for recipe in recipes:
         unit.kernel(recipe)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.dense import complete, dense_value, step_integral
+from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
     DATA,
@@ -398,6 +398,8 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
         if new and value_of(t) <= when <= now and (when < now or ends):
             follow_peak(problem, T, row, when, t, h, now, s, w, system, seed)
             s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
+    if s.clock[0].monitors == 1 and T.kind != EXPLICIT:
+        follow_nodes(problem, T, t, h, s, w, system)
     while counts.samples < samples.time.size and samples.time[counts.samples] <= now:
         complete(problem, T, t, h, s, w, system)
         part = (samples.time[counts.samples] - t) / h
@@ -407,23 +409,28 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
             samples.memory[counts.samples, k], samples.mass[counts.samples, k] = s.memory[k], s.mass[k]
         for i in range(s.reference.size):
             samples.reference[counts.samples, i] = s.reference[i]
+        if s.clock[0].monitors == 1:
+            integrals_at(T, theta, h, s, w, samples.total[counts.samples])
         counts.samples += 1
     if s.clock[0].monitors == 1:
-        add_integrals(problem, T, t, h, s, w, system)
+        add_integrals(T, h, s, w)
 
 
 @kernel
-def add_integrals(problem, T, t, h, s, w, system):
+def follow_nodes(problem, T, t, h, s, w, system):
+    """Compute powers and monitored values on the Gauss nodes of a Rosenbrock step."""
+    complete(problem, T, t, h, s, w, system)
+    for node in range(T.gauss.size):
+        now = t + T.gauss[node] * h
+        dense_value(T.gauss[node], T.pattern, s.y, w.dense, w.inside)
+        problem.rate(now, w.inside, system, w.slope)
+        problem.monitor(now, w.inside, system, w.power[node], w.monitored[node])
+
+
+@kernel
+def add_integrals(T, h, s, w):
     """Add the integrals of powers and monitored values over a step, with the weights of its stages or of Gauss nodes."""
-    points = T.stages
-    if T.kind != EXPLICIT:
-        points = T.gauss.size
-        complete(problem, T, t, h, s, w, system)
-        for node in range(points):
-            now = t + T.gauss[node] * h
-            dense_value(T.gauss[node], T.pattern, s.y, w.dense, w.inside)
-            problem.rate(now, w.inside, system, w.slope)
-            problem.monitor(now, w.inside, system, w.power[node], w.monitored[node])
+    points = T.stages if T.kind == EXPLICIT else T.gauss.size
     for row in range(s.peak.shape[0]):
         if is_monitored(row, s):
             for k in range(points):

@@ -80,11 +80,15 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
 
 @dataclass
 class Start:
-    """Start of the runs of a mechanism, which gives their arrays; with `compared`, also the ideal mechanism's path."""
+    """Start of the runs of a mechanism, which gives their arrays.
+
+    With `compared` there are also those of the ideal mechanism's path, with `curves` those of the bodies' maps.
+    """
 
     mechanism: Mechanism
     kind: StartKind
     compared: Options | None = None
+    curves: bool = False
 
     @cached_property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -97,6 +101,8 @@ class Start:
         if self.compared is not None:
             path = ideal_path(made, self.compared)
             arrays["parameters.ideal"], arrays["parameters.ideal_step"] = path.table, np.array([path.step])
+        if self.curves:
+            arrays.update(_arrays("maps.", made.maps))
         return arrays
 
 

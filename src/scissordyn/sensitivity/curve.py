@@ -1,0 +1,85 @@
+"""Derivatives of the variables of a run over time, from those of its samples and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from scissordyn.mechanics.sample import Record
+from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.plan import plan
+from scissordyn.plan.system import make_system
+from scissordyn.record.dataset import results
+from scissordyn.record.results import Results
+from scissordyn.record.trajectory import Trajectory
+from scissordyn.run.advance.driver import count_steps
+from scissordyn.run.trajectory import current_trajectory
+from scissordyn.sensitivity.forward import SAMPLED_ARRAYS, Forward
+
+DIFFERENCE_STEP = 1e-4
+"""[parameter scales] Step of the central differences of variables along the derivatives of samples and outputs.
+
+Variables are simple functions of these, so that the error of fourth order is round-off only.
+"""
+
+DIFFERENCES = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}  # Weights of central differences of fourth order by place
+
+
+def moved_results(run: Forward, parameter: int, step: float, mechanism: Mechanism) -> Results:
+    """Return the variables of a run moved along its derivatives by one parameter.
+
+    `step` is the change of the parameter, divided by its scale; `mechanism` has the changed parameter.
+    """
+    tables, driver = plan(mechanism), run.driver
+    values, slopes = run.outputs
+    record = Record(*(_moved(*pair, parameter, step) for pair in zip(values, slopes, strict=True)))
+    statistics = {"method": driver.method, "reason": "", "seconds": 0.0, **count_steps(driver.state)}
+    path: Trajectory = current_trajectory(driver, statistics=statistics)
+    samples = {name: getattr(path.samples, name) + step * run.samples[name][..., parameter] for name in SAMPLED_ARRAYS}
+    log = driver.integration.content.log[: len(run.log)] + step * run.log[..., parameter]
+    path = replace(
+        path,
+        plan=tables,
+        system=make_system(tables),
+        samples=path.samples._replace(**samples),
+        log=np.ascontiguousarray(log).view(path.log.dtype)[:, 0],
+    )
+    return results(tables, "", path, record)
+
+
+def _moved(values: np.ndarray, slopes: np.ndarray, parameter: int, step: float) -> np.ndarray:
+    if values.dtype.names is None:
+        return np.asarray(values + step * slopes[..., parameter])
+    found = values.copy()
+    for name in values.dtype.names:
+        found[name] += step * slopes[name][..., parameter]
+    return found
+
+
+def curve_names(found: Results) -> Iterator[str]:
+    """Yield the names of variables over time that have derivatives."""
+    for name, variable in found.variables.items():
+        if name != "time" and variable.dims and variable.dims[0] == "time" and variable.dtype.kind == "f":
+            yield name
+
+
+def weighted_results(run: Forward, parameter: int, mechanism: Callable[[float], Mechanism]) -> Iterator[tuple[float, Results]]:
+    """Yield the terms of the derivatives by parameter / scale: weights, and variables of runs moved along the derivatives.
+
+    `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
+    """
+    for place, weight in DIFFERENCES.items():
+        step = place * DIFFERENCE_STEP
+        yield weight / DIFFERENCE_STEP, moved_results(run, parameter, step, mechanism(step))
+
+
+def curve_derivatives(run: Forward, parameter: int, mechanism: Callable[[float], Mechanism]) -> dict[str, np.ndarray]:
+    """Return the derivatives of all variables over time by parameter / scale; `mechanism` as in `weighted_results`."""
+    total: dict[str, np.ndarray] = {}
+    for weight, found in weighted_results(run, parameter, mechanism):
+        for name in curve_names(found):
+            part = weight * found[name].values
+            total[name] = total[name] + part if name in total else part
+    return total

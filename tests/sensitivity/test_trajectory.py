@@ -1,0 +1,56 @@
+"""Derivatives of variables over time: differences of runs, the energy balance, and derivatives of measures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scissordyn as sd
+from scissordyn.model.parameter_path import changed, number
+
+CASE = Path(__file__).parent.parent.parent / "examples/paper.toml"
+
+UNTIL = 4e-3  # [s] end of the runs, after two contacts
+WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # Central differences of eighth order
+
+ERRORS = {
+    "position": 1e-9, "velocity": 1e-8, "eccentricity": 1e-7, "normal_force": 1e-7, "drive_torque": 1e-6, "reaction": 1e-6,
+    "elastic_energy": 1e-7, "drive_work": 1e-7, "damping_loss": 1e-7, "kinetic_energy": 1e-7,
+}  # fmt: skip
+"""Errors of differences of runs, relative to the largest derivative or relative change; those of forces have friction."""
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_variables_over_time(method: str) -> None:
+    """Cross-check: variables before, during and after contacts against differences of eighth order; energy is balanced."""
+    mechanism, steps = sd.read_case(CASE).mechanism, {"A.clearance": 2e-4, "body.slider.mass": 1e-3}
+    found = sd.gradient(mechanism, by=list(steps), until=UNTIL, method=method, trajectory=True, samples=81)
+    accurate = {"until": UNTIL, "samples": 81, "rtol": 1e-12, "atol": 1e-12, "method": "dop853", "events": "located"}
+    for path, step in steps.items():
+        value = float(number(mechanism, path).value)
+        ends = {
+            place: sd.simulate(changed(mechanism, path, value * (1.0 + place * step)), **accurate)
+            for place in (*WEIGHTS, *(-k for k in WEIGHTS))
+        }
+        for name, error in ERRORS.items():
+            expected = sum(w / (step * value) * (ends[k][name] - ends[-k][name]).values for k, w in WEIGHTS.items())
+            slope = found[f"{name}_derivative"].sel(parameter=path).values
+            known = np.isfinite(expected)
+            assert np.array_equal(np.isfinite(slope), known)
+            size = max(np.max(np.abs(expected[known])), np.max(np.abs(found[name].values[known])) / value)
+            assert slope[known] == pytest.approx(expected[known], abs=error * size), name
+        work = np.max(np.abs(found["drive_work_derivative"].sel(parameter=path).values))
+        residual = found["energy_residual_derivative"].sel(parameter=path).values
+        assert residual == pytest.approx(np.zeros(81), abs=1e-6 * work)
+
+
+def test_the_end_of_curves() -> None:
+    """Contract: the last sample of the drive's work has the derivative of the measure; the parameter is the last dimension."""
+    mechanism = sd.read_case(CASE).mechanism
+    found = sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=UNTIL, trajectory=True, samples=5)
+    measure = found["derivative"].sel(measure="drive_work", parameter="A.clearance").item()
+    assert found["drive_work_derivative"].dims == ("time", "parameter")
+    assert found["drive_work_derivative"][-1, 0].item() == pytest.approx(measure, rel=1e-10)
+    assert "normal_force_derivative" not in sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=1e-4)

@@ -233,7 +233,7 @@ def smallest_arc(angles: ArrayLike, *, fraction: float = 1.0, weights: ArrayLike
     return float(np.min(twice[last] - twice[first]))
 
 
-ARRAY_BAR = re.compile(r"unit (\d+)/(bar \d+)")  # Name of a bar in an array of scissor units, such as "unit 2/bar 1"
+ARRAY_BAR = re.compile(r"unit (\d+)/(bar \d+)")  # Pattern of a bar's name in an array, "unit 2/bar 1"
 
 
 def deviation(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0, until: float | None = None) -> xr.Dataset:

@@ -237,7 +237,7 @@ def coordinate_words(coordinate: Coordinate) -> str:
     return f"angle of {coordinate.body}{against}"
 
 
-# Unit and help text of three keys of the table [[body]]
+# Unit and help text of the key `centre` of the table [[body]], and help texts of its keys `length` and `inertia`
 _CENTRE_QUANTITY = Quantity("m", help="mass centre in the body's frame; of a bar its middle")
 _LENGTH_HELP = 'length of a straight bar with points "start", "middle" and "end", uniform by default'
 _INERTIA_HELP = "moment of inertia about the mass centre; without inertia and length the body does not rotate"
@@ -371,7 +371,8 @@ def component_part(type: str, folder: Path) -> Part:
     return _component_part(classes[type] if type in classes else component_class(type, folder))
 
 
-_NO_CLEARANCE: Hints = (("clearance", None),)  # no key `clearance`, because [[clearance]] is a table
+# Removes the key `clearance` of a joint or guide, which the table [[clearance]] describes
+_NO_CLEARANCE: Hints = (("clearance", None),)
 
 PARTS: Mapping[str, Part] = {
     "body": Part(lambda: BodyTable, table_reader(lambda: BodyTable, _Body.body), "bodies", "a rigid body"),

@@ -53,7 +53,8 @@ KNOWN_UNITS = (
 )
 """Units that error messages may suggest for a mistyped unit."""
 
-JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))  # Units to look for in products without blanks: kNm
+# Units that are recognised in a product without blanks, such as kNm
+JOINABLE_UNITS = frozenset((*KNOWN_UNITS.split(), "mN", "MN", "kJ", "kW"))
 
 REVOLUTIONS_PER_MINUTE = re.compile(r"(?:1\s*/\s*min|min\s*(?:\^|\*\*)\s*-1)", re.IGNORECASE)
 """Spellings of revolutions per minute in drawings and catalogues."""

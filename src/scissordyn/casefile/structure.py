@@ -272,7 +272,7 @@ _STRUCTURE_TABLES = (
     MechanismTable,
 )
 
-# The same classes, by the word for the kind in a case file
+# Classes of the table [structure], by the word for the kind of structure in a case file
 STRUCTURES: Mapping[str, type[StructureTable]] = {table.declared_keys()["kind"].words[0]: table for table in _STRUCTURE_TABLES}
 
 

@@ -186,7 +186,7 @@ def _plain(given: Any, hint: Any, context: Context) -> Any:
     raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))
 
 
-NOT_A_LIST = "not a list of tables"  # error text
+NOT_A_LIST = "not a list of tables"  # error about a value of another type
 
 
 def read_list(given: Any, hint: Any, context: Context) -> list[Any]:

@@ -206,7 +206,8 @@ def folder_of_examples() -> Path:
 
 
 CHANGE_EXAMPLE = "--set drive.speed='250 rpm'"  # correct option, which error texts show
-SECTION_DIMENSION_QUANTITY = Quantity("m", above=0.0, help="dimension of a section")  # width, height, thickness
+# Unit and bound of each width and thickness
+SECTION_DIMENSION_QUANTITY = Quantity("m", above=0.0, help="dimension of a section")
 PIN_FRICTIONS = ("pin_friction", "pin_lugre")  # tables of friction in ideal pins
 LAW_KEYS = ("stiffness", "damping", "friction")  # keys whose value is a law: its name, or a table
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 HEADING_EXAMPLE = "time [s], angle of crank [deg]"  # correct first line of a file, which error texts show
-HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # column heading: a name, and a unit in brackets
+HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")  # pattern of a column heading
 
 
 def read_measured(path: Path, known: Mapping[str, str]) -> Measured:

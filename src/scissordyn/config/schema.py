@@ -157,10 +157,11 @@ class _Writer:
         return {"anyOf": [accepted, {"enum": list(words)}]} if words else accepted
 
 
-# Patterns of the text of a number without a sign, of -0 (allowed where a number must not be negative), and of any number
+# Pattern of the text of a number without a sign
 UNSIGNED_NUMBER_PATTERN = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+# Pattern of the text of -0, which is allowed where a number must not be negative
 NEGATIVE_ZERO_PATTERN = r"-(?:0+\.?0*|\.0+)(?:[eE][+-]?[0-9]+)?"
-ANY_NUMBER_PATTERN = rf"[+-]?{UNSIGNED_NUMBER_PATTERN}"
+ANY_NUMBER_PATTERN = rf"[+-]?{UNSIGNED_NUMBER_PATTERN}"  # pattern of the text of a number with or without a sign
 UNIT_OPERATORS = r"[ ²³^*/·()0-9-]+"  # characters between two units of a composed unit
 
 

@@ -65,7 +65,7 @@ MOTOR_MEASURE = "motor_fraction"  # name of the measure in a study with a motor 
 
 OWN_MEASURE_EXAMPLE = "'late [N] = mine.py:late'"  # correct user-defined measure, which error texts show
 
-COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # requirement: a response, a comparison and a bound
+COMPARISON = re.compile(r"\s*([^<>=]+?)\s*(<=|>=|<|>)\s*([^<>=]+?)\s*")  # pattern of a requirement: response, comparison, bound
 
 
 TEXT_LIST_SCHEMA = {"type": "array", "items": {"type": "string"}}  # JSON schema of a list of texts
@@ -118,9 +118,8 @@ def _read_parameter_table(given: Any, context: Context) -> dict[str, str | Varia
 
 
 MOTOR_POINT_EXAMPLE = "'0 rpm, 60 N m'"  # correct point of a motor curve, which error texts show
-# Unit and bound of both numbers of a point of a motor curve
-MOTOR_SPEED_QUANTITY = Quantity("rad/s", minimum=0.0, help="speed of a motor")
-MOTOR_TORQUE_QUANTITY = Quantity("N m", minimum=0.0, help="torque of a motor")
+MOTOR_SPEED_QUANTITY = Quantity("rad/s", minimum=0.0, help="speed of a motor")  # in a point of a motor curve
+MOTOR_TORQUE_QUANTITY = Quantity("N m", minimum=0.0, help="torque of a motor")  # in a point of a motor curve
 
 
 def read_motor(points: Sequence[str], of: str = "", ratio: float = 1.0) -> MotorCurve:

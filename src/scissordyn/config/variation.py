@@ -69,7 +69,7 @@ REPLACED_DISTRIBUTIONS: Mapping[tuple[str, int], tuple[str, Callable[..., dict[s
 }
 """Former spellings of distributions, by name and count of arguments: present name, and function for its arguments."""
 
-# ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
+# Pattern of an ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
 FIT_PATTERN = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_EXAMPLE = "'H7/g6 at 10 mm'"  # correct fit, which error texts show
 
@@ -82,13 +82,14 @@ TOLERANCE_SHAPES = ("uniform", "norm", "triang")
 
 FORMER_SHAPES = {"normal": "norm", "triangular": "triang"}  # former names of shapes, which are errors -> present names
 
-EACH_PATTERN = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # variation that applies to each match of a pattern separately
+EACH_PATTERN = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # pattern of a variation that ends in ", each"
 
-DISTRIBUTION_CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)  # name, arguments and unit of a distribution
+# Pattern of a distribution, its arguments and unit
+DISTRIBUTION_CALL = re.compile(r"\s*([a-z_0-9]+)\s*\((.*)\)\s*(.*)", re.DOTALL)
 DIGITS_MAX = 18  # [digits] longest integer in "20 values"; Python reads at most 4300 digits
-HYPHEN_RANGE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # range with a hyphen instead of two dots
+HYPHEN_RANGE = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*-\s*(?=[\d.])")  # pattern of a range with "-" instead of ".."
 
-RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # option of a range: "20 values" or "log"
+RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # pattern of an option of a range: "20 values" or "log"
 
 
 def unit_of(text: str) -> str:

@@ -20,8 +20,8 @@ from scissordyn.exchange.drawing import Block, Drawing, DrawnBar, Pair, mechanis
 from scissordyn.model.body import Body
 from scissordyn.model.mechanism import Mechanism
 
-BLOCK = "scissordyn_assembly"  # Name of the block with the assembled mechanism
-APPLICATION = "SCISSORDYN"  # Application name of the extended data
+BLOCK = "scissordyn_assembly"  # Name of the DXF block with the assembled mechanism
+APPLICATION = "SCISSORDYN"  # Application name of extended data in a DXF
 CHUNK_LENGTH = 240  # [characters] Length of the strings of extended data; DXF allows 255
 
 EXPECTED_DXF = "a DXF that scissordyn export wrote, with its data"  # Expected value in errors about damaged data

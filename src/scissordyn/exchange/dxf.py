@@ -45,7 +45,7 @@ GROUND_LAYER, GUIDE_LAYER, INPUT_LAYER = "ground", "guide", "input"  # DXF layer
 UNIT_CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # Length units by their $INSUNITS number
 
 
-EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)  # Last two lines of a complete DXF
+EOF_PATTERN = re.compile(r"^[ \t]*0[ \t]*\r?\n[ \t]*EOF[\s\x1a]*\Z", re.MULTILINE)  # Pattern of the end of a complete DXF
 
 EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"  # Correct command, which error texts show
 

@@ -27,10 +27,11 @@ from scissordyn.exchange.xml_element import (
     with_includes,
 )
 
-ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")  # XML attribute: name, and value in quotes
-COUNT = re.compile(r"[0-9]{1,9}")  # Attribute `count` of a <replicate> element, an integer of at most nine digits
-NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")  # Text of a number that is not finite
-BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))  # Translates all bytes but line breaks to blanks
+ATTRIBUTE = re.compile(rb"""\s([^\s=<>"'/]+)\s*=\s*("[^"]*"|'[^']*')""")  # Pattern of an XML attribute
+COUNT = re.compile(r"[0-9]{1,9}")  # Pattern of a count of copies: at most nine digits
+NOT_FINITE = re.compile(r"(?i)(?<![\w.])(?:nan|inf|infinity)(?![\w.])")  # Pattern of a number that is not finite
+# Translation of all bytes except line breaks to blanks
+BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
 TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "jointinparent", "file"}) | {
     "filename",

@@ -40,7 +40,7 @@ from scissordyn.exchange.xml_element import (
     value_of,
 )
 
-MODEL = "__model__"  # Name of a model's own frame
+MODEL = "__model__"  # Name, in SDF, of the frame of a model
 
 CHILDREN = {
     "model": "pose static link joint frame",

@@ -22,8 +22,8 @@ BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
 )
 
 XML_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")  # Encoding that XML declares
-DXF_VERSION = re.compile(rb"\$ACADVER\s+1\s+AC(\d{4})\b")  # Format version of a DXF
-DXF_CODEPAGE = re.compile(rb"\$DWGCODEPAGE\s+3\s+(\w{1,40})")  # Code page of a DXF
+DXF_VERSION = re.compile(rb"\$ACADVER\s+1\s+AC(\d{4})\b")  # Pattern of the format version in a DXF
+DXF_CODEPAGE = re.compile(rb"\$DWGCODEPAGE\s+3\s+(\w{1,40})")  # Pattern of the code page in a DXF
 
 UNSUPPORTED_FILES = (
     (b"AutoCAD Binary DXF", "a binary DXF", "a DXF in ASCII"),

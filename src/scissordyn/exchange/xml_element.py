@@ -21,8 +21,8 @@ BODIES_MAX = 1_000  # Largest number of bodies including replicated ones; the ma
 
 VALUE_MAX = 1e16  # Largest number that is read; SDF writes missing limits of a joint as 1e16
 
-START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")  # Start tag of an element; quotes may contain ">"
-LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")  # Translates line breaks to blanks
+START_TAG = re.compile(rb"""<[^"'>]*(?:"[^"]*"[^"'>]*|'[^']*'[^"'>]*)*>""")  # Pattern of a start tag; quotes may contain ">"
+LINE_BREAKS = bytes.maketrans(b"\r\n", b"  ")  # Translation of line breaks to blanks
 
 
 @dataclass

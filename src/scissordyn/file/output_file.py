@@ -39,11 +39,13 @@ FIRST_BYTES = {
 """First bytes of pictures, films and exported tables, by ending; in an MP4 file they follow the four bytes of a length."""
 
 
-# Commands that make a file from a saved run, by the ending of the file: exports, pictures, films
+# Command that exports a saved run, by the ending of the exported file
 EXPORT_COMMANDS = dict.fromkeys(
     (".csv", ".tsv", ".txt", ".parquet", ".mat", ".xlsx", ".json"), "scissordyn export run.nc run.csv"
 )
+# Command that draws the pictures of a saved run, by the ending of a picture file
 PICTURE_COMMANDS = dict.fromkeys((".png", ".svg", ".pdf", ".jpg", ".jpeg"), "scissordyn plot run.nc -o figures")
+# Command that makes a film of a saved run, by the ending of a film file
 FILM_COMMANDS = dict.fromkeys((".html", ".gif", ".mp4"), "scissordyn animate run.nc film.html")
 OTHER_ENDINGS = {**EXPORT_COMMANDS, **PICTURE_COMMANDS, **FILM_COMMANDS, ".toml": "", ".py": "", ".db": ""}
 """File name endings of other formats than NetCDF, each with the command that makes the file from a saved run, or ""."""

@@ -8,11 +8,11 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose versions are recorded
+LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose versions a result records
 
 PACKAGE = Path(__file__).parents[1]  # folder with the sources of this package
 
-DISPLAY_SUBPACKAGES = ("cli", "plot")  # subpackages that only show results; the digest includes all other sources
+DISPLAY_SUBPACKAGES = ("cli", "plot")  # subpackages that only show results; the digest of sources omits them
 
 
 @cache

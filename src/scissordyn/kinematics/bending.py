@@ -128,9 +128,11 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
 
 MassKind = Annotated[Literal["given", "section"], Meaning("whether a bar keeps its given mass or takes that of its section")]
 
-# Unit, bounds and help text of three parameters of bending bars
+# Unit, bounds and help text of the parameter `bending_stiffness` of `with_bending`
 BENDING_STIFFNESS_QUANTITY = Quantity("N m^2", above=0.0, maximum=1e18, help="EI, instead of section and material")
+# Unit, bounds and help text of the parameter `axial_stiffness` of `with_bending`
 AXIAL_STIFFNESS_QUANTITY = Quantity("N", above=0.0, maximum=1e18, help="EA, instead of section and material")
+# Bounds and help text of the parameter `elements` of `with_bending`
 ELEMENTS_QUANTITY = Quantity("1", minimum=1, maximum=64, help="beam elements along a bar, instead of modes")
 NODE = "node"  # Name of the point of a cross-section at which the rigid bar has no named point
 PARTS_OF_BODIES: tuple[tuple[str, str, tuple[str, ...]], ...] = (

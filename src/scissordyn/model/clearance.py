@@ -26,8 +26,9 @@ from scissordyn.units import Meaning, Quantity, Sample, State, check_quantities,
 
 LENGTH_RATIO_MIN, LENGTH_RATIO_MAX = 0.25, 4.0  # Range of length over diameter in the table of finite journal bearings
 
-# Unit, bounds and help text of two parameters of `Lubrication`
+# Unit, bounds and help text of the parameter `roughness` of `Lubrication`
 ROUGHNESS_QUANTITY = Quantity("m", above=0.0, maximum=1e-3, help="combined rms roughness sigma of both surfaces")
+# Unit, bounds and help text of the parameter `asperities` of `Lubrication`
 ASPERITIES_QUANTITY = Quantity("1", minimum=0.0, maximum=1.0, help="stiffness K of the asperities (Greenwood and Tripp)")
 
 ROUGHNESS_RATIO_MAX = 0.1  # Largest ratio of roughness to clearance; the asperity force is a series in this ratio
@@ -184,8 +185,9 @@ ReferenceKind = Annotated[
 
 ANGLES_MIN = 90  # Smallest number of angles in a worn contour, 4 deg apart: the loaded arc of a bearing spans several degrees
 
-# Unit, bound and help text of two parameters of `Clearance`
+# Unit and help text of the parameter `contour` of `Clearance`
 CONTOUR_QUANTITY = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
+# Unit, bounds and help text of the parameter `wear` of `Clearance`
 WEAR_QUANTITY = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
 
 

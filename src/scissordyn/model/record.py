@@ -15,11 +15,11 @@ from scissordyn.model.walk import declared, is_described
 from scissordyn.plugin.user_file import origin_of
 
 PACKAGE = "scissordyn"  # Name of this package, with which modules of built-in classes begin
-KIND = "kind"  # Key, in plain data, of the class of a description
+KIND = "kind"  # Key of the class of a description, in plain data (types of JSON)
 FUNCTION, CLASS = "function", "class"
 """Values of the key "kind" for a Python function, and for a class, that are in no file."""
 
-DIGEST = "digest"  # Key, in plain data, of the digest of a user-defined function or class
+DIGEST = "digest"  # Key of the digest of a user-defined function or class, in plain data (types of JSON)
 
 
 def to_plain(described: Any) -> Any:

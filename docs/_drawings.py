@@ -40,7 +40,7 @@ def scissor_array(target: Path) -> Path:
     Path
         The file.
     """
-    figure = plt.figure(figsize=(11.0, 4.0), layout="constrained")
+    figure = plt.figure(figsize=(9.2, 3.7), layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=(3.1, 1.0))
     axes = figure.add_subplot(grid[:, 0])
     theta = 32.0
@@ -78,7 +78,7 @@ def scissor_array(target: Path) -> Path:
     axes.plot([0.0, 1.2], [0.0, 0.0], color=GREY, linewidth=0.8, linestyle="--", zorder=1.0)
     turn = np.radians(np.linspace(0.0, theta, 30))
     axes.plot(0.85 * np.cos(turn), 0.85 * np.sin(turn), color=BLACK, linewidth=1.2, zorder=6.0)
-    axes.text(0.95, 0.2, "angle", fontsize=9)
+    axes.text(0.92, 0.13, "angle", fontsize=9)
     for row, angle in enumerate((60.0, 20.0)):
         small_axes = figure.add_subplot(grid[row, 1])
         _, small_drawing = _drawn_array(small_axes, angle)

@@ -133,7 +133,7 @@ def driven_bar() -> None:
     """Draw an array of two units with each value of ``driven_bar``."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(8.4, 3.4), layout="constrained")
     for axes, driven in zip(figure.subplots(1, 2), ("pinned", "slider"), strict=True):
         sd.preview(sd.scissor(units=2, driven_bar=driven).driven(speed=1.0), axes=axes)
         axes.set_title(f'driven_bar = "{driven}"', loc="left", fontsize=10)

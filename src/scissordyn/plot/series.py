@@ -21,6 +21,7 @@ from scissordyn.plot.style import (
     LIGHT,
     LINE_WIDTH,
     OUTSIDE,
+    PictureAxes,
     normal,
     small,
     use_minus_signs,
@@ -74,7 +75,7 @@ def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
         def with_minus_signs(*given: Any, **options: Any) -> Any:
             drawn: Any = draw(*given, **options)
             use_minus_signs(drawn)
-            return drawn
+            return PictureAxes(drawn) if isinstance(drawn, list) else drawn
 
         return cast("Draw", with_minus_signs)
 

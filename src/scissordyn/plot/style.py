@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -320,6 +321,17 @@ def dress(axes: Axes) -> None:
         label.set(fontsize=normal(), color=BLACK)
 
 
+class PictureAxes(list[Any]):
+    """Axes of a picture; notebooks show them as the picture."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture as PNG, at the resolution of its figure."""
+        content = io.BytesIO()
+        use_minus_signs(self)
+        self[0].get_figure(root=True).savefig(content, format="png", dpi="figure")
+        return content.getvalue()
+
+
 def panels(
     canvas: Canvas,
     rows: int,
@@ -344,7 +356,7 @@ def panels(
         raise InputError(f"got {len(chosen)} Axes", f"{rows * columns} Axes for this picture, or None", "axes=None")
     for axes in chosen:
         dress(axes)
-    return chosen
+    return PictureAxes(chosen)
 
 
 def legend(axes: Sequence[Axes], *, above: bool = False) -> Legend | None:

@@ -212,6 +212,18 @@ def test_a_weak_load_next_to_a_strong_one():
     assert area * float(np.sum(contour[:, DEPTH])) == pytest.approx(1e-9 * 0.200001, rel=1e-12)
 
 
+def test_wear_by_many_unequal_loads():
+    """Identity: V = k sum F s for loads of all sizes and directions, in which each load stays in contact with the bearing."""
+    numbers = np.random.default_rng(32)
+    for _ in range(20):
+        contour, table, clearance, area = bearing(BORE, 90)
+        energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
+        loaded = numbers.choice(180, 30, replace=False)
+        energies[loaded], forces[loaded] = 10.0 ** numbers.uniform(-6.0, 0.0, 30), 10.0 ** numbers.uniform(-2.0, 3.5, 30)
+        done = wear_out(contour, table, clearance, area, energies, forces, places, 1e-11, 100, np.zeros((3, 90)))
+        assert area * float(np.sum(contour[:, DEPTH])) == pytest.approx(done * 1e-11 * energies.sum(), rel=1e-9)
+
+
 def test_wear_stops_at_its_substeps():
     """Contract: the fraction of the wear that was done is reported, and the volume is that fraction."""
     _, volume, done = worn_by(1.0, 10.0, substeps=20)

@@ -168,7 +168,7 @@ def bracket_place(nx, ny, force, contour, table, clearance, area, shares):
 def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
     """Improve the eccentricity (ex, ey) of a journal under the load (px, py); return it and the residual force.
 
-    Newton's method with the tangent by differences; a step that does not reduce the residual is halved.
+    Newton's method with the tangent by differences; a step that leaves the contact, or does not reduce the residual, is halved.
     """
     size = math.sqrt(px * px + py * py)
     fx, fy, _ = press(ex, ey, contour, table, clearance, area, shares)
@@ -190,7 +190,7 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
         for _ in range(NEWTON_STEPS_MAX):
             gx, gy, _ = press(ex + share * dx, ey + share * dy, contour, table, clearance, area, shares)
             new = math.hypot(px - gx, py - gy)
-            if new < rest:
+            if new < rest and (gx != 0.0 or gy != 0.0):
                 ex, ey, fx, fy, rest, found = ex + share * dx, ey + share * dy, gx, gy, new, True
                 break
             share *= 0.5
@@ -247,13 +247,18 @@ def wear_out(
                 continue
             nx, ny = math.cos(2.0 * math.pi * b / loads), math.sin(2.0 * math.pi * b / loads)
             px, py = force[b] * nx, force[b] * ny
-            depth, _ = deepest(place[b, 0], place[b, 1], contour, clearance)
-            if not depth > 0.0:  # at first, or after stronger loads have worn the contour away from this one
+            rest = force[b]
+            if not math.isnan(place[b, 0]):
+                place[b, 0], place[b, 1], rest = improve_place(
+                    place[b, 0], place[b, 1], px, py, contour, table, clearance, area, shares[0:0]
+                )
+            if (
+                not rest < (1.0 - EVENT_TOL) * force[b]
+            ):  # at first, or after stronger loads have worn the contour away from this one
                 e = bracket_place(nx, ny, force[b], contour, table, clearance, area, shares[0:0])
-                place[b, 0], place[b, 1] = e * nx, e * ny
-            place[b, 0], place[b, 1], _ = improve_place(
-                place[b, 0], place[b, 1], px, py, contour, table, clearance, area, shares[0:0]
-            )
+                place[b, 0], place[b, 1], _ = improve_place(
+                    e * nx, e * ny, px, py, contour, table, clearance, area, shares[0:0]
+                )
             for i in range(count):
                 shares[i] = 0.0
             press(place[b, 0], place[b, 1], contour, table, clearance, area, shares)

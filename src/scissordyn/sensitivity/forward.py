@@ -11,6 +11,7 @@ import numpy as np
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import INTEGRAL, LARGEST, STRUCK, WHEN
+from scissordyn.integrate.tableau import EXPLICIT, ROSENBROCK
 from scissordyn.mechanics.outputs import empty_record, sampled
 from scissordyn.mechanics.sample import Record
 from scissordyn.model.options import Options
@@ -28,7 +29,11 @@ CHECK_STEPS = 2_000  # [steps] number of steps between two checks for Ctrl-C, an
 # [steps] Smallest length of the history of delayed signals: where steps are halved, more of them are stored than in the run
 HISTORY_STEPS = 16_384
 
-TOLERANCE_FACTOR = 100.0  # Largest relative error of derivatives in a step, as a multiple of the relative tolerance of the run
+TOLERANCE_FACTORS = {EXPLICIT: 100.0, ROSENBROCK: 1000.0}
+"""Largest relative errors of derivatives in a step by kind of method, as multiples of the relative tolerance of the run.
+
+The values of Rosenbrock methods are less accurate at contacts, so that more accurate derivatives would not help.
+"""
 
 
 REPLAY_FAILURES = {
@@ -91,7 +96,7 @@ class _Pass:
         self.system, self.maps = self.twin.address(content), self.twin.address(plan.maps)
         self.misfit, self.rows = np.zeros(1), self._rows(content)
         self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
-        self.tolerance = np.array([TOLERANCE_FACTOR * options.rtol])
+        self.tolerance = np.array([TOLERANCE_FACTORS[self.driver.integration.content.method.kind] * options.rtol])
         self._bind()
         self.seed = np.zeros((1, DERIVATIVES + 1))
         self.seed[0, 1] = 1.0

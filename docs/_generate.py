@@ -105,6 +105,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "TabulatedMotor",
         "LinearMotor",
         "Cam",
+        "EdgeContact",
         "Actuator",
         "Clutch",
         "component",

@@ -154,6 +154,17 @@ def bending() -> None:
     write(sd.plot.bending(run, moved), HERE / "bending.png")
 
 
+def folding() -> None:
+    """Draw the array of the page on mechanisms whose bars touch when it is folded."""
+    ends = {"length": 1.0, "half_width": 0.025, "radius": 0.025, "stiffness": 1e7}
+    pairs = [(f"unit {unit}/bar {layer}", f"unit {unit + 1}/bar {layer}") for unit in (1, 2) for layer in (1, 2)]
+    touches = (sd.EdgeContact(f"touch {k}", (a, "start"), (b, "start"), **ends) for k, (a, b) in enumerate(pairs, start=1))
+    arm = sd.scissor(units=3, angle=sd.degrees(60), bar_length=1.0, bar_mass=1.0, slider_mass=1.0, gravity=0.0)
+    moved = arm.with_parts({"components": (sd.Torque("fold", "unit 1/bar 1", torque=5.0), *touches)})
+    run = simulate(moved, until=1.74, samples=175)
+    write(structure(run, moved, times=[0.0, 1.2, 1.73]), HERE / "folding.png")
+
+
 def lubrication() -> None:
     """Draw the film of the page on oil."""
     oil = sd.Lubrication("ISO VG 46", temperature=313.15)
@@ -203,7 +214,10 @@ def drawn() -> dict[str, tuple[Callable[[], None], tuple[Path, ...], Path | None
         "components": (components, ("components.png",)),
         "scissor_array": (partial(_drawings.scissor_array, HERE / "scissor_array.png"), ("scissor_array.png",)),
         "clearance_joint": (partial(_drawings.clearance_joint, HERE / "clearance_joint.png"), ("clearance_joint.png",)),
-        **{one.__name__: (one, (f"{one.__name__}.png",)) for one in (preview, driven_bar, statics, bending, lubrication)},
+        **{
+            one.__name__: (one, (f"{one.__name__}.png",))
+            for one in (preview, driven_bar, statics, bending, folding, lubrication)
+        },
     }
     found: dict[str, tuple[Callable[[], None], tuple[Path, ...], Path | None]] = {}
     for name in sorted(EXAMPLES, key=lambda name: name != "mast_twenty"):

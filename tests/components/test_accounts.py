@@ -39,6 +39,8 @@ PARTS: tuple[Component, ...] = (
     sd.Roller("guide", ("one", "start"), "other", stiffness=70.0, clearance=0.3, restitution=0.4),
     sd.AngleStop("stop", "one", 0.2, "other", stiffness=1e3, restitution=0.4),
     sd.Cam("cam", *ENDS, PROFILE, roller=0.01, stiffness=70.0, exponent=1.2, restitution=0.4),
+    sd.EdgeContact("side", *ENDS, 0.2, 1.2, 0.1, 0.3, 70.0, 1.2, 0.4, kinetic=0.3, transition=0.1),
+    sd.EdgeContact("floor", *ENDS, 0.8, radius=0.1, stiffness=70.0, restitution=0.4, kinetic=0.3, static=0.5),
     sd.TravelStop("end", ("one", "start"), direction=0.3, limit=0.2, stiffness=1e4, restitution=0.4),
 )
 
@@ -64,7 +66,7 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
     declared, random = part.declaration, np.random.default_rng(7)
     forces, coordinates = len(declared.port.forces), len(declared.port.coordinates)
     kernel = getattr(declared.force, "py_func", declared.force)
-    start = (0.1,) * coordinates
+    start = (0.1, *(1.0,) * (coordinates - 1))
     given: tuple[object, ...] = part.parameters(start)
     names = list(inspect.signature(kernel).parameters)
     if names[-1] == "table":

@@ -118,6 +118,7 @@ PARTS = {
         tuple((0.5 * math.pi * k, 0.2 + 0.01 * (k % 4)) for k in range(5)),
         stiffness=1e6,
     ),
+    "edge": sd.EdgeContact("stop", ("first", "start"), ("second", "end"), 0.3, 0.5, 0.02, 0.05),
 }
 
 

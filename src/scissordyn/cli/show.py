@@ -87,7 +87,12 @@ def _locked_and_stopped(run: Run) -> list[str]:
             locked.append(f"Latch {name} locked at {short(when, 's')}, with a loss of {short(loss, 'J')}.")
         elif kind == "reached":
             reached.setdefault(name, []).append(when)
-    kinds = {name: kind for kind in ("cam", "roller") if kind in run for name in run[kind].values.astype(str).tolist()}
+    kinds = {
+        name: kind.replace("_", " ")
+        for kind in ("cam", "edge_contact", "roller")
+        if kind in run
+        for name in run[kind].values.astype(str).tolist()
+    }
     named = ((f"{kinds.get(name, 'end stop').capitalize()} {name}", times) for name, times in reached.items())
     return locked + [
         f"{name} was reached {counted(len(times), 'time')}, first at {short(times[0], 's')}." for name, times in named

@@ -20,8 +20,10 @@ def push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent,
         return 0.0, 0.0, 0.0
     elastic = stiffness * depth**exponent
     reference = reference_speed(elastic, depth, rate, approach_speed, effective_mass)
-    force = max(0.0, elastic * (1.0 + damping * rate / reference))
-    return force, elastic * depth / (exponent + 1.0), (force - elastic) * rate
+    energy, share = elastic * depth / (exponent + 1.0), damping * rate / reference
+    if share < -1.0:
+        return 0.0, energy, -elastic * rate
+    return elastic * (1.0 + share), energy, elastic * share * rate
 
 
 def stop_damping(restitution: float) -> float:

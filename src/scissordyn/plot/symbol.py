@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scissordyn.components.cam import Cam
+from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.place import GROUND
 from scissordyn.components.port import AXIS
 from scissordyn.components.port.stroke import Strokes, turned
@@ -157,11 +158,11 @@ def drive_strokes(coordinate: Coordinate, placement: Placement, size: float) -> 
 
 
 def wheel_points(placement: Placement) -> np.ndarray:
-    """Return points of coupling wheels and of cams, for the region of a picture, shape (points, 2) [m]."""
+    """Return points of coupling wheels, cams and edges, for the region of a picture, shape (points, 2) [m]."""
     strokes = [stroke for part in placement.mechanism.couplings for stroke in coupling_strokes(part, placement, 0.0)[0]]
-    cams: list[Any] = [part for part in placement.mechanism.components if isinstance(part, Cam)]
-    for cam in cams:
-        strokes += turned(cam.outline[:1], placement.place(cam.start), placement.angle(cam.start[0]), 1.0)
+    outlined: list[Any] = [part for part in placement.mechanism.components if isinstance(part, Cam | EdgeContact)]
+    for part in outlined:
+        strokes += turned(part.outline[:1], placement.place(part.start), placement.angle(part.start[0]), 1.0)
     return np.concatenate([np.empty((0, 2)), *(stroke.reshape(-1, 2) for stroke in strokes)])
 
 

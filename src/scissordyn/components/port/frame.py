@@ -37,14 +37,20 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
         angles = scene.angle(component.start[0]), scene.angle(component.end[0])
         axis = bent(strokes[0][:, 0], start, end, component.length, angles)
         return (axis,), axis[:, len(strokes[0]) // 2]
-    if component.declaration.symbol == "cam":
-        (cam, roller), still = component.outline, np.zeros(len(end))
-        return (*turned((cam,), start, scene.angle(component.start[0]), 1.0), *turned((roller,), end, still, 1.0)), start
+    if component.declaration.symbol in ("cam", "edge"):
+        (profile, disc), angle = component.outline, scene.angle(component.start[0])
+        own = turned((profile,), start, angle, 1.0)
+        if not len(profile):
+            own = turned(strokes, start, angle + component.direction, scene.size)
+        return (*own, *turned((disc,), end, np.zeros(len(end)), 1.0)), start
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 
 # Spokes between the circles of a bushing [symbol sizes]
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
+
+# Hatching on the right of an edge without ends [symbol sizes]
+_HATCH = tuple(np.array([[along, 0.0], [along - 0.5, -0.7]]) for along in range(-7, 9))
 
 FRAME = Port(
     name="frame",
@@ -64,6 +70,7 @@ FRAME = Port(
         "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
         "beam": (AXIS_LINE,),
         "cam": (arc(1.0, 0.0, 360.0, 37),),
+        "edge": (np.array([[-8.0, 0.0], [8.0, 0.0]]), *_HATCH),
     },
     attachments=attachments,
     start=start,

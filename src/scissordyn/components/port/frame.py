@@ -50,7 +50,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
 _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.5, 8))
 
 # Hatching on the right of an edge without ends [symbol sizes]
-_HATCH = tuple(np.array([[along, 0.0], [along - 0.5, -0.7]]) for along in range(-7, 9))
+_HATCH = tuple(np.array([[along, 0.0], [along - 0.5, -0.7]]) for along in range(-3, 5))
 
 FRAME = Port(
     name="frame",
@@ -70,7 +70,7 @@ FRAME = Port(
         "bushing": (arc(0.45, 0.0, 360.0, 37), arc(1.0, 0.0, 360.0, 37), *_SPOKES),
         "beam": (AXIS_LINE,),
         "cam": (arc(1.0, 0.0, 360.0, 37),),
-        "edge": (np.array([[-8.0, 0.0], [8.0, 0.0]]), *_HATCH),
+        "edge": (np.array([[-4.0, 0.0], [4.0, 0.0]]), *_HATCH),
     },
     attachments=attachments,
     start=start,

@@ -61,7 +61,7 @@ LOOSER = {"lift": 1e-11, "solar_array": 1e-11, "lift_table": 1e-11}
 PRECISION_FACTOR = 1e-4  # [precisions of located events] Precision in these runs; it limits the differences of instants
 STEP_MAX = 1e-2  # [parameter scales] Step of the differences
 JOURNAL_STEP = 0.02  # [clearances] Largest displacement of a journal at an event by a step
-STEP_FACTORS = (1.0, 0.25, 0.0625)  # Further steps are tried while the estimated error is larger than the goal
+STEP_FACTORS = (1.0, 0.25, 0.0625, 0.015625)  # Further steps are tried while the estimated error is larger than the goal
 PLACES = ((-4, -3, -2, -1, 1, 2, 3, 4), (0, 1, 2, 3, 4, 5, 6, 7), (0, -1, -2, -3, -4, -5, -6, -7))
 """Places of the runs [steps]; those on one side for a parameter at its bound."""
 

@@ -17,7 +17,7 @@ from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 from scissordyn.sensitivity.forward import forward
 from scissordyn.sensitivity.gradient import gradient
-from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+from scissordyn.sensitivity.seed import CENTRAL_DIFFERENCES, Start, _differences, derivatives, parameter_of
 
 RESTITUTIONS = (
     (Flores, 0.5, 1.07308990055),
@@ -259,3 +259,12 @@ def test_derivatives_of_the_start_by_a_small_offset() -> None:
             expected = 8.0 * (ends[0][name] - ends[1][name]) / (2.0 * step)
             assert slopes[name] == pytest.approx(expected, abs=1e-8 * np.max(np.abs(expected)))
     assert "y" in slopes
+
+
+def test_an_array_that_is_even_in_the_parameter() -> None:
+    """Limit: an array that is zero and changes by the same amount in both directions has the derivative zero."""
+    places, weights, lower = CENTRAL_DIFFERENCES
+    changed_arrays = [{"y": np.array([(1e-3 * place) ** 2])} for place in places]
+    error, found = _differences({"y": np.zeros(1)}, changed_arrays, weights, lower, 1e-3)
+    assert error == 0.0
+    assert found["y"].tolist() == [0.0]

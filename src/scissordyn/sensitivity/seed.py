@@ -209,7 +209,7 @@ def _differences(
         slope = np.tensordot(np.array(weights), stack, 1) / step
         error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / step)
         scale = np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(slope), initial=0.0)
-        if "friction" not in name:
+        if scale > 0.0 and "friction" not in name:
             largest = max(largest, float(np.max(error)) / float(scale))
         found[name] = slope
     return largest, found

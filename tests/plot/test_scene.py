@@ -5,7 +5,6 @@ import html
 import itertools
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import pytest
 import xarray as xr
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
+from tests.explore.browser import chromium, missing
 
 import scissordyn as sd
 from scissordyn.components.spring import Spring
@@ -32,8 +32,6 @@ from scissordyn.record.placement import Placement
 from .made_up import CLEARANCE, INSTANTS, data_of, floats, made_up, mechanism_with
 
 FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])  # Indices of the samples that are drawn
-# Path of the browser Chromium; None if it is not installed
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 @pytest.fixture(scope="module")
@@ -189,16 +187,17 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     assert "real time" in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine: apt-get install chromium")
+@pytest.mark.skipif(bool(missing()), reason=missing())
 def test_browser_shows_a_frame(run: xr.Dataset, scene: Scene, tmp_path: Path) -> None:
     """Contract: a page opened at a frame shows its time and draws it without an error."""
     (tmp_path / "film.html").write_text(page(scene, run, 6.0), encoding="utf-8")
-    flags = "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking"
-    flags += " --disable-component-update --disable-sync --virtual-time-budget=2000 --dump-dom"
-    command = [str(CHROMIUM), *flags.split(), f"--user-data-dir={tmp_path / 'profile'}", f"file://{tmp_path}/film.html#3"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120).stdout
-    assert re.search(r"<output[^>]*>t = 37.5 ms</output>", shown)
-    assert re.search(r'<canvas[^>]*data-frame="3"', shown)
+    with chromium() as browser:
+        shown, errors = browser.new_page(), list[str]()
+        shown.on("pageerror", lambda error: errors.append(str(error)))
+        shown.goto(f"file://{tmp_path}/film.html#3")
+        shown.wait_for_selector('canvas[data-frame="3"]')
+        assert shown.text_content("output") == "t = 37.5 ms"
+    assert not errors
 
 
 @pytest.mark.parametrize(

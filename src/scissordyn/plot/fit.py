@@ -9,7 +9,20 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from scissordyn.plot.scale import DEGREES, Scale, engineering
-from scissordyn.plot.style import BLUE, GREY, LINE_WIDTH, VERMILION, Canvas, dress, legend, literal, panels, signed, small
+from scissordyn.plot.style import (
+    BLUE,
+    GREY,
+    LINE_WIDTH,
+    VERMILION,
+    Canvas,
+    PictureAxes,
+    dress,
+    legend,
+    literal,
+    panels,
+    signed,
+    small,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,4 +102,4 @@ def fit_correlation(fit: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     dress(panel)
     panel.grid(visible=False)
     panel.tick_params(length=0)
-    return [panel]
+    return PictureAxes([panel])

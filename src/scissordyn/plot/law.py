@@ -28,6 +28,7 @@ from scissordyn.plot.style import (
     SKY,
     VERMILION,
     Canvas,
+    PictureAxes,
     legend,
     literal,
     normal,
@@ -84,7 +85,7 @@ def draw_law(
     panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
-    return [panel]
+    return PictureAxes([panel])
 
 
 def _label(axes: Axes, force: Scale, length: Scale) -> None:

@@ -30,6 +30,7 @@ from scissordyn.plot.style import (
     SIZES,
     VERMILION,
     Canvas,
+    PictureAxes,
     legend,
     literal,
     number_decades,
@@ -183,7 +184,7 @@ def feasibility_map(
     elif colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
     panel.grid(visible=False)
-    return [panel]
+    return PictureAxes([panel])
 
 
 def _draw_disagreement(
@@ -406,7 +407,7 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     panel.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
     heading = literal("met by [%]" + (", line: 95 % interval" if finite.any() else ""))
     panel.set(xlim=(0.0, 100.0), ylim=(len(labels) - 0.4, -0.6), xlabel=heading)
-    return [panel]
+    return PictureAxes([panel])
 
 
 def pareto_front(
@@ -434,7 +435,7 @@ def pareto_front(
     labels = [_label(tried, goal, scale) for scale, goal in zip(scales, goals, strict=True)]
     panel.set(xlabel=labels[0], ylabel=labels[1])
     _legend([panel])
-    return [panel]
+    return PictureAxes([panel])
 
 
 def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str], shown: Sequence[float]) -> None:

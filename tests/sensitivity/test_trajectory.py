@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import scissordyn as sd
 from scissordyn.model.parameter_path import changed, number
@@ -54,3 +55,30 @@ def test_the_end_of_curves() -> None:
     assert found["drive_work_derivative"].dims == ("time", "parameter")
     assert found["drive_work_derivative"][-1, 0].item() == pytest.approx(measure, rel=1e-10)
     assert "normal_force_derivative" not in sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=1e-4)
+
+
+def shifts(run: xr.Dataset, other: xr.Dataset, clearance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the instants of onsets and releases of a run, and by how many clearances another run moves the journal there."""
+    instants, speeds = [], []
+    for found in (run, other):
+        start = found["contact_start"].values
+        instants.append(np.stack([start, start + found["contact_duration"].values], axis=1).ravel())
+        speeds.append(np.stack([found["approach_speed"].values, found["rebound_speed"].values], axis=1).ravel())
+    return instants[0], np.abs((instants[1] - instants[0]) * speeds[0]) / clearance
+
+
+def test_valid_until_by_changed_runs() -> None:
+    """Cross-check: from `valid_until` on runs with the changed parameter have moved a journal by a tenth of its clearance."""
+    mechanism, path, change = sd.read_case(CASE).mechanism, "A.clearance", 0.03
+    clearance = float(number(mechanism, path).value)
+    found = sd.gradient(mechanism, of=["drive_work"], by=[path], until=8.5e-3, change=change)
+    assert found["limit"].item() == "far"
+    options = {"until": 8.5e-3, "samples": 2, "rtol": 1e-11, "atol": 1e-11, "method": "dop853", "events": "located"}
+    run = sd.simulate(mechanism, **options)
+    for sign in (1.0, -1.0):
+        instants, moved = shifts(
+            run, sd.simulate(changed(mechanism, path, clearance * (1.0 + sign * change)), **options), clearance
+        )
+        first = int(np.flatnonzero(moved > 0.1)[0])
+        assert np.all(moved[:first] < 0.1)
+        assert instants[first] == pytest.approx(found["valid_until"].item(), rel=1e-9)

@@ -9,7 +9,7 @@ changed kernel runs as plain Python in a copy of the package, or is compiled aga
 compiled library.
 
 Every change of a number must be noticed by a test, or be listed in `EQUIVALENT` with a reason. Of the drawn changes all but
-`MOST_ALIVE` must be noticed or be listed in `SAME_ANSWER`. Otherwise the script ends with status 1. ``--write`` updates its
+`UNNOTICED_MAX` must be noticed or be listed in `SAME_ANSWER`. Otherwise the script ends with status 1. ``--write`` updates its
 part of the page in docs/decisions/measured. An interrupted run continues as long as the sources are the same.
 """
 
@@ -37,7 +37,7 @@ for _library in ("scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spa
     importlib.import_module(_library)
 
 from mutators import KINDS, Change, Mutator, changed, changes_of, drawn
-from noticing import DRAWN_CHANGES, EQUIVALENT, MOST_ALIVE, NAMED, SAME_ANSWER, SEED, of_runs, tests_of
+from noticing import DRAWN_CHANGES, EQUIVALENT, NAMED, SAME_ANSWER, SEED, UNNOTICED_MAX, of_runs, tests_of
 
 # Subpackages with kernels, whose changes need a compilation
 KERNEL_SUBPACKAGES = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")
@@ -430,7 +430,7 @@ def main() -> int:
         print(text)
         if given.write:
             write("drawn", text)
-        return 1 if sum(not test and not reason_of(change) for change, test in seen) > MOST_ALIVE else 0
+        return 1 if sum(not test and not reason_of(change) for change, test in seen) > UNNOTICED_MAX else 0
     jobs = jobs_of(targets)
     judge(jobs, given.workers, done, keep)
     found = [(job.mutation, verdict(job.mutation, done[job.digest])) for job in jobs if job.mutation]

@@ -65,6 +65,7 @@ STEP_FACTORS = (1.0, 0.25, 0.0625, 0.015625)  # Further steps are tried while th
 PLACES = ((-4, -3, -2, -1, 1, 2, 3, 4), (0, 1, 2, 3, 4, 5, 6, 7), (0, -1, -2, -3, -4, -5, -6, -7))
 """Places of the runs [steps]; those on one side for a parameter at its bound."""
 
+ACCURATE = 1e-7  # Error of an accurate reference
 GOAL = 1e-8  # Error relative to the largest derivative or value of the same kind of result
 MARGIN = 3.0
 """Margin of the estimated error of a difference: its distance from a lower order, and the deviation of the noise of runs."""
@@ -270,7 +271,9 @@ def page(comparisons: Mapping[str, Found]) -> str:
             continue
         rows += found.rows
         reasons.update(_reason(text) for text in found.left_out.values())
-        numbers = [float(np.median([row.error for row in found.rows])), max(row.error for row in found.rows)]
+        errors = np.array([(row.error, row.reference) for row in found.rows])
+        accurate = errors[errors[:, 1] <= ACCURATE, 0]
+        numbers = [float(np.median(errors[:, 0])), float(np.max(accurate, initial=0.0)), float(np.max(errors[:, 0]))]
         count, beyond = len({row.parameter for row in found.rows}), sum(map(_is_beyond, found.rows))
         heads.append([name, f"{ENDS[name]:g}", str(found.events), str(count), *(f"{n:.0e}" for n in numbers), str(beyond)])
     rows.sort(key=lambda row: -row.error)
@@ -284,7 +287,16 @@ def page(comparisons: Mapping[str, Found]) -> str:
         f"runs, which follows from their seventh differences. The last column counts results that differ by more than {GOAL:g}",
         "and by more than the error of the reference.",
     )
-    head = ("example", "end [s]", "events", "parameters", "median", "largest", "beyond")
+    head = (
+        "example",
+        "end [s]",
+        "events",
+        "parameters",
+        "median",
+        f"largest by references to {ACCURATE:g}",
+        "largest",
+        "beyond",
+    )
     parts = [text, "\n" + table(head, heads)]
     for title, chosen in (
         (f"The largest of {len(rows)} differences", rows[:15]),
@@ -306,6 +318,8 @@ def _reason(text: str) -> str:
     """Return a reason without the name and the value of its parameter."""
     if text.startswith("no differences"):
         return text.partition(" = ")[0]
+    if "cannot be assembled" in text:
+        return "cannot change alone: the mechanism as placed cannot be assembled"
     return re.sub(r"'[^']*'( = [^:]*)?:? ?", "", text, count=1).strip()
 
 

@@ -24,7 +24,7 @@ def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = 
 
 
 def numeral(value: float, places: int = 0) -> str:
-    """Return a number as text with trailing zeros, for example 9.50."""
+    """Return a number as text with at least three digits and `places` decimals, such as 9.50; "-" for NaN and infinity."""
     if not math.isfinite(value):
         return "-"
     if value == 0.0:

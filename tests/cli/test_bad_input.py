@@ -215,7 +215,7 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
     ("text", "says"),
     [
         ("x = " + "[" * 1000 + "]" * 1000, "nested"),
-        ("x = " + "[" * 60 + "]" * 60, "more than 32 nested lists and tables"),
+        ("x = " + "[" * 60 + "]" * 60, "lists more than 32 levels deep"),
         ("x = " + "{ y = " * 500 + "1" + " }" * 500, "nested"),
         (SMALLEST_CASE.replace('"1 ms"', "9" * 5000), "a number of thousands of digits"),
         (SMALLEST_CASE.replace('"1 ms"', "9" * 4000), "a number of hundreds of digits: out of bounds"),

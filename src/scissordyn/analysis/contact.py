@@ -196,8 +196,8 @@ def _bearing_angles(run: xr.Dataset, joints: list[str]) -> dict[str, np.ndarray]
     """Return the angle of each joint's bearing over time; empty if the run does not contain its mechanism."""
     if ATTRIBUTE not in run.attrs:
         return {}
-    dataset_variable = read_configuration(run).mechanism.joints
-    bodies = {joint.name: joint.bearing[0] for joint in dataset_variable if joint.name in joints}
+    joints_of_run = read_configuration(run).mechanism.joints
+    bodies = {joint.name: joint.bearing[0] for joint in joints_of_run if joint.name in joints}
     still = np.zeros(run.sizes["time"])
     return {name: still if body == GROUND else run["angle"].sel(body=body).values for name, body in bodies.items()}
 

@@ -97,7 +97,7 @@ def _check_word(option: str, word: str, allowed: tuple[str, ...], sample: str) -
 
 
 def _force_table(solved: xr.Dataset) -> list[str]:
-    """Return a line for each force: smallest and largest value, and contribution to the force of the first drive."""
+    """Return a heading and a line for each force: its extreme values, each with the position of the first drive there."""
     import numpy as np
 
     from scissordyn.plot.scale import engineering

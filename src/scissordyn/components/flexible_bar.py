@@ -15,7 +15,7 @@ MODES = Quantity(
     "1",
     minimum=0,
     maximum=40,
-    help="number of bending modes with cross-sections held; by default those up to the frequency of contacts",
+    help="number of bending modes with all attached points held; by default those up to the frequency of contacts",
 )
 
 

@@ -194,7 +194,7 @@ def parse_toml(text: str, path: Path, allowed: str = "TOML") -> dict[str, Any]:
         level = [inner for outer in level for inner in (outer.values() if isinstance(outer, dict) else outer)]
         level = [inner for inner in level if isinstance(inner, dict | list)]
     if level:
-        raise InputError(f"'{path}' has more than {NESTING_MAX} nested lists and tables", f"at most {NESTING_MAX} levels")
+        raise InputError(f"'{path}' nests tables and lists more than {NESTING_MAX} levels deep", f"at most {NESTING_MAX}")
     return tree
 
 

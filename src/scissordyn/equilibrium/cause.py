@@ -84,7 +84,7 @@ def check_zero_lengths(plan: Plan, full: np.ndarray) -> None:
 
 
 def immobile_joints(plan: Plan, full: np.ndarray) -> list[str]:
-    """Return the names of clearance joints whose journal the other joints hold at rest in its bearing.
+    """Return the names of clearance joints whose journal cannot move in its bearing because of the other joints.
 
     A journal moves relative to its bearing by E x', with D x' = 0 for the gradients D of the constraints. It cannot move if E
     vanishes on the null space of D.

@@ -344,8 +344,11 @@ class _Reader(MotorReader):
         marks = [self.data.site(site_name(number, k)) for k in range(4)]
         ends = [self.host[int(self.model.site(site_name(number, k)).bodyid[0])] for k in range(2)]
         if ends[0] == ends[1]:
-            what = f"{loop.shown} joins '{loop.links[0]}' and '{loop.links[1]}', which are one rigid body"
-            raise InputError(what, "links that can move relative to each other", EXAMPLE)
+            raise InputError(
+                f"{loop.shown} joins '{loop.links[0]}' and '{loop.links[1]}', which are one rigid body",
+                "a joint between two links that move relative to each other",
+                EXAMPLE,
+            )
         parts: tuple[Any, ...] = (*self.joints, *self.guides, *self.welds)
         name = plain_name(loop.name, [part.name for part in parts])
         places = marks[2].xpos.copy(), marks[3].xpos.copy()

@@ -23,7 +23,7 @@ from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
 
-TIME_STEP = 1e-4  # [s] step size of MuJoCo
+TIME_STEP = 1e-4  # [s] step size that exported models prescribe to MuJoCo
 STIFF_SOLVER: dict[str, Any] = {"solref": f"{2 * TIME_STEP:g} 1", "solimp": "0.9999 0.9999 0.001"}
 """Solver parameters that make MuJoCo's soft constraints as stiff as the time step permits."""
 

@@ -91,7 +91,8 @@ def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
         if block.follower:
             bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], mass)
         if block.carrier != GROUND and block.carrier not in bars:
-            raise InputError(f"block '{block.name}' slides on '{block.carrier}', which is not a link", "a link", EXAMPLE)
+            what = f"block '{block.name}' of the drawing slides on '{block.carrier}', which is not a bar"
+            raise InputError(what, "a slider on a bar or on the ground, drawn in PMKS+ and shared again", EXAMPLE)
     slides = {joint.name for joint in joints.values() if joint.has(PRISMATIC)}
     if ending := [name for name, bar in bars.items() if slides.intersection(bar.pins)]:
         what = f"link '{min(ending)}' ends in a sliding joint without a block"

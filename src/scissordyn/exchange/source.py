@@ -11,7 +11,7 @@ from scissordyn.errors import InputError
 from scissordyn.lookup import library
 
 POINTS_MAX = 10_000  # Largest number of points in a table or drawing; a larger mechanism takes minutes to simulate
-SIZE_MAX = 16 * 2**20  # [bytes] Size of the largest file; reading a DXF of this size takes about 20 s and 350 MB
+SIZE_MAX = 16 * 2**20  # [bytes] Largest size of all files of a model; a DXF of this size takes about 20 s and 350 MB
 
 BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
     (codecs.BOM_UTF8, "utf-8-sig"),

@@ -111,7 +111,7 @@ def fall_ahead(most, s, w):
 
 @kernel
 def step_to_fall(problem, T, guard, t, h, most, s, w, S):
-    """Make one step with decelerating time to the fall of a guard, starting with size h; return its size, or 0 if it fails."""
+    """Make one step, tried with size h, that ends where a contact is released; return its size, or 0 if it fails."""
     w.scaling[0] = BEFORE_END
     for _ in range(ATTEMPTS_MAX):
         attempt(problem, T, t, h, s, w, S)

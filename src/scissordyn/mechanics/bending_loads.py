@@ -36,7 +36,7 @@ class BendingLoads(NamedTuple):
 
 @kernel
 def clear_shape_forces(S):
-    """Reset the forces on shape vectors to zero before a new evaluation."""
+    """Set the forces on the shapes of bending bars to zero before a new evaluation."""
     S.friction.bending.shape[:, :] = 0.0
 
 

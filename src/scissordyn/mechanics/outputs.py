@@ -110,7 +110,7 @@ def set_sample(at, samples, S):
 
 @entry
 def rates_without(samples: Sampled, which: I1, contact: int, address: int, rates: F2) -> None:
-    """Compute the rates of the state at the samples `which` as if one contact exerted no force."""
+    """Compute the rates of the state at the samples `which` without the force of one contact, to find its effect."""
     S = open_system(address)
     for k in range(which.size):
         set_sample(which[k], samples, S)

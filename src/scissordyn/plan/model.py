@@ -38,7 +38,7 @@ from scissordyn.plan.rail import Rails, rail_tables
 
 
 def _attached(coordinates: Coordinates, attachment: Attachment) -> PointMap:
-    """Return the vector (of a point, between points or along a body) to which a component is attached, as a linear map."""
+    """Return the vector of an attachment as a linear map: a point, its component along a direction, or a body's direction."""
     if attachment.what == "frame":
         return coordinates.frame(attachment.body)
     if attachment.what == "direction":

@@ -35,7 +35,7 @@ class Side(NamedTuple):
         return abs(self.length - other.length) <= allowed + self.rounding + other.rounding
 
     def at(self, angles: Angles) -> Point:
-        """Return the vector in the fixed frame."""
+        """Return the vector between both joints in the fixed frame."""
         angle, (x, y) = 0.0 if self.body == GROUND else angles[self.body], self.vector
         return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
 

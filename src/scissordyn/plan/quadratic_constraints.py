@@ -67,7 +67,7 @@ def _lengths(coordinates: Coordinates, elimination: Elimination | None) -> list[
 
 
 def _name_family(names: tuple[str, ...]) -> str:
-    """Name the bodies of a family, at most three of them."""
+    """Return the names of at most three parallel bodies, a family, for an error message."""
     quoted = [f"'{name}'" for name in names]
     return ("body " if len(names) == 1 else "bodies ") + in_words(quoted, 3)
 

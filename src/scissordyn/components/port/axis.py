@@ -24,7 +24,7 @@ def start(component: Any, where: Where, turned: Turned) -> tuple[float, ...]:
 
 
 def ends(component: Any) -> Ends:
-    """Return the end sections; loads on cross-sections are added with the distributed mass."""
+    """Return the bodies on which the bar acts: its first and last cross-section; `mechanics.bending_loads` has the others."""
     return (component.sections[0], None), (component.sections[-1], None)
 
 
@@ -46,6 +46,7 @@ def bent_axis(component: Any, scene: Any, part: np.ndarray) -> np.ndarray:
     return np.concatenate(spans, axis=1)
 
 
+# Attachment of a bar that bends, to all of its cross-sections
 AXIS = Port(
     name="axis",
     code=6,

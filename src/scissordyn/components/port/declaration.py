@@ -87,7 +87,7 @@ def ends_of(component: Any) -> Ends:
 
 @dataclass(frozen=True, kw_only=True)
 class Port:
-    """Attachment of an element; each port is defined in its own file.
+    """Way in which a component is attached to bodies, with its coordinates and forces; each port has its own file.
 
     The forces do work on the coordinates: their power on the mechanism is `sense` times the sum of force times rate.
     """

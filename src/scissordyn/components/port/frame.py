@@ -52,6 +52,7 @@ _SPOKES = tuple(np.stack([0.45 * spoke, spoke]) for spoke in arc(1.0, 22.5, 337.
 # Hatching on the right of an edge without ends [symbol sizes]
 _HATCH = tuple(np.array([[along, 0.0], [along - 0.5, -0.7]]) for along in range(-3, 5))
 
+# Attachment between two frames: place and angle of the end as seen from the start's body
 FRAME = Port(
     name="frame",
     code=4,
@@ -81,7 +82,7 @@ FRAME = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Compute displacement and angle, and their rates."""
+    """Write the coordinates of the port, displacement and angle, to q, and their rates to v."""
     ux, uy, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     q[0], q[1] = bx * ux + by * uy, bx * uy - by * ux
     v[0] = bx * vx + by * vy + qx * ux + qy * uy

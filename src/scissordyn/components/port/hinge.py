@@ -35,6 +35,7 @@ _TAPE = np.concatenate([arc(0.8, -60.0, 60.0), arc(1.15, 60.0, -60.0), arc(0.8, 
 _BARB = np.array([[-1.0, 0.85], arc(1.0, 135.0, 135.0, 1)[0], [-0.45, 1.15]])
 _HOOK = np.array([[0.3, -1.3], [1.2, -1.3], [1.2, -0.5], [0.85, -0.5], [0.85, -0.95], [0.3, -0.95], [0.3, -1.3]])
 
+# Attachment between two bodies, by their relative angle
 HINGE = Port(
     name="hinge",
     code=1,
@@ -85,7 +86,7 @@ ACTUATOR = dataclasses.replace(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Compute the angle and its rate."""
+    """Write the coordinate of the port, an angle, to q, and its rate to v."""
     _, _, ax, ay, bx, by, _, _, px, py, qx, qy = maps
     q[0] = angle
     v[0] = (ax * py - ay * px) - (bx * qy - by * qx)

@@ -48,6 +48,7 @@ _CYLINDER = np.array(
 # Piston and rod of the symbol of a gas spring, in the columns of the other symbols
 _PISTON = np.array([[0.4, 0.0, 0.3], [0.4, 0.0, -0.3], [0.4, 0.0, 0.0], [1.0, 0.0, 0.0]])
 
+# Attachment between two points, by their distance
 LINE = Port(
     name="line",
     code=0,
@@ -76,7 +77,7 @@ LINE = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Compute the distance and its rate; at zero distance the speed of the points."""
+    """Write the coordinate of the port, a distance, to q, and its rate to v; at zero distance the speed of the points."""
     ux, uy, _, _, _, _, vx, vy, _, _, _, _ = maps
     q[0] = math.sqrt(ux * ux + uy * uy)
     v[0] = (ux * vx + uy * vy) / q[0] if q[0] > 0.0 else math.sqrt(vx * vx + vy * vy)

@@ -33,6 +33,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
     return (np.stack([tail, tip], axis=1), head), tail
 
 
+# Attachment at one point, by its position and the direction of its body
 POINT = Port(
     name="point",
     code=3,
@@ -50,7 +51,7 @@ POINT = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Compute position and direction, and their rates."""
+    """Write the coordinates of the port, position of the point and x axis of its body, to q, and their rates to v."""
     q[0], q[1], q[2], q[3] = maps[0], maps[1], maps[2], maps[3]
     v[0], v[1], v[2], v[3] = maps[6], maps[7], maps[8], maps[9]
 

@@ -46,7 +46,7 @@ def arc(radius: float, first: float, last: float, points: int = 25) -> np.ndarra
 
 
 def around(part: float, stroke: np.ndarray) -> np.ndarray:
-    """Return a stroke about a place on a line."""
+    """Return a stroke about the place at a fraction of a line."""
     return np.column_stack([np.full(len(stroke), part), stroke])
 
 

@@ -38,6 +38,7 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
 _SHAFT = np.array([[-1.5, 0.0], [1.5, 0.0]])
 _HEAD = np.array([[1.1, 0.25], [1.5, 0.0], [1.1, -0.25]])
 
+# Attachment at one point, by its position along a fixed direction
 TRAVEL = Port(
     name="travel",
     code=2,
@@ -62,7 +63,7 @@ TRAVEL = Port(
 
 @kernel
 def sense(maps, angle, q, v):
-    """Compute the coordinate and its rate."""
+    """Write the coordinate of the port to q, and its rate to v."""
     q[0], v[0] = maps[0], maps[6]
 
 

@@ -12,7 +12,7 @@ from scissordyn.plugin.element import element
 
 @kernel
 def force(indentation, scale, clearance):
-    """Return the printed force, in SI numbers, at indentation delta > 0 [m]."""
+    """Return the value of the printed formula, which is not in N; `scale` is pi E*/8 [Pa]."""
     c = clearance
     sum_ = c + indentation
     return scale * indentation * indentation * (3.0 * c + 2.0 * indentation) / sum_ * math.sqrt(2.0 / sum_)

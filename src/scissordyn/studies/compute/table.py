@@ -50,7 +50,7 @@ class Columns:
 
     @classmethod
     def of(cls, variables: Mapping[str, xr.DataArray]) -> Columns:
-        """Return the columns of variables along the cases, by the names of their arrays."""
+        """Return the columns of a store: one for each variable along the cases, and for each entry of its other dimensions."""
         arrays, taken = list[Array](), set[str]()
         labels: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
         for name, variable in variables.items():

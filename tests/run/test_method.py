@@ -242,3 +242,18 @@ def test_motion_without_energies(name, method):
     assert np.any(whole.samples.total)
     assert not np.any(motion.samples.total)
     assert not any(np.any(motion.peak[name]) for name in ("largest", "integral", "square", "friction_loss"))
+
+
+@pytest.mark.parametrize("speed", [0.443156478236942, 0.444, 0.44495])
+def test_no_step_passes_over_a_contact(speed: float) -> None:
+    """Cross-check: a step that begins at a contact is not longer than the contact, although it was long in free flight."""
+    ball = sd.Body("ball", mass=1.0, inertia=1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(0.0, speed))
+    hole = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=sd.Clearance(0.01, journal_radius=0.02))
+    thrown = sd.Mechanism(bodies=(ball,), joints=(hole,), ground=(("middle", (0.0, 0.0)),), gravity=9.81)
+    stiff, explicit = (
+        sd.simulate(thrown, until=0.15, start="as-placed", method=method, rtol=1e-8, atol=1e-8)
+        for method in ("rodas5p", "dop853")
+    )
+    assert stiff.attrs["status"] == "complete"
+    np.testing.assert_allclose(stiff["contact_start"], explicit["contact_start"], atol=1e-9)
+    np.testing.assert_allclose(stiff["peak_force"], explicit["peak_force"], rtol=1e-5)

@@ -53,7 +53,7 @@ from scissordyn.integrate.integration import (
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak, monitor_step
 from scissordyn.integrate.step import EVERYTHING, NOTHING, OUTPUTS, attempt, error_norm, fraction, place, prepare, speed
-from scissordyn.integrate.tableau import EXPLICIT
+from scissordyn.integrate.tableau import EXPLICIT, ROSENBROCK
 from scissordyn.kernel import kernel
 
 ADVANCING, FINISHED, LOG_FULL, STEP_TOO_SMALL, NOT_FINITE, STUCK, HISTORY_FULL, RECORD_FULL, CHANGE_POINT = range(9)
@@ -112,6 +112,9 @@ def advance_step(problem, T, t, s, w, S, r):
         prepare(problem, T, t, s, w, S)
     if clock.first == 0.0:
         clock.first = clock.step = min(first_step(problem, T, t, s, w, S), clock.longest, clock.end - t)
+    if clock.last_event == RISE and clock.rejected == 0 and T.kind == ROSENBROCK and clock.fixed == 0.0:
+        # all stages of a step that is longer than the contact would lie behind it
+        clock.step = min(clock.step, first_step(problem, T, t, s, w, S))
     # a step that should end on the fall of a contact has already been made
     h, last, guard = choose_step(problem, T, t, s, w, S)
     to_fall = guard >= 0

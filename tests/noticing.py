@@ -89,10 +89,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/monitored.py": ("mechanics/test_track_deviation.py", "mechanics/test_entries_read.py", *MECHANICS),
     "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
     "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
-    "mechanics/reaction_slopes.py": (
-        *("mechanics/test_reaction_slopes.py", "mechanics/test_friction_beside.py", "mechanics/test_joint_friction.py"),
-        "components/test_accounts.py",
-    ),
+    "mechanics/reaction_slopes.py": ("test_reference.py", "test_transmissions.py", "run/test_statics.py"),
     "mechanics/hard_*": (*HARD, "test_clearance_guide.py"),
     "mechanics/impulse_solver.py": (*HARD, "test_clearance_guide.py"),
     "mechanics/pivoting.py": HARD,

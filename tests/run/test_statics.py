@@ -190,7 +190,7 @@ def test_one_way_load_acts_in_its_sense() -> None:
 
 def test_friction_that_is_not_there_or_jams() -> None:
     """Contract: no friction, and motion that the drives do not determine, are refused; a jam is a warning with its instant."""
-    with pytest.raises(sd.InputError, match="friction = 'forward' for a mechanism without friction in ideal joints"):
+    with pytest.raises(sd.InputError, match="friction = 'forward' for a mechanism whose forces do not depend"):
         sd.statics(slider_crank(), until=1.0, points=3, friction="forward")
     free = dataclasses.replace(
         journal_crank(0.02, 0.2),

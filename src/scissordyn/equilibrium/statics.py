@@ -59,6 +59,7 @@ TRANSITION_SPEED_MIN = 1e-30
 SENSE_PARAMETERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),
     "guide_friction": ("transition", ("kinetic", "static")),
+    "edge_contact": ("transition", ("kinetic", "static")),
     "gas_spring": ("friction_speed", ("friction",)),
     "stroke_load": ("transition", ()),
     "angle_load": ("transition", ()),
@@ -221,10 +222,9 @@ def _slow_rates(whole: Plan, inputs: Inputs, times: np.ndarray, friction: Fricti
     friction_parts = [part for part in parts if SENSE_PARAMETERS[part.declaration.section][1]]
     one_way = [part for part in parts if getattr(part, "acts", "both") != "both"]
     if friction != "none" and not friction_parts and not one_way:
-        what = (
-            f"friction = '{friction}' for a mechanism without friction in ideal joints or gas springs and without one-way loads"
-        )
-        raise InputError(what, "components [[pin_friction]], [[guide_friction]], [[gas_spring]]", "friction = 'none'")
+        what = f"friction = '{friction}' for a mechanism whose forces do not depend on the sense of motion"
+        allowed = "components with friction, such as [[pin_friction]], or one-way loads"
+        raise InputError(what, allowed, "friction = 'none'")
     if not one_way and friction == "none":
         return None
     closure = Closure(whole)

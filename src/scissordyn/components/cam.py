@@ -12,7 +12,7 @@ from scissordyn.components.declaration import component
 from scissordyn.components.place import BodyPoint, Point
 from scissordyn.components.port import FRAME, Output
 from scissordyn.components.port.stroke import arc
-from scissordyn.components.stop import push, stop_damping
+from scissordyn.components.stop import START_DEPTH_FRACTION, push, stop_damping
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs, Quantity
@@ -22,7 +22,6 @@ PROFILE = Pairs(("angles", "radii"), ("rad", "m"), help="radius of the cam over 
 
 PITCH_NODES = 720  # Number of nodes of the pitch curve in the table of the kernels
 PROFILE_POINTS = 5760  # Number of points of the profile from which the pitch curve is computed
-START_DEPTH_FRACTION = 0.01  # Largest initial depth of a follower in the profile, as a fraction of the radius
 
 
 @kernel

@@ -12,14 +12,13 @@ from scissordyn.components.pin_friction import Static, StribeckSpeed, Transition
 from scissordyn.components.place import BodyPoint
 from scissordyn.components.port import FRAME, Output
 from scissordyn.components.port.stroke import arc
-from scissordyn.components.stop import push, stop_damping
+from scissordyn.components.stop import START_DEPTH_FRACTION, push, stop_damping
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
 from scissordyn.plugin.element import numbers
 from scissordyn.units import Meaning, Quantity
 
 UNLIMITED = -1.0  # Length of an edge without ends, in the parameters of the kernels
-START_DEPTH_FRACTION = 0.01  # Largest initial indentation, as a fraction of the sum of radius and half width
 
 
 @kernel

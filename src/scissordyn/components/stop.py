@@ -6,6 +6,8 @@ from scissordyn.kernel import kernel
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.evaluate import reference_speed
 
+START_DEPTH_FRACTION = 0.01  # Largest initial indentation of a cam or an edge, as a fraction of its size
+
 
 @kernel
 def push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping):

@@ -86,9 +86,9 @@ def _scaling(units: tuple[int, ...], start: str) -> tuple[str, list[float]]:
     head = (
         "units",
         "clearance joints",
-        "processor time of a step [us]",
+        "processor time of a step [µs]",
         "factorizations of a step",
-        "of a factorization [us]",
+        "of a factorization [µs]",
         "steps not solved",
     )
     exponent = fitted_exponent([float(count) for count in units], cost)
@@ -129,28 +129,31 @@ def _solar(steps: tuple[float, ...]) -> tuple[str, xr.Dataset, xr.Dataset]:
 
 def _draw(units: tuple[int, ...], costs: dict[str, list[float]], compliant: xr.Dataset, stepped: xr.Dataset) -> None:
     """Draw docs/hard_contact.png: deviation of the tip, impulses, and the cost of a step."""
-    from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-    figure = Figure(figsize=(12.0, 3.8), layout="constrained")
-    tip, impulses, cost = figure.subplots(1, 3)
-    for run, label, colour, marker in ((compliant, "compliant", "C0", "o"), (stepped, f"hard, {1e3 * DRAWN:g} ms", "C1", "x")):
+    from scissordyn.plot.file import figure_of
+    from scissordyn.plot.style import BLUE, GREY, VERMILION, panels, small
+
+    tip, impulses, cost = drawn = panels(None, 1, 3, size=(12.0, 3.8), share=False)
+    for run, label, colour, marker in (
+        (compliant, "compliant", BLUE, "o"),
+        (stepped, f"hard, {1e3 * DRAWN:g} ms", VERMILION, "x"),
+    ):
         tip.plot(run["time"], 1e3 * run["track_deviation"][:, 0], color=colour, linewidth=1.0, label=label)
         impulses.semilogy(run["contact_start"], run["impulse"], marker, color=colour, markersize=3, alpha=0.6, label=label)
-    tip.set(xlabel="time [s]", ylabel="tip from its ideal path [mm]")
-    impulses.set(xlabel="onset of the contact [s]", ylabel="normal impulse of a contact [N·s]", ylim=(LEAST_IMPULSE, 300.0))
-    for (start, taken), marker in zip(costs.items(), "os", strict=True):
-        cost.loglog(units, [1e6 * each for each in taken], f"{marker}-", markersize=4, linewidth=1.0, label=start)
+    tip.set(xlabel="time [s]", ylabel="distance of the tip from its ideal path [mm]")
+    impulses.set(xlabel="onset of the contact [s]", ylabel="normal impulse of a contact [N s]", ylim=(LEAST_IMPULSE, 300.0))
+    for (start, taken), marker, colour in zip(costs.items(), "os", (BLUE, VERMILION), strict=True):
+        cost.loglog(units, [1e6 * each for each in taken], f"{marker}-", color=colour, markersize=4, linewidth=1.0, label=start)
     goal = 1e6 * costs[STARTS[-1]][0] * (np.array(units) / units[0]) ** 1.1
-    cost.loglog(units, goal, ":", color="0.5", linewidth=1.0, label="as N to the power 1.1")
-    cost.set(xlabel="units N", ylabel="processor time of a step [us]")
+    cost.loglog(units, goal, ":", color=GREY, linewidth=1.0, label="as N to the power 1.1")
+    cost.set(xlabel="number of units N", ylabel="processor time of a step [µs]")
     cost.set_xticks(units)
     cost.xaxis.set_major_formatter(ScalarFormatter())
     cost.xaxis.set_minor_formatter(NullFormatter())
-    for axes in (tip, impulses, cost):
-        axes.grid(visible=True, which="major", color="0.9", linewidth=0.5)
-        axes.legend(frameon=False, fontsize="small")
-    figure.savefig(DECISIONS.parent / "hard_contact.png", dpi=110, metadata={"Software": ""})
+    for axes in drawn:
+        axes.legend(frameon=False, fontsize=small())
+    figure_of(drawn).savefig(DECISIONS.parent / "hard_contact.png", dpi=110, metadata={"Software": ""})
 
 
 def _memory(cases: int) -> str:

@@ -19,7 +19,12 @@ from scissordyn.model.body import check_place
 ENTITIES_MAX = 50_000  # Largest number of entities, before and after blocks are expanded; reading takes about 10 s and 130 MB
 
 
-LOCATION_ATTRIBUTES = ("start", "center", "location", "insert")  # Attributes with the position of an entity
+LOCATION_ATTRIBUTES = (
+    "start",
+    "center",
+    "location",
+    "insert",
+)  # Attributes, in order, with the position by which notes name an entity
 
 UNSUPPORTED_REASON = "it is not a bar, pin or guide"  # Reason in notes about left-out entities
 

@@ -162,14 +162,14 @@ def remove_unused(text: str, folder: Path | None) -> Source:
         return Source(model.text, notes, True, 0, model.loops, [])
     if root.tag not in ("mujoco", "robot"):
         raise InputError(f"the root of the model is <{root.tag}>", "<mujoco>, <robot> (URDF) or <sdf>", EXAMPLE)
-    part = _UsedPart(content, is_urdf=root.tag == "robot")
+    part = _XmlCleaner(content, is_urdf=root.tag == "robot")
     part.visit(root)
     gives_gravity = part.gives_gravity or not part.is_urdf
     return Source(content.decode("utf-8"), notes + part.notes(), gives_gravity, part.key_count, part.loops, part.motors[::-1])
 
 
-class _UsedPart:
-    """Visitor that overwrites the unused parts of a model with blanks."""
+class _XmlCleaner:
+    """Visitor of an MJCF or URDF model that blanks what the import does not use, and collects loops, motors and notes."""
 
     def __init__(self, content: bytearray, *, is_urdf: bool) -> None:
         self.content, self.is_urdf = content, is_urdf

@@ -151,7 +151,7 @@ class _Model:
             self.notes.append(f"link {link.shown}: gravity acts on it, although its <gravity> is off")
 
     def convert(self, gravity: tuple[float, ...]) -> SdfModel:
-        """Return the model in MJCF: a tree of bodies; the other joints close loops."""
+        """Convert the SDF model to the MJCF text of a tree of bodies, and a list of the joints that close loops."""
         self._place()
         edges = [self._edge(name, joint) for name, joint in self.joints.items()]
         bodies = {name: (self._pose(name, link), *self._inertial(link)) for name, link in self.links.items()}

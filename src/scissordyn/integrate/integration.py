@@ -22,10 +22,10 @@ ENDED = DATA + RESET_DATA
 LARGEST, WHEN, INTEGRAL = range(3)
 STRUCK = INTEGRAL + MONITORED_VALUES
 PEAK_COLUMNS = STRUCK + 2
-"""Columns of `State.peak`: largest value, its instant, integrals from `INTEGRAL` on, a second value and its instant.
+"""Number of columns of `State.peak`: largest value, instant, integrals from `INTEGRAL` on, a second value and its instant.
 
-The second value is the largest impact if the state jumps, otherwise the largest value of the companion function, which is
-logged with that of the guard.
+The second value is the largest impact if the state jumps, otherwise the largest value of the guard's companion, another
+monitored quantity that is logged with it.
 """
 
 LIMIT, LAST_ABOVE, FIRST_WITHIN = range(3)  # Columns of `State.band`

@@ -201,7 +201,7 @@ def keep(W):
 
 
 class Scratch(NamedTuple):
-    """Scratch arrays of `fill`."""
+    """Scratch arrays of `fill`, which solves the balances of the bodies for the reactions."""
 
     matrix: F3
     kept: F3

@@ -67,7 +67,10 @@ def clamped_bodies(mechanism: Mechanism) -> frozenset[str]:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Flexible bar with its shapes and the indices of its natural coordinates."""
+    """Flexible bar with its shapes and the indices of its natural coordinates.
+
+    A shape vector is the coefficient of a shape function; the sum of all is the axis of the bar.
+    """
 
     bar: FlexibleBar
     shapes: Shapes

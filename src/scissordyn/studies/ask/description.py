@@ -329,7 +329,7 @@ class Study:
         return {name: labels[name][int(value)] if name in labels else value for name, value in values.items()}
 
     def own_values(self) -> dict[str, float]:
-        """Return the values that the unchanged mechanism has of the factors in `variant_factors`; indices for names."""
+        """Return the values of the unchanged mechanism for the factors whose values need mechanisms of their own."""
         variant = self.variants.index(self.mechanism) if self.mechanism in self.variants else 0
         places = np.unravel_index(variant, self._counts)
         return {

@@ -54,7 +54,7 @@ class Factor:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Text of each name or level in the case file; empty if mechanisms themselves have the parameter."""
+        """Text of each name or level in the case file; empty for a number that can be set in a mechanism."""
         if not self.si:
             return self.labels
         return tuple(f"{value / self.scale:.12g} {self.unit}".rstrip() for value in self.variation.levels())

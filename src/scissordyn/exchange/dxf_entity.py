@@ -19,12 +19,8 @@ from scissordyn.model.body import check_place
 ENTITIES_MAX = 50_000  # Largest number of entities, before and after blocks are expanded; reading takes about 10 s and 130 MB
 
 
-LOCATION_ATTRIBUTES = (
-    "start",
-    "center",
-    "location",
-    "insert",
-)  # Attributes, in order, with the position by which notes name an entity
+# Attributes, in order of trial, with the position by which notes name an entity
+LOCATION_ATTRIBUTES = ("start", "center", "location", "insert")
 
 UNSUPPORTED_REASON = "it is not a bar, pin or guide"  # Reason in notes about left-out entities
 

@@ -72,7 +72,7 @@ class Judged:
 def judge(kind: str, number: int) -> Judged:
     """Run a case with its horizon, and compute the true horizon from the variables of two references."""
     case = horizon_case(kind, number)
-    run = _simulate(case, case.rtol, "auto", trust=True)
+    run = simulated(case, case.rtol, "auto", trust=True)
     attributes, method = run.attrs, json.loads(run.attrs["statistics"])["method"]
     found, _, reason = attributes["predictability"].partition(": ")
     said = attributes.get("trusted_until", math.nan) if found != "unknown" else math.nan
@@ -80,19 +80,19 @@ def judge(kind: str, number: int) -> Judged:
     if attributes["status"] != "complete":
         reason = attributes["cause"]
     else:
-        first, second = (_simulate(case, rtol, method) for rtol in REFERENCES)
-        true, again = (_first_apart(case.mechanism, run, each) for each in (first, second))
+        first, second = (simulated(case, rtol, method) for rtol in REFERENCES)
+        true, again = (first_apart(case.mechanism, run, each) for each in (first, second))
         if first.attrs["status"] != "complete" or not abs(again - true) <= AGREE * true:
             true, reason = math.nan, f"by the references {true:.4g} s and {again:.4g} s"
     cost = attributes.get("predictability_cost", math.nan)
     return Judged(kind, number, found, said, true, case.until, cost, case.rtol, method, reason)
 
 
-def _simulate(case: Case, rtol: float, method: str, *, trust: bool = False) -> xr.Dataset:
+def simulated(case: Case, rtol: float, method: str, *, trust: bool = False) -> xr.Dataset:
     return sd.simulate(case.mechanism, until=case.until, samples=SAMPLES, rtol=rtol, atol=rtol, method=method, trust=trust)
 
 
-def _first_apart(mechanism: sd.Mechanism, one: xr.Dataset, other: xr.Dataset) -> float:
+def first_apart(mechanism: sd.Mechanism, one: xr.Dataset, other: xr.Dataset) -> float:
     """Return the first instant at which two runs diverge, or the last instant [s]."""
     count = min(one.sizes["time"], other.sizes["time"])
     one, other = one.isel(time=slice(count)), other.isel(time=slice(count))

@@ -68,7 +68,9 @@ def test_free_impact_is_the_published_one(speed: float) -> None:
     runs = []
     for reference in ("loaded", "onset"):
         ball = in_bearing(sd.Clearance(0.5e-3, reference=reference, **HALF), velocity=(speed, 0.0))
-        runs.append(sd.simulate(ball.with_parts({"gravity": 0.0}), until=3e-3 / speed, samples=50, start="as-placed"))
+        flight = ball.with_parts({"gravity": 0.0})
+        # a stiff method chooses its first step in a contact by a force deeper in it, which depends on the reference
+        runs.append(sd.simulate(flight, until=3e-3 / speed, samples=50, start="as-placed", method="dop853"))
     assert runs[0].sizes["contact"] >= 1
     for name in ("position", "normal_force", "contact_duration", "rebound_speed", "energy_residual", "effective_mass"):
         np.testing.assert_array_equal(runs[0][name].values, runs[1][name].values)

@@ -26,7 +26,7 @@ from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import fill_history
 from scissordyn.run.advance.tolerance import error_weights
 from scissordyn.run.ideal_path import ideal_path
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
 DIFFERENCE_STEPS = (4e-3, 5e-4, 6e-5)
 """[parameter scales] Steps of the differences of sixth order, largest first.
@@ -207,6 +207,7 @@ def _differences(
         if not np.any(stack):  # the arrays differ only in the sign of zeros
             continue
         slope = np.tensordot(np.array(weights), stack, 1) / step
+        slope[np.abs(slope) <= ROUND_OFF_TOL * np.tensordot(np.abs(weights), np.abs(stack), 1) / step] = 0.0
         error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / step)
         scale = np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(slope), initial=0.0)
         if scale > 0.0 and "friction" not in name:

@@ -58,6 +58,7 @@ def test_case_equals_a_single_run(case: tuple[sd.Mechanism, xr.Dataset]) -> None
             assert float(one["peak_force_estimate"]) == float(run["peak_force_estimate"].max())
         assert float(one["contact_count"]) == run.sizes["contact"] > 0
         assert float(one["first_contact"]) == float(run["contact_start"][0])
+        assert float(one["peak_approach_speed"]) == float(run["approach_speed"].max())
         assert float(one["peak_drive_torque"][0]) == float(run["peak_drive_torque"][0])
         for name in ("peak_pressure_velocity", "pressure_distance", "peak_indentation"):
             assert float(one[name]) == float(run[name].sel(joint="A")), name

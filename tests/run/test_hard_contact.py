@@ -59,6 +59,32 @@ def test_ball_comes_to_rest():
     assert np.isnan(run["peak_force"]).all()
 
 
+def test_a_turned_channel_turns_the_motion():
+    """Identity: a tumbling block with friction in a channel that is turned as a whole, with gravity, moves in the same way."""
+    straight, turn = block(velocity=(1.0, -0.5), tilt=0.2, angle=0.05, friction=sd.LuGre(kinetic=0.3)), 0.6
+    cos, sin = math.cos(turn), math.sin(turn)
+    (body,), (guide,) = straight.bodies, straight.guides
+    (x, y), (vx, vy) = body.position, body.velocity
+    turned = dataclasses.replace(
+        straight,
+        bodies=(
+            dataclasses.replace(
+                body,
+                position=(cos * x - sin * y, sin * x + cos * y),
+                velocity=(cos * vx - sin * vy, sin * vx + cos * vy),
+                angle=body.angle + turn,
+            ),
+        ),
+        guides=(dataclasses.replace(guide, direction=turn),),
+        gravity_direction=straight.gravity_direction + turn,
+    )
+    one, other = (sd.simulate(each, until=0.3, start="as-placed", step=1e-3, samples=31) for each in (straight, turned))
+    place = one["position"].sel(body="block").values @ np.array([[cos, sin], [-sin, cos]])
+    assert one.sizes["contact"] > 2
+    np.testing.assert_allclose(other["position"].sel(body="block").values, place, atol=1e-9)
+    np.testing.assert_allclose(other["angle"].sel(body="block").values, one["angle"].sel(body="block").values + turn, atol=1e-9)
+
+
 def test_time_stepping_has_order_one():
     """Order of convergence: the end of a ball's impacts with steps across them, fitted over a decade of step sizes."""
     steps = [2e-3, 1e-3, 5e-4, 2.5e-4]

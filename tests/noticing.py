@@ -141,6 +141,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
     ("run/batch.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
+    ("run/trajectory.py", "_advance", "dropped", "clocks.perf_counter() - began"): "the computing time, which no test compares",
     (
         "run/engine.py",
         "processors",

@@ -9,7 +9,7 @@ def room_chart() -> list[str]:
     """Return the lines of a Mermaid chart; an arrow that a longer way implies is not drawn."""
     import grimp  # imported here because the site is built without it
 
-    graph = grimp.build_graph("scissordyn", include_external_packages=False)
+    graph = grimp.build_graph("scissordyn", include_external_packages=False, cache_dir=None)
     names = sorted(child.rpartition(".")[2] for child in graph.find_children("scissordyn"))
     imports = {
         room: {

@@ -94,10 +94,10 @@ def momenta(run, bodies: tuple[sd.Body, sd.Body]) -> np.ndarray:
     return total
 
 
-def bar(**state: object) -> sd.Body:
+def bar(spin: float = 0.0) -> sd.Body:
     """Return a bar of 1 m whose axis begins at its point `start`."""
     points = {"start": (-0.5, 0.0), "end": (0.5, 0.0)}
-    return sd.Body("bar", mass=3.0, inertia=0.25, points=points, position=(0.0, 0.0), **state)  # type: ignore[arg-type]
+    return sd.Body("bar", mass=3.0, inertia=0.25, points=points, position=(0.0, 0.0), angular_velocity=spin)
 
 
 @pytest.mark.parametrize("kinetic", [0.0, 0.4])
@@ -115,7 +115,7 @@ def test_a_disc_hits_a_turning_bar(x: float, side: float, kinetic: float, restit
         restitution=restitution,
         kinetic=kinetic,
     )
-    bodies = bar(angular_velocity=0.5 * side), disc("disc", (x, side * (RADIUS + 0.04)), (0.3, -2.0 * side), spin=4.0)
+    bodies = bar(0.5 * side), disc("disc", (x, side * (RADIUS + 0.04)), (0.3, -2.0 * side), spin=4.0)
     run = sd.simulate(free_bodies(bodies, contact), until=0.1, samples=201, **TIGHT)
     assert "reached" in run["event_kind"].values.astype(str)
     found = momenta(run, bodies)

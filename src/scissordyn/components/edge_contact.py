@@ -36,6 +36,13 @@ def distance(x, y, along_x, along_y, length):
 
 
 @kernel
+def indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y):
+    """Return the indentation [m], its rate [m/s], and the unit vector from the edge towards the disc."""
+    far, nx, ny = distance(x, y, along_x, along_y, length)
+    return reach - far, -(nx * x_rate + ny * y_rate), nx, ny
+
+
+@kernel
 def gap(
     x,
     y,
@@ -60,8 +67,8 @@ def gap(
     transition,
 ):
     """Return the indentation [m] and its rate [m/s]."""
-    far, nx, ny = distance(x, y, along_x, along_y, length)
-    return reach - far, -(nx * x_rate + ny * y_rate)
+    depth, rate, _, _ = indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y)
+    return depth, rate
 
 
 @kernel
@@ -89,9 +96,8 @@ def force(
     transition,
 ):
     """Return force and torque on the disc, elastic energy [J], dissipated power [W], normal force and friction [N]."""
-    far, nx, ny = distance(x, y, along_x, along_y, length)
-    rate = -(nx * x_rate + ny * y_rate)
-    normal, energy, lost = push(mode, approach_speed, effective_mass, reach - far, rate, stiffness, exponent, damping)
+    depth, rate, nx, ny = indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y)
+    normal, energy, lost = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
     slip = nx * y_rate - ny * x_rate - radius * speed  # of the disc's lowest point, to the left of the normal
     friction = normal * friction_ratio(slip, kinetic, static, stribeck_speed, transition)
     across_x, across_y = normal * nx + friction * ny, normal * ny - friction * nx

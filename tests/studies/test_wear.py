@@ -319,7 +319,7 @@ def test_bad_input_of_wear(mechanism, options, said):
 def test_wear_that_is_too_fast():
     """Contract: a cycle that errs by more than the tolerance is reported, and one that destroys the bearing is a cause."""
     fast = worn(rotor(2e-10, 4, unbalance=0.6), 4, members=1, tolerance=1e-9)
-    said = "a single cycle errs by more than the tolerance of 1 nm at joint 'bearing'"
+    said = "the error of a single cycle exceeds the tolerance of 1 nm at joint 'bearing'"
     assert json.loads(fast.attrs["warnings"]).count(said) == 1
     assert life_lines(fast)[-1].startswith("joint 'bearing' after 4 cycles: worn ")
     assert "(no interval from a single member)" in life_lines(fast)[-1]
@@ -374,7 +374,7 @@ def test_life_of_a_study_is_that_of_wear():
 @pytest.mark.parametrize(
     ("settings", "options", "said"),
     [
-        ({}, {"requirements": "life > 2000 cycles"}, "'life > 2000 cycles': the wear of 1000 cycles is computed"),
+        ({}, {"requirements": "life > 2000 cycles"}, "'life > 2000 cycles': only 1000 cycles are computed"),
         ({}, {"requirements": "life > 10 m"}, "'m' is not a unit of \\[cycles\\]"),
         ({}, {"goals": "maximise life"}, "'life' as a goal: lives beyond 1000 cycles are not known"),
         ({"most_clearance": None}, {"measures": "life"}, "'life': no requirement on worn joints"),

@@ -140,6 +140,7 @@ def life_lines(run: xr.Dataset) -> list[str]:
     return lines
 
 
+# Headings of the columns of `joint_rows`
 JOINT_HEAD = ("joint", "worn depth", "± 95 %", "worn volume", "largest clearance", "force in the first cycle", "in the last")
 
 

@@ -47,7 +47,9 @@ class WearLife:
         for text, bound in bounds:
             if bound > settings.cycles:
                 raise InputError(
-                    f"'{text}': the wear of {settings.cycles} cycles is computed", "at least as many", f"cycles = {bound:.0f}"
+                    f"'{text}': only {settings.cycles} cycles are computed",
+                    "as many cycles as the bound, or more",
+                    f"cycles = {bound:.0f}",
                 )
 
     def __call__(self, mechanism: Mechanism, options: Options) -> tuple[float, list[str]]:

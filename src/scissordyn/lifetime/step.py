@@ -46,21 +46,20 @@ class Bearing:
 
         `substeps`: largest number of substeps of one wear step.
         """
+        done, new = self._wear(depths, loads, joint, cycles, substeps)
+        return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
+
+    def rate(self, depths: np.ndarray, loads: Loads, joint: int) -> np.ndarray:
+        """Return the depth that one cycle wears on a given contour at each angle, shape (angles,) [m]."""
+        done, new = self._wear(depths, loads, joint, 1, 1)
+        return np.asarray((new - depths) / done)
+
+    def _wear(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int, substeps: int) -> tuple[float, np.ndarray]:
+        """Wear a contour in at most some substeps; return the fraction of the cycles that is done, and the new depths [m]."""
         energy, force = loads.by_direction(joint)
         contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
         done = kernels.wear_out(
             *(contour, self.table, self.clearance, self.area, energy, force, places),
             *(self.coefficient * cycles, substeps, np.zeros((3, depths.size))),
         )
-        new = contour[:, kernels.DEPTH].copy()
-        return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
-
-    def rate(self, depths: np.ndarray, loads: Loads, joint: int) -> np.ndarray:
-        """Return the depth that one cycle wears on a given contour at each angle, shape (angles,) [m]."""
-        energy, force = loads.by_direction(joint)
-        contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
-        done = kernels.wear_out(
-            *(contour, self.table, self.clearance, self.area, energy, force, places),
-            *(self.coefficient, 1, np.zeros((3, depths.size))),
-        )
-        return np.asarray((contour[:, kernels.DEPTH] - depths) / done)
+        return done, contour[:, kernels.DEPTH].copy()

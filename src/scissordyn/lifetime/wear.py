@@ -229,7 +229,7 @@ class _Life:
             n = min(n - 1, max(1, int(n * _factor(error))))
         if error > 1.0:
             worst = int(np.argmax(np.abs(correction).max(axis=1) / self.tolerance))
-            text = f"a single cycle errs by more than the tolerance of {short(float(self.tolerance[worst]), 'm')}"
+            text = f"the error of a single cycle exceeds the tolerance of {short(float(self.tolerance[worst]), 'm')}"
             self.warnings += [f"{text} at joint '{self.names[worst]}'"]
         return State(last.cycle + n, n, depths, loads, rates, last.correction + correction, simulations)
 

@@ -12,6 +12,7 @@ import numpy as np
 from rich.console import Console
 
 from scissordyn.cli.output import ROWS_MAX, console, print_table
+from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.numeral import PREFIXES, numerals, prefix
 from scissordyn.record.joint_force import JointSummary, estimate_in_words, joint_summaries, kinds_left_out, parts_of_oiled
@@ -88,10 +89,10 @@ def _locked_and_stopped(run: Run) -> list[str]:
         elif kind == "reached":
             reached.setdefault(name, []).append(when)
     kinds = {
-        name: kind.replace("_", " ")
-        for kind in ("cam", "edge_contact", "roller")
-        if kind in run
-        for name in run[kind].values.astype(str).tolist()
+        name: kind.declaration.label
+        for section, kind in COMPONENTS.items()
+        if "gap" in kind.declaration.kernels and section in run
+        for name in run[section].values.astype(str).tolist()
     }
     named = ((f"{kinds.get(name, 'end stop').capitalize()} {name}", times) for name, times in reached.items())
     return locked + [

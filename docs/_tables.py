@@ -1,4 +1,4 @@
-"""Tables of the pages that are made from declarations: keys of components, names of laws, zoo, bibliography, rooms.
+"""Tables of the pages that are made from declarations: keys of components, names of laws, zoo, bibliography, subpackages.
 
 Each stands in a page between two comments, which say what it is of. ``python docs/_tables.py`` writes them anew, and with
 ``--check`` only names the pages that are not up to date.
@@ -19,7 +19,7 @@ from scissordyn.components.port import AXIS
 from scissordyn.laws.catalogue import BY_KIND
 
 sys.path.insert(0, str(Path(__file__).parent))
-from _rooms import room_chart
+from _subpackages import import_chart
 from _zoo import bibliography_list, zoo_pages, zoo_table
 
 __all__ = ["PAGES", "component_keys", "component_outputs", "filled", "key_rows", "refresh"]
@@ -105,13 +105,13 @@ def _law_names() -> list[str]:
 
 
 def filled(what: str) -> list[str]:
-    """The lines of a table by what its comment says, such as "components", "component spring" or "rooms"."""
+    """The lines of a table by what its comment says, such as "components", "component spring" or "subpackages"."""
     kind, _, name = what.partition(" ")
     if kind == "component":
         outputs = component_outputs(name)
         return [*component_keys(name), *(("", outputs) if outputs else ())]
     tables = {"components": _all_components, "laws": _law_names, "zoo": zoo_table, "bibliography": bibliography_list}
-    tables["rooms"] = room_chart
+    tables["subpackages"] = import_chart
     return tables[kind]()
 
 

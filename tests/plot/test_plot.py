@@ -378,13 +378,6 @@ def test_failed_writes_leave_no_files(run: xr.Dataset, arm: Mechanism, tmp_path:
         draw_all(run, None, tmp_path / "file", arm)
 
 
-def test_notebooks_show_pictures(run: xr.Dataset) -> None:
-    """Contract: what a plot function returns has a PNG, which a notebook shows, also with Axes of the user."""
-    own = Figure().add_subplot()
-    for drawn in (force(run), orbit(run), energy(run), orbit(run, joint="A", axes=own)):
-        assert drawn._repr_png_().startswith(b"\x89PNG")
-
-
 def test_no_pyplot() -> None:
     """Contract: drawing never loads pyplot, with its windows and global state."""
     import subprocess

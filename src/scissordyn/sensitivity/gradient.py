@@ -178,9 +178,8 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     check_derivable(made)
     for response in responses:
         check_measure(response)
-    derived = _derive(
-        made, options, responses, by, 0.0, None, np.zeros(0)
-    )  # instants until which a gradient is valid are not used
+    # without a change: the instants until which the gradient is valid are not used
+    derived = _derive(made, options, responses, by, 0.0, None, np.zeros(0))
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
     for response, row in zip(responses, slopes, strict=True):
         if not np.isfinite(row).all():

@@ -92,6 +92,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "AngleStop",
         "TravelStop",
         "Force",
+        "Drag",
         "Torque",
         "PinFriction",
         "GuideFriction",

@@ -18,7 +18,9 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     ),
     "Friction and clutches": ("clutch", "pin_friction", "guide_friction", "pin_lugre", "guide_lugre"),
     "Elastic connections and rollers": ("bushing", "beam", "flexible_bar", "roller"),
-    "Loads and motors": (*("force", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor"),),
+    "Loads and motors": (
+        *("force", "drag", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor"),
+    ),
     "Stops, cams, edges, rods and latches": ("angle_stop", "travel_stop", "cam", "edge_contact", "rod", "latch"),
 }
 """Components of each page, in the order of its headings."""

@@ -38,6 +38,7 @@ PUBLIC = {
     "components.clutch": ("Clutch",),
     "components.constant_force_spring": ("ConstantForceSpring",),
     "components.declaration": ("component",),
+    "components.drag": ("Drag",),
     "components.edge_contact": ("EdgeContact",),
     "components.element": ("element",),
     "components.flexible_bar": ("FlexibleBar",),

@@ -23,6 +23,7 @@ from scissordyn.components.cam import Cam as Cam
 from scissordyn.components.clutch import Clutch as Clutch
 from scissordyn.components.constant_force_spring import ConstantForceSpring as ConstantForceSpring
 from scissordyn.components.declaration import component as component
+from scissordyn.components.drag import Drag as Drag
 from scissordyn.components.edge_contact import EdgeContact as EdgeContact
 from scissordyn.components.element import element as element
 from scissordyn.components.flexible_bar import FlexibleBar as FlexibleBar

@@ -42,6 +42,7 @@ PARTS: tuple[Component, ...] = (
     sd.EdgeContact("side", *ENDS, 0.2, 1.2, 0.1, 0.3, 70.0, 1.2, 0.4, kinetic=0.3, transition=0.1),
     sd.EdgeContact("floor", *ENDS, 0.8, radius=0.1, stiffness=70.0, restitution=0.4, kinetic=0.3, static=0.5),
     sd.TravelStop("end", ("one", "start"), direction=0.3, limit=0.2, stiffness=1e4, restitution=0.4),
+    sd.Drag("air", ("one", "start"), 0.3, 0.5, 0.2, 4.0),
 )
 
 
@@ -67,23 +68,23 @@ def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
     forces, coordinates = len(declared.port.forces), len(declared.port.coordinates)
     kernel = getattr(declared.force, "py_func", declared.force)
     start = (0.1, *(1.0,) * (coordinates - 1))
-    given: tuple[object, ...] = part.parameters(start)
+    given = part.parameters(start)
     names = list(inspect.signature(kernel).parameters)
-    if names[-1] == "table":
-        given = (*given[: len(names) - 2 * coordinates - len(declared.context) - 1], np.array(given))
+    fixed = {**dict(zip(declared.numbers, given, strict=False)), "table": np.array(given), **CONTEXT, "mode": mode}
     for _ in range(200):
         q, v = random.uniform(0.05, 1.0, coordinates), random.uniform(-2.0, 2.0, coordinates)
-        context = tuple({**CONTEXT, "mode": mode}[name] for name in declared.context)
 
-        def answer(at: np.ndarray, rates: np.ndarray = v, more: tuple[float, ...] = context) -> np.ndarray:
-            return np.array(kernel(*at, *rates, *more, *given))
+        def answer(at: np.ndarray, rates: np.ndarray = v) -> np.ndarray:
+            varying = zip((*declared.port.coordinates, *declared.port.rates), (*at, *rates), strict=True)
+            values = {**fixed, **dict(varying)}
+            return np.array(kernel(*(values[name] for name in names)))
 
         found, step = answer(q), 1e-7
         growth = sum(
             (answer(q + step * row)[forces] - answer(q - step * row)[forces]) / (2.0 * step) * rate
             for row, rate in zip(np.eye(coordinates), v, strict=True)
         )
-        power = found[:forces] @ v * (-1.0 if declared.port is LINE else 1.0)
+        power = found[:forces] @ v[:forces] * (-1.0 if declared.port is LINE else 1.0)
         dissipation = found[forces + 1]
         assert dissipation >= 0.0
         assert power == pytest.approx(-growth - dissipation, rel=1e-5, abs=1e-5)

@@ -19,7 +19,7 @@ from scissordyn.plugin.user_file import class_in
 COMPONENT_FILES = (
     *("spring", "constant_force_spring", "nonlinear_spring", "gas_spring", "cable", "torsion_spring", "tape_spring"),
     *("clutch", "pin_friction", "guide_friction", "lugre", "bushing", "beam", "flexible_bar", "roller"),
-    *("force", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor", "actuator"),
+    *("force", "drag", "torque", "stroke_load", "angle_load", "motor", "tabulated_motor", "linear_motor", "actuator"),
     *("angle_stop", "travel_stop", "cam", "edge_contact", "rod", "latch"),
 )
 """Component files, in the order of their tables in a case file."""

@@ -51,7 +51,7 @@ MEANINGS: Mapping[str, str] = {
 """Meanings of fields that several components have, unless an annotation gives another one."""
 
 SUPPLY = ("supply",)
-"""Result of a supplied component's kernel after `ENERGY`: the power [W] that its time function gives to the component."""
+"""Result of a supplied component's kernel after `ENERGY`: the power [W] that the component is given."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Declaration:
     events: tuple[str, str]  # Names of a fall and a rise of its guard
     # True if its power is that of a motor, whose rotor turns with the body of a hinge; requires a field `inertia` [kg m^2]
     motor: bool = False
-    # True if it is passive except for its time function, which changes the stored energy at a fixed position. The kernel then
+    # True if it is passive except for a power that it is given, as by a time function or the flow of a fluid. The kernel then
     # returns this power [W] after the dissipated power, and it counts as the work of a load
     supplied: bool = False
     numbers: tuple[str, ...] = ()  # Names of the values of `parameters`, except tables
@@ -217,7 +217,7 @@ def component(
     events : (str, str)
         Names of a fall and a rise of its guard.
     motor, supplied : bool
-        True if its power is that of a motor (with a field `inertia`); True if its time function supplies power.
+        True if its power is that of a motor (with a field `inertia`); True if a time function or a flow supplies power.
     source : str
         Citations, separated by semicolons.
 

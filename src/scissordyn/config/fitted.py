@@ -196,6 +196,7 @@ def _parts_at_tip(stroke: Stroke) -> Values:
         "tip": {"name": "tip", "body": body, "point": point, "tolerance": _rounded(1e-3 * stroke.size)},
         "payload": {"at": tip, "mass": _rounded(stroke.load * stroke.mass)},
         "force": {"point": tip, "force": f"0, {-float(f'{force:.2g}'):g} N"},
+        "drag": {"point": tip, "drag_coefficient": 1.0, "area": _rounded((0.1 * stroke.size) ** 2)},
         "stroke_load": {"point": tip, "direction": _without_round_off(direction), "curve": _curve(load)},
         "travel_stop": {"point": tip, "direction": _without_round_off(direction), "limit": _without_round_off(limit)},
     }
@@ -318,7 +319,7 @@ PART_VALUES: Mapping[str, Callable[[Stroke], Values]] = {
     **dict.fromkeys(("torsion_spring", "tape_spring", "clutch"), _parts_at_pin),
     **dict.fromkeys(("pin_friction", "pin_lugre"), _parts_with_friction),
     "bushing": _parts_at_pin,
-    "force": _parts_at_tip,
+    **dict.fromkeys(("force", "drag"), _parts_at_tip),
     "torque": _parts_on_driven_body,
     "stroke_load": _parts_at_tip,
     **dict.fromkeys(("angle_load", "motor", "tabulated_motor"), _parts_on_driven_body),

@@ -117,3 +117,25 @@ def test_motors_of_a_urdf_are_torques_to_be_set():
     pushed = sd.simulate(mechanism.replace("motor of first.torque", 3.0), until=0.1)
     assert torque.base == "ground"
     assert float(pushed["load_work"][-1]) > 0.0
+
+
+# MJCF model of two bars whose joints have so much damping that a rate is 2.95e4 1/s, in a fluid if it is inserted
+DAMPED = """<mujoco>
+  <option gravity="0 0 0" timestep="0.00001" integrator="RK4"{}/>
+  <default><joint type="hinge" axis="0 0 1" damping="1"/><geom contype="0" conaffinity="0"/></default>
+  <worldbody><body name="upper"><joint name="shoulder"/><geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.01"/>
+    <body name="lower" pos="0.1 0 0"><joint name="wrist"/><geom type="capsule" fromto="0 0 0 0.1 0 0" size="0.01"/></body>
+  </body></worldbody>
+  <actuator><motor joint="shoulder" gear="100"/><motor joint="wrist" gear="100"/></actuator>
+  <keyframe><key ctrl="0.5 0.5"/></keyframe>
+</mujoco>"""
+
+
+def test_damping_that_is_stiff_moves_as_in_the_program_it_comes_from():
+    """Cross-check by a second code at a step size below the time constants; a fluid is left out with a note."""
+    mechanism, notes = sd.read_mjcf(DAMPED.format(' density="1000"'))
+    assert "attribute 'density' of 1 <option> left out (line 2)" in notes
+    run = sd.simulate(mechanism, until=0.02, samples=5, rtol=1e-10, atol=1e-12)
+    moved = by_mujoco(DAMPED.format(""), 0.02, 5, lambda data: data.xipos[1:, :2])
+    assert abs(moved[-1] - moved[0]).min() > 0.01
+    assert run["position"].values == pytest.approx(moved, abs=1e-10)

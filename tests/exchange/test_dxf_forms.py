@@ -134,6 +134,12 @@ def drawn(document, *, unit=""):
     return sd.read_dxf(text(document), unit=unit)
 
 
+def test_line_ends_of_windows_are_read():
+    """Identity: a drawing whose lines end with carriage return and line feed."""
+    unix = text(plain())
+    assert sd.read_dxf(unix.replace("\n", "\r\n")) == sd.read_dxf(unix)
+
+
 def test_a_reference_hides_what_its_layer_hides():
     """Contract of AutoCAD: a frozen layer hides a whole block, one that is off only what takes the layer of the reference."""
     document = plain()

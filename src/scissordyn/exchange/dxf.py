@@ -115,7 +115,7 @@ def _document(text: str, notes: list[str]) -> Any:
     propagates, logger.propagate = logger.propagate, False
     logger.addHandler(messages)
     try:
-        document = ezdxf.read(io.StringIO(text))
+        document = ezdxf.read(io.StringIO(text, newline=None))  # line ends of all systems
     except (ezdxf.DXFError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
         raise InputError(f"cannot read the DXF: {str(error) or 'it is cut off'}", "a drawing in DXF", EXAMPLE) from None
     finally:

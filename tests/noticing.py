@@ -110,7 +110,8 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "equilibrium/start.py": ("run/test_rest.py", "run/test_warn.py", "mechanics/test_connections.py", "test_run.py"),
     "run/predictability.py": ("run/test_predictability.py",),
     "run/simulate.py": ("run/test_checkpoint.py", "test_run.py"),
-    "run/batch*.py": ("run/test_batch.py", "studies/test_part_unit.py"),
+    "run/batch.py": ("run/test_batch.py", "studies/test_part_unit.py"),
+    "run/rows.py": ("run/test_batch.py", "studies/test_study.py"),
     "run/measure.py": ("run/test_batch.py", "kinematics/test_path.py"),
     "run/trajectory_warnings.py": ("components/test_state.py", "run/test_warn.py", *HARD),
     "run/method.py": ("run/test_method.py", "run/test_fixed_steps.py", "run/test_cut.py", "test_run.py"),
@@ -129,18 +130,18 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "H.work.damping[c] == 1 and h > 0.0",
     ): "the row of damping that does not act has no right side, and none acts in an impact",
     (
-        *("run/batch.py", "size", "bound"),
+        *("run/rows.py", "size", "bound"),
         "min(GROUP_CASES_MAX, int(CALL_SECONDS / self.seconds), cases // (8 * threads))",
     ): GROUPED,
     (
-        *("run/batch.py", "_together", "bound"),
+        *("run/rows.py", "_together", "bound"),
         "min(int(sum((driver.steps_tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)), SLICE_STEPS_MAX)",
     ): GROUPED,
     (
         *("integrate/control.py", "after_event", "bound"),
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
-    ("run/batch.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
+    ("run/rows.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
     ("run/trajectory.py", "_advance", "dropped", "clocks.perf_counter() - began"): "the computing time, which no test compares",
     (
         "run/engine.py",

@@ -6,7 +6,7 @@ import dataclasses
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -14,11 +14,10 @@ import numpy as np
 from scissordyn.mechanics.monitored import DRIVE_TORQUE
 from scissordyn.mechanics.outputs import record
 from scissordyn.model.clearance import Clearance
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.run.batch import Worker
-from scissordyn.run.measure import Ended
+from scissordyn.run.measure import Ended, Measure
+from scissordyn.run.rows import Case, Worker
 from scissordyn_paper.cases import SPEEDS, Choice, PaperCase, every_case
 from scissordyn_paper.measures import FREE_BAR, JOINT, Curves, IdealMotion, Measures, ideal_motion, measure
 from scissordyn_paper.runs import build_cached, compute
@@ -61,25 +60,25 @@ def _measured(
 ) -> dict[PaperCase, Measures]:
     """Return the measures of runs with the same options, either all with friction or all without."""
 
-    def mechanism(case: int) -> Mechanism:
-        run = cases[case]
+    def case(at: int) -> Case:
+        run = cases[at]
         assert run.clearance is not None
         joint = _joint(run.choice, run.friction)
         joint = dataclasses.replace(joint, clearance=run.clearance * (1.0 + member * NEIGHBOUR_FRACTION))
-        return build_cached(drives[run.speed]).mechanism.with_clearance(JOINT, joint)
+        return Case(build_cached(drives[run.speed]).mechanism.with_clearance(JOINT, joint))
 
     choice, frictional = cases[0].choice, cases[0].friction is not None
     workers: dict[tuple[Any, ...], Worker] = _LOCAL.__dict__.setdefault("workers", {})
-    key = choice.driven_bar, choice.angle, frictional
+    key = choice.driven_bar, choice.angle, frictional, choice.samples > 0
     if key not in workers:
-        workers[key] = Worker(plan(mechanism(0)), options, sampled=True)
+        curves = Measure("", "curves", (), partial(_curves, printed=choice.samples > 0), sampled=True)
+        workers[key] = Worker(plan(case(0).mechanism), options, {"curves": curves})
     worker, measured = workers[key], dict[PaperCase, Measures]()
     worker.options = dataclasses.replace(options, most_steps=MOST_STEPS)
-    for row in worker.rows(range(len(cases)), mechanism):
-        if row.ended is not None:
+    for row in worker.rows(range(len(cases)), case):
+        if "curves" in row.values:
             run = cases[row.case]
-            curves = _curves(row.ended, printed=run.choice.samples > 0)
-            measured[run] = measure(curves, _ideal_motion(drives[run.speed]))
+            measured[run] = measure(row.values["curves"], _ideal_motion(drives[run.speed]))
     return measured
 
 
@@ -100,8 +99,8 @@ def _constrained(case: PaperCase) -> Measures:
     return measure(compute(case, trust=False), _ideal_motion(case.ideal.without_contact_laws))
 
 
-def _curves(ended: Ended, *, printed: bool) -> Curves:
-    """Return the curves of a run; with `printed`, contacts and largest values are those at the samples, as read from curves."""
+def _curves(ended: Ended, *, printed: bool) -> Any:
+    """Return the `Curves` of a run; with `printed`, contacts and largest values are those at the samples."""
     samples, at = ended.driver.samples, ended.plan
     rows = record(at.maps, ended.driver.system, samples)
     guide = at.mechanism.output_guide

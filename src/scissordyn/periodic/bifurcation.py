@@ -24,13 +24,14 @@ from scissordyn.model.options import Options, StartKind
 from scissordyn.model.parameter_path import number
 from scissordyn.model.record import to_plain
 from scissordyn.periodic.cycles import recorded_names
-from scissordyn.periodic.rows import PENDING, CycleCase, CycleRow, empty_rows, run_case, store_row
+from scissordyn.periodic.rows import CycleCase, CycleRow, empty_rows, run_case, store_cycles
 from scissordyn.periodic.stroboscope import make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.record.store import load, save
 from scissordyn.run.advance.driver import Snapshot
 from scissordyn.run.engine import ENGINES, Engine, EngineError, Outcome, outcomes
+from scissordyn.run.rows import PENDING
 from scissordyn.run.stops import drive_period
 from scissordyn.studies.answer.grouped import grouped_lines
 from scissordyn.units import Meaning, checked
@@ -180,7 +181,7 @@ def _follow_values(cases: Sequence[CycleCase], diagram: xr.Dataset, todo: list[i
             case = replace(case, start=transfer_state(cases[index - 1].mechanism, end, case.mechanism))
         for result in outcomes(1, run_case, [case]):
             row = result.value
-            end = row.end if row is not None and row.about["status"] == "complete" else None
+            end = row.end if row is not None and row.values["status"] == "complete" else None
             yield result
 
 
@@ -320,7 +321,7 @@ def load_diagram(target: Path | None, blank: xr.Dataset, mechanism: Mechanism) -
 
 def store_value(diagram: xr.Dataset, outcome: Outcome[CycleCase, CycleRow]) -> None:
     """Store the results of one parameter value in the diagram, and its final state, from which the next value may start."""
-    store_row(diagram, "value", outcome)
+    store_cycles(diagram, "value", outcome)
     if outcome.value is None:
         return
     end = outcome.value.end

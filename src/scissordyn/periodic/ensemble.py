@@ -14,7 +14,7 @@ from scissordyn.errors import InputError, whole_number
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
-from scissordyn.periodic.rows import RUN_COLUMNS, CycleCase, empty_rows, run_case, store_row
+from scissordyn.periodic.rows import CYCLE_COLUMNS, CycleCase, empty_rows, run_case, store_cycles
 from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, make_consistent, start_state
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
@@ -129,9 +129,9 @@ def _compute_members(
     members = len(cases)
     run = empty_rows(cases, "member", {"member": np.arange(members)})
     for outcome in outcomes(engine, run_case, cases, total=members, progress=progress):
-        store_row(run, "member", outcome)
+        store_cycles(run, "member", outcome)
     lines = grouped_lines(run["warnings"].values)
-    run = run.drop_vars([name for name in run.data_vars if name in RUN_COLUMNS and name not in ("status", "cause")])
+    run = run.drop_vars([name for name in run.data_vars if name in CYCLE_COLUMNS and name not in ("status", "cause")])
     if "energy" not in run:
         raise InputError(f"ensemble: every member failed: {run['cause'].values[0]}", "a mechanism that runs")
     return run, lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -14,9 +14,8 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.periodic.stroboscope import CYCLE_VARIABLES, run_cycles
 from scissordyn.run.advance.driver import Snapshot
-from scissordyn.run.engine import STATUSES, Outcome, error_text
-
-PENDING = STATUSES[0]  # status of a case that has not been computed yet
+from scissordyn.run.engine import Outcome
+from scissordyn.run.rows import COLUMNS, empty_columns, failed_row, store_row
 
 
 @dataclass(frozen=True)
@@ -32,14 +31,11 @@ class CycleCase:
     start: Snapshot | None = None  # replaces the start of the options
 
 
-@dataclass(frozen=True)
-class CycleRow:
+class CycleRow(NamedTuple):
     """Result of one case."""
 
-    values: dict[str, np.ndarray]  # last cycles, by the names of `CYCLE_VARIABLES`; shorter if the run failed
+    values: dict[str, Any]  # last cycles, by the names of `CYCLE_VARIABLES`, shorter if the run failed; and `CYCLE_COLUMNS`
     end: Snapshot
-    # status, cause, warnings (one per line), completed_cycles, total_steps, total_events, seconds and processor_seconds
-    about: dict[str, str | int | float]
 
 
 def run_case(case: CycleCase) -> CycleRow:
@@ -48,7 +44,7 @@ def run_case(case: CycleCase) -> CycleRow:
     run = run_cycles(case.mechanism, case.options, cycles=case.cycles, keep=case.keep, phase=case.phase, start=case.start)
     if run.status == "interrupted":
         raise KeyboardInterrupt
-    about: dict[str, str | int | float] = {
+    about = {
         "status": run.status,
         "cause": run.cause,
         "warnings": "\n".join(run.warnings),
@@ -58,14 +54,11 @@ def run_case(case: CycleCase) -> CycleRow:
         "seconds": time.perf_counter() - began,
         "processor_seconds": time.thread_time() - worked,
     }
-    values = {name: values[case.cycles - case.keep :] for name, values in run.values.items()}
-    return CycleRow(values, run.end, about)
+    return CycleRow({name: values[case.cycles - case.keep :] for name, values in run.values.items()} | about, run.end)
 
 
-RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
-    "status": (PENDING, {"long_name": "status"}),
-    "cause": ("", {"long_name": "reason why the run is not complete"}),
-    "warnings": ("", {"long_name": "warnings about the cycles kept, one per line"}),
+CYCLE_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
+    **COLUMNS,
     "completed_cycles": (0, {"units": "1", "long_name": "complete cycles"}),
     "total_steps": (0, {"units": "1", "long_name": "integration steps"}),
     "total_events": (0, {"units": "1", "long_name": "starts and ends of contacts"}),
@@ -77,9 +70,9 @@ RUN_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
 
 def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str, Any]) -> xr.Dataset:
     """Return a Dataset with an empty row for each case."""
-    first, kinds = cases[0], {str: object, int: np.int64, float: float}
+    first = cases[0]
     return xr.Dataset(
-        {name: (along, np.full(len(cases), blank, kinds[type(blank)]), about) for name, (blank, about) in RUN_COLUMNS.items()},
+        empty_columns(CYCLE_COLUMNS, along, len(cases)),
         coords={
             **coordinates,
             "cycle": ("cycle", np.arange(first.cycles - first.keep, first.cycles), {"long_name": "cycle"}),
@@ -89,18 +82,11 @@ def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str,
     )
 
 
-def store_row(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
+def store_cycles(rows: xr.Dataset, along: str, outcome: Outcome[CycleCase, CycleRow]) -> None:
     """Store the outcome of a case in its row; cycles that were not reached stay NaN."""
-    at, row = outcome.task.at, outcome.value
-    if row is None:
-        assert outcome.error is not None
-        rows["status"].values[at], rows["cause"].values[at] = "failed", error_text(outcome.error)
-        return
-    for name, values in row.values.items():
-        if name not in rows:
-            dims, units, long_name = CYCLE_VARIABLES[name]
-            full = np.full((rows.sizes[along], rows.sizes["cycle"], *values.shape[1:]), np.nan)
-            rows[name] = ((along, *dims), full, {"units": units, "long_name": long_name})
-        rows[name].values[at, : values.shape[0]] = values
-    for name in row.about.keys() & rows.keys():
-        rows[name].values[at] = row.about[name]
+    values = failed_row(outcome.cause) if outcome.value is None else outcome.value.values
+    for name in (name for name in values if name not in rows):
+        dims, units, long_name = CYCLE_VARIABLES[name]
+        full = np.full((rows.sizes[along], rows.sizes["cycle"], *values[name].shape[1:]), np.nan)
+        rows[name] = ((along, *dims), full, {"units": units, "long_name": long_name})
+    store_row({name: rows[name].values for name in values}, outcome.task.at, values)

@@ -66,6 +66,10 @@ class Outcome(Generic[Task, Value]):
     value: Value | None
     error: Exception | None = None
 
+    @property
+    def cause(self) -> str:
+        return "" if self.error is None else error_text(self.error)
+
 
 def error_text(error: Exception) -> str:
     """Return the text of an error in one line; the type is included for errors of other packages."""

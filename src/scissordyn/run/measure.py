@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -48,6 +48,7 @@ class Ended:
         self.driver, self.ideal, self.options = driver, path, options
         self.plan, self.mechanism, self.time = driver.plan, driver.plan.mechanism, driver.time
         self.path = current_trajectory(driver)
+        self.warnings: list[str] = []  # warnings that measures add to those of the run
 
     @cached_property
     def contacts(self) -> np.recarray:
@@ -166,6 +167,7 @@ class Measure:
     sampled: bool = False  # True if equally spaced samples are needed
     static: bool = False  # True if no run is needed
     recorded: bool = False  # True if the recorded ends of steps are needed
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # attributes of its variable, in addition or instead
 
 
 def _bar_measure(quantity: str, units: str, text: str) -> Measure:

@@ -6,8 +6,9 @@ import inspect
 import os
 import platform
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
@@ -18,9 +19,9 @@ from scissordyn.analysis.motor import MotorCurve
 from scissordyn.errors import InputError, ScissordynError, whole_number
 from scissordyn.lifetime.response import WearLife
 from scissordyn.model.parameter_path import number
-from scissordyn.run.advance.interrupt import check_interrupt, raise_if_interrupted
+from scissordyn.run.advance.interrupt import raise_if_interrupted
 from scissordyn.run.batch import Perturbed, simulate_cases
-from scissordyn.run.engine import Engine, error_text, outcomes, workers_of
+from scissordyn.run.engine import Engine, outcomes, workers_of
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.ask.description import OwnMeasure, Study
@@ -142,7 +143,7 @@ def _compute_missing(study: Study, store: Store, points: np.ndarray | None, how:
     for outcome in outcomes(how.get("engine"), run_block, blocks):
         if isinstance(outcome.error, ProgramError):
             raise outcome.error
-        result = outcome.value if outcome.error is None else _failed(outcome.task, error_text(outcome.error))
+        result = outcome.value if outcome.error is None else _failed(outcome.task, outcome.cause)
         assert result is not None
         store.write(result)
         now[result.cases] = result.status
@@ -231,8 +232,7 @@ def _failed(block: Block, cause: str) -> BlockResult:
 def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None) -> xr.Dataset:
     """Compute cases as one batch on one thread, or one batch for each mechanism; engines compute several blocks in parallel."""
     numbers = study.numbers(cases, points)
-    measures = {name: MEASURES[name] for name in study.measures}
-    measures |= {measure.name: _accumulated(measure) for measure in study.own_measures if measure.of == "accumulators"}
+    measures = {name: MEASURES[name] for name in study.measures} | _own_measures(study)
     batches, order = [], []
     for mechanism, places in study.by_variant(numbers):
         perturbed = Perturbed(cases[places] % study.members, study.perturbation)
@@ -243,8 +243,7 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
     runs = runs.isel(case=np.argsort(np.concatenate(order)))
     runs = runs.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
     runs.attrs["integration_seconds"] = sum(batch.attrs["integration_seconds"] for batch in batches)
-    of_dataset = [measure for measure in study.own_measures if measure.of == "dataset"]
-    return _of_datasets(study, numbers, runs, of_dataset) if of_dataset else runs
+    return runs
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:
@@ -261,51 +260,37 @@ def _described(study: Study) -> dict[str, dict[str, Any]]:
     return attributes
 
 
-def _accumulated(measure: OwnMeasure) -> Measure:
-    function = measure.callable()
-
-    def value(ended: Ended) -> float:
-        try:
-            return float(function(ended))
-        except Exception as error:
-            raise ScissordynError(f"measure '{measure.name}': {type(error).__name__}: {error}") from error
-
-    return Measure(measure.units, _meaning(measure.name, function), (), value)
-
-
-def _of_datasets(
-    study: Study, numbers: Mapping[str, np.ndarray], runs: xr.Dataset, measures: Sequence[OwnMeasure]
-) -> xr.Dataset:
-    """Compute user-defined measures that need the Dataset of each case; each case is simulated once for all of them."""
-    functions = {measure.name: measure.callable() for measure in measures}
-    values = {name: np.full(runs.sizes["case"], np.nan) for name in functions}
-    status, cause, warnings = (runs[name].values.astype(object) for name in ("status", "cause", "warnings"))
+def _own_measures(study: Study) -> dict[str, Measure]:
+    """Return the user-defined measures of a study; those of the Dataset share one more run of a case."""
+    functions = [measure.callable() for measure in study.own_measures]
+    of_run = [fun for fun, measure in zip(functions, study.own_measures, strict=True) if measure.of == "dataset"]
     # the largest torque is located between samples: a motor's curve needs no further ones, which take a second run
-    of_run = {name: function for name, function in functions.items() if not isinstance(function, WearLife)}
-    only_motors = all(isinstance(function, MotorCurve) for function in of_run.values())
+    only_motors = all(isinstance(function, MotorCurve | WearLife) for function in of_run)
     options = {**(study.options.equally_spaced if only_motors else study.options).keywords, "trust": False}
-    for case in np.flatnonzero(status == "complete"):
-        check_interrupt()
-        name = ""
-        try:
-            mechanism = study.mechanism_of({parameter: float(values_of[case]) for parameter, values_of in numbers.items()})
-            run = raise_if_interrupted(simulate(mechanism, **options)) if of_run else None
-            for name, function in functions.items():
-                if isinstance(function, WearLife):
-                    values[name][case], texts = function(mechanism, study.options)
-                    warnings[case] = "\n".join([text for text in (warnings[case], *texts) if text])
-                else:
-                    values[name][case] = float(function(run))
-        except Exception as error:
-            plain = (isinstance(error, InputError) and not name) or isinstance(functions.get(name), WearLife)
-            reason = str(error) if plain else f"{type(error).__name__}: {error}"
-            status[case], cause[case] = "failed", f"measure '{name}': {reason}" if name else reason
-    for measure in measures:
-        function = functions[measure.name]
-        about = function.attributes if isinstance(function, WearLife) else {"long_name": _meaning(measure.name, function)}
-        runs[measure.name] = "case", values[measure.name], {"units": measure.units, **about}
-    columns = {"status": status, "cause": cause, "warnings": warnings}
-    return runs.assign({name: ("case", text.astype(str), runs[name].attrs) for name, text in columns.items()})
+
+    @lru_cache(1)
+    def run_of(ended: Ended) -> xr.Dataset:
+        return raise_if_interrupted(simulate(ended.mechanism, **options))
+
+    def defined(measure: OwnMeasure, function: Callable[..., Any]) -> Measure:
+        life = isinstance(function, WearLife)
+
+        def value(ended: Ended) -> float:
+            about = run_of(ended) if measure.of == "dataset" and not life else ended
+            try:
+                if not life:
+                    return float(function(about))
+                cycles, texts = function(ended.mechanism, study.options)
+            except Exception as error:
+                kind = "" if life else f"{type(error).__name__}: "
+                raise ScissordynError(f"measure '{measure.name}': {kind}{error}") from error
+            ended.warnings.extend(texts)
+            return float(cycles)
+
+        attributes = function.attributes if isinstance(function, WearLife) else {}
+        return Measure(measure.units, _meaning(measure.name, function), (), value, attributes=attributes)
+
+    return {measure.name: defined(measure, fun) for measure, fun in zip(study.own_measures, functions, strict=True)}
 
 
 def _meaning(name: str, function: Callable[..., float]) -> str:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.file.output_file import check_target, write_file
-from scissordyn.plot.style import SIZES, use_minus_signs
+from scissordyn.plot.style import SIZES, apply_layout, use_minus_signs
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -77,10 +77,10 @@ def _final_layout(figure: Figure) -> Iterator[None]:
         yield
         return
     figure.dpi = SIZES.png_dpi
-    for axes in figure.axes:
-        axes.apply_aspect()
-    engine.execute(figure)
-    figure.set_layout_engine("none")
+    apply_layout(figure)
+    # without an engine savefig draws once; a placeholder would make it draw twice
+    with mpl.rc_context({"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        figure.set_layout_engine(None)
     try:
         yield
     finally:

@@ -64,7 +64,7 @@ def write_name(axes: Axes, label: Label, size: float, **look: Any) -> Annotation
 def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = None, crowded: bool = True) -> list[str]:
     """Write each name where it hides least; return the names without a free place.
 
-    The limits of the drawing must be final. With `crowded`, names without a free place are written as well.
+    The limits and the layout of the drawing must be final. With `crowded`, names without a free place are written as well.
     """
     directions = 24  # tried at each distance
     still_weight = 0.03  # penalty of the distance to the joint, to the power 1.2
@@ -75,7 +75,6 @@ def write_labels(axes: Axes, labels: Sequence[Label], *, size: float | None = No
     if not labels:
         return []
     canvas = FigureCanvasAgg(figure) if not hasattr(figure.canvas, "get_renderer") else figure.canvas
-    figure.draw_without_rendering()  # applies the layout and the equal scales of the axes
     renderer, point = canvas.get_renderer(), 72.0 / figure.dpi
     region = point * axes.get_window_extent(renderer).get_points()
     anchors = point * axes.transData.transform([label.place for label in labels])

@@ -18,9 +18,23 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import scene_of, upright_turns
 from scissordyn.plot.drawing import Drawing
+from scissordyn.plot.file import figure_of
 from scissordyn.plot.label import Label, write_labels
 from scissordyn.plot.scale import engineering
-from scissordyn.plot.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SIZES, VERMILION, Canvas, panels, small
+from scissordyn.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SIZES,
+    VERMILION,
+    Canvas,
+    apply_layout,
+    panels,
+    small,
+)
 from scissordyn.plot.symbol import symbols
 from scissordyn.record.placement import Placement
 from scissordyn.run.simulate import simulate
@@ -77,7 +91,7 @@ def preview(mechanism: Mechanism, *, axes: Canvas = None, start: xr.Dataset | No
     drawing.show(0)
     _draw_drives(chosen, mechanism, placed, 0.05 * float(np.max(high - low)))
     _draw_gravity(chosen, mechanism, placed)
-    chosen.get_figure(root=True).draw_without_rendering()  # type: ignore[union-attr]
+    apply_layout(figure_of(chosen))
     drawing.fit_sizes()
     left = write_labels(chosen, names[: SIZES.names_max], size=letters, crowded=False) + [
         name.text for name in names[SIZES.names_max :]

@@ -42,6 +42,7 @@ from scissordyn.plot.style import (
     LIGHT,
     SIZES,
     TIME_MAP,
+    apply_layout,
     dark_map,
     draw_scale_bar,
     dress,
@@ -161,7 +162,7 @@ def _draw_instants(
 
 def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:
     """Write the names after everything else, because their places depend on the layout of the whole figure."""
-    figure_of([drawing.axes for drawing in drawings]).draw_without_rendering()
+    apply_layout(figure_of([drawing.axes for drawing in drawings]))
     for k, drawing in enumerate(drawings):
         drawing.fit_sizes()
         write_labels(drawing.axes, [label for label in drawing.labels(k) if label.text not in left_out])
@@ -311,7 +312,7 @@ def bending(
     figure = figure_of(drawn)
     drawn.append(figure.add_subplot(below))
     _draw_stress(drawn[-1], run, beams, when)
-    figure.draw_without_rendering()
+    apply_layout(figure)
     for drawing in drawings:
         drawing.fit_sizes()
     return drawn

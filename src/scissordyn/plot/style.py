@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
 # Colours that remain distinguishable with common colour blindness: Wong 2011, doi:10.1038/nmeth.1618.
@@ -179,13 +180,31 @@ def signed(text: str) -> str:
 
 
 def use_minus_signs(drawn: Artist | Iterable[Artist]) -> None:
-    """Replace hyphens before numbers by minus signs in all texts of a figure or of some Axes."""
+    """Replace hyphens before numbers by minus signs in all texts of a figure or of some Axes.
+
+    Labels of ticks have them already, and looking for them would make all ticks anew.
+    """
     from matplotlib.artist import Artist
+    from matplotlib.axis import Axis
     from matplotlib.text import Text
 
-    for part in [drawn] if isinstance(drawn, Artist) else drawn:
-        for text in part.findobj(Text):
-            text.set_text(signed(text.get_text()))
+    left = [drawn] if isinstance(drawn, Artist) else [*drawn]
+    while left:
+        part = left.pop()
+        if isinstance(part, Text):
+            part.set_text(signed(part.get_text()))
+        left += (part.label, part.offsetText) if isinstance(part, Axis) else part.get_children()
+
+
+def apply_layout(figure: Figure) -> None:
+    """Apply the layout and the equal scales of a figure without drawing it."""
+    for axes in figure.axes:
+        axes.apply_aspect()
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        for axes in figure.axes:
+            axes.apply_aspect()
 
 
 def number_decades(axis: Axis) -> None:

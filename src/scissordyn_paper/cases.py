@@ -214,7 +214,7 @@ class PaperCase:
             ]
         options = self.options
         lines += ["", "[run]", f'until = "{options.until!r} s"', f'start = "{options.start}"']
-        lines += [f"samples = {options.samples}", f"rtol = {options.rtol!r}", f"atol = {options.atol!r}"]
+        lines += [f"samples = {options.samples}", f"rtol = {options.rtol!r}"]
         lines += [f'method = "{options.method}"'] + ([] if options.step is None else [f'step = "{options.step!r} s"'])
         return "\n".join(lines) + "\n"
 

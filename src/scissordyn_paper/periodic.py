@@ -118,9 +118,7 @@ def examine(case: PaperCase) -> xr.Dataset:
         # too few samples have none; where most members are periodic, that of the others is not used
         if common.period is None and "K" in common.measures["measure"].values:
             growth = float(common.measures["mean"].sel(measure="K"))
-    apart = separation_exponent(
-        mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=CYCLE_INTERVALS, rtol=1e-9, atol=1e-9
-    )
+    apart = separation_exponent(mechanism, cycles=GROWTH_CYCLES, skip=GROWTH_SKIP, intervals=CYCLE_INTERVALS, rtol=1e-9)
     _check(apart, case)
     found = Regularity(
         kind=kind,

@@ -390,7 +390,6 @@ def bifurcation(
             follow=follow,
             start=read.run.start,
             rtol=tolerance,
-            atol=tolerance,
             method=read.run.method,
             engine=engine,
             store=output,

@@ -73,13 +73,13 @@ REST_VALUES: Mapping[str, Mapping[str, Any]] = {"n-four-bar": {"speed": "0 m/s"}
 """Values of [structure] with which a structure starts at rest, for structures that do not by default."""
 
 
-RUN_TABLE = table_of(Options, until="50 ms", step="0.1 ms")  # table [run] with the values that a template shows
+RUN_TABLE = table_of(Options, until="50 ms", atol=1e-8, step="0.1 ms")  # table [run] with the values that a template shows
 
 OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
     ControlTable: tuple(ControlTable.declared_keys()),
     ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour"),
-    RUN_TABLE: ("step",),
+    RUN_TABLE: ("atol", "step"),
     **{
         table: tuple(key for key, field in table.declared_keys().items() if field.default is None)
         for table in STRUCTURES.values()

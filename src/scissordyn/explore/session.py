@@ -220,7 +220,7 @@ def coarse_case(case: Case) -> Case:
     most_samples = 201  # largest number of samples of a coarse run
     options, shorter = case.options, copy.copy(case)
     samples = most_samples if isinstance(options.samples, str) else min(options.samples, most_samples)
-    rtol, atol = max(options.rtol, COARSE_TOL), max(options.atol, COARSE_TOL)
+    rtol, atol = max(options.rtol, COARSE_TOL), max(options.position_tolerance, COARSE_TOL)
     shorter.options = replace(options, rtol=rtol, atol=atol, samples=samples, trust=False)
     return shorter
 

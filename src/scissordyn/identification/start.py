@@ -58,7 +58,7 @@ def prepare_segments(
     for record in records[1:]:
         if record.headings != headings:
             raise InputError(f"'{record.name}' has other columns than '{records[0].name}'", "files with the same columns")
-    tight = min(1e-10, options.rtol), min(1e-10, options.atol)  # finite differences of runs need small errors
+    tight = min(1e-10, options.rtol), min(1e-10, options.position_tolerance)  # finite differences of runs need small errors
     options = dataclasses.replace(options, rtol=tight[0], atol=tight[1], trust=False)
     if segment is None:
         for record in records:

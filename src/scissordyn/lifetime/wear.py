@@ -65,7 +65,7 @@ def wear(
     loads: LoadsKind = "simulated",
     start: StartKind = "concentric",
     rtol: float = 1e-6,
-    atol: float = 1e-6,
+    atol: float | None = None,
     method: str = "auto",
     most_steps: int = Options.most_steps,
     earlier: Annotated[

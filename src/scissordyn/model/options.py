@@ -49,7 +49,10 @@ class Options:
     start: StartKind = "concentric"
     samples: SampleCount = DEFAULT_SAMPLES
     rtol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="relative tolerance")] = 1e-8
-    atol: Annotated[float, Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance as a fraction of the clearance")] = 1e-8
+    atol: Annotated[
+        float | None,
+        Quantity("1", minimum=1e-14, maximum=1e-2, help="tolerance of positions over the clearance, by default that of `rtol`"),
+    ] = None
     method: Method = "auto"
     most_steps: Annotated[int, Quantity("1", minimum=1, maximum=10**15, help="most steps")] = 50_000_000
     events: EventKind = "auto"
@@ -71,6 +74,11 @@ class Options:
     def count(self) -> int:
         """Number of equally spaced samples."""
         return DEFAULT_SAMPLES if isinstance(self.samples, str) else self.samples
+
+    @property
+    def position_tolerance(self) -> float:
+        """Error in positions allowed in a step, as a fraction of the smallest clearance."""
+        return self.rtol if self.atol is None else self.atol
 
     @property
     def equally_spaced(self) -> Options:

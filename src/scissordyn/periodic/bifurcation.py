@@ -52,7 +52,7 @@ def bifurcation(
     follow: bool = False,
     start: StartKind = "concentric",
     rtol: float = 1e-6,
-    atol: float = 1e-6,
+    atol: float | None = None,
     method: str = "auto",
     most_steps: int = 1_000_000,
     engine: Annotated[Engine, Meaning(ENGINES, "engine=2")] = None,

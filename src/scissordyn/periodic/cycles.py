@@ -32,7 +32,7 @@ def cycle(
     phase: float = 0.0,
     start: StartKind | xr.Dataset = "concentric",
     rtol: float = 1e-6,
-    atol: float = 1e-6,
+    atol: float | None = None,
     method: str = "auto",
     most_steps: int = 1_000_000,
     progress: Callable[[float], None] | None = None,

@@ -39,7 +39,7 @@ def ensemble(
     agreement: float = 1e-3,
     start: StartKind = "concentric",
     rtol: float = 1e-6,
-    atol: float = 1e-6,
+    atol: float | None = None,
     method: str = "auto",
     most_steps: int = 1_000_000,
     engine: Annotated[Engine, Meaning(ENGINES, "engine=2")] = None,

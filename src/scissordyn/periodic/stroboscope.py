@@ -60,7 +60,9 @@ class Cycles:
     warnings: tuple[str, ...]  # warnings about the start and the kept cycles
 
 
-def start_state(mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float = 1e-6) -> Snapshot:
+def start_state(
+    mechanism: Mechanism, start: StartKind = "concentric", *, rtol: float = 1e-6, atol: float | None = None
+) -> Snapshot:
     """Return the state at the start of a run: coordinates, velocities, internal states and contact modes."""
     driver, _, _ = make_driver(plan(mechanism), Options(1.0, start, 2, rtol, atol))
     return driver.snapshot()

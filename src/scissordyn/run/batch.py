@@ -37,7 +37,7 @@ def simulate_many(
     seed: int = 0,
     start: StartKind = Options.start,
     rtol: float = Options.rtol,
-    atol: float = Options.atol,
+    atol: float | None = None,
     method: str = Options.method,
     most_steps: int = Options.most_steps,
     events: EventKind = Options.events,

@@ -48,7 +48,7 @@ def ideal_path(
     ideal = make_plan(chosen[0])
     accuracy, warned = 1e-10, 1e-7  # [mechanism sizes] table error that ends the refinement, and error above which we warn
     # A larger tolerance gives errors that are not smooth in time, which no table resolves.
-    rtol, atol = min(options.rtol, 1e-8), min(options.atol, 1e-8)
+    rtol, atol = min(options.rtol, 1e-8), min(options.position_tolerance, 1e-8)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
     while True:
         # every second instant lies midway between two rows and gives the interpolation error there

@@ -82,8 +82,8 @@ def predictability(
     same way.
     """
     # at least a few roundings; two runs whose tolerances differ by less than a factor of five cannot be compared
-    rtol, atol = (max(factor * tolerance, 1e-14) for tolerance in (options.rtol, options.atol))
-    if rtol > 0.2 * options.rtol or atol > 0.2 * options.atol:
+    rtol, atol = (max(factor * tolerance, 1e-14) for tolerance in (options.rtol, options.position_tolerance))
+    if rtol > 0.2 * options.rtol or atol > 0.2 * options.position_tolerance:
         return {"predictability": f"unknown: no tighter tolerance than rtol = {options.rtol:g} can be computed"}
     if run.attrs["status"] != "complete":
         return {"predictability": "unknown: the run is not complete"}

@@ -45,7 +45,7 @@ def simulate(
     start: StartKind = Options.start,
     samples: SampleCount = Options.samples,
     rtol: float = Options.rtol,
-    atol: float = Options.atol,
+    atol: float | None = None,
     method: str = Options.method,
     most_steps: int = Options.most_steps,
     events: EventKind = Options.events,
@@ -71,8 +71,9 @@ def simulate(
         contacts, so that no curve misses its own peaks.
     rtol : float
         Error allowed in a step, relative to the speeds and to the internal states of friction laws.
-    atol : float
+    atol : float, optional
         Error in positions allowed in a step, as a fraction of the smallest clearance (of the largest body if there is none).
+        The default is the value of `rtol`.
     method : str
         "auto", chosen by an estimate of stiffness, or "dop853", "dopri5", "rodas5p", "rodas4p".
     most_steps : int

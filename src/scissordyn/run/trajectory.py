@@ -68,7 +68,7 @@ def make_driver(
     system = make_system(plan) if system is None else system
     prepared = prepare_start(plan, system, options.start)
     y = perturb(prepared.y)
-    tolerances = error_weights(plan, system, y, rtol=options.rtol, atol=options.atol)
+    tolerances = error_weights(plan, system, y, rtol=options.rtol, atol=options.position_tolerance)
     choice = choose_method(plan, system, y, options, tolerances)
     if driver is None or driver.method != choice.method:
         driver = Driver(plan, system, y.size, choice, tolerances, loads=loads)

@@ -140,7 +140,7 @@ def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:
     """
     places = _component_states(path)
     content, warnings = path.system.content, list[RunWarning]()
-    allowed = state_tolerance(options.rtol, options.atol)
+    allowed = state_tolerance(options.rtol, options.position_tolerance)
     change, size = np.zeros(len(places)), np.zeros(len(places))
     for time, y in _instants(path) if places else ():
         for k, (i, component, entry, _) in enumerate(places):

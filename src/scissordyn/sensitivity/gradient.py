@@ -81,7 +81,7 @@ def gradient(
     until: EndTime,
     start: StartKind = Options.start,
     rtol: float = 1e-11,
-    atol: float = 1e-11,
+    atol: float | None = None,
     method: Method = Options.method,
     most_steps: int = Options.most_steps,
     change: float = 1e-3,

@@ -341,5 +341,6 @@ def _cost(study: Study, stores: tuple[Store, Store], times: Sequence[tuple[float
     kinds = zip(("cheap", "accurate"), stores, times, (study.options, study.accurate.options), strict=True)
     for name, store, (cases, seconds), options in kinds:
         cost = f"{seconds / cases:.3g} s each" if cases else "not yet timed"
-        parts.append(f"{store.cases} {name} runs ({cost}, rtol = {options.rtol:g}, atol = {options.atol:g}, {options.method})")
+        accuracy = f"rtol = {options.rtol:g}, atol = {options.position_tolerance:g}"
+        parts.append(f"{store.cases} {name} runs ({cost}, {accuracy}, {options.method})")
     return " and ".join(parts) + "."

@@ -149,7 +149,7 @@ def _settings_to_try(mechanism: Mechanism, options: Options, over: str) -> tuple
     if choice.method == TIME_STEPPING:
         steps = [factor * min(choice.step, options.step or math.inf) for factor in STEPS]
         return "step", [(step, mechanism, replace(once, step=step)) for step in steps]
-    return "tolerance", [(tolerance, mechanism, replace(once, rtol=tolerance, atol=tolerance)) for tolerance in TOLERANCES]
+    return "tolerance", [(tolerance, mechanism, replace(once, rtol=tolerance, atol=None)) for tolerance in TOLERANCES]
 
 
 def _level(

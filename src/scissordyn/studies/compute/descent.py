@@ -127,7 +127,7 @@ class Descent:
             old,
             events="located",
             rtol=min(old.rtol, GRADIENT_RTOL),
-            atol=min(old.atol, GRADIENT_RTOL),
+            atol=min(old.position_tolerance, GRADIENT_RTOL),
             trust=False,
         )
         own = goal.measure in study.paths  # the goal is a factor itself

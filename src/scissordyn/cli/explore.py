@@ -80,6 +80,8 @@ def import_drawing(
             show_default="1e-6 of the drawing",
         ),
     ] = "",
+    thickness: Annotated[str, Option(metavar="LENGTH", help="Thickness of parts that a DXF draws by their outlines.")] = "",
+    density: Annotated[str, Option(metavar="QUANTITY", help="Density of these parts, such as '7850 kg/m^3'.")] = "",
     until: Annotated[str, Option(metavar="TIME", help="Simulated time of the case.")] = "1 s",
     quiet: Quiet = False,
 ) -> int:
@@ -92,10 +94,11 @@ def import_drawing(
     from scissordyn.units import Quantity
 
     check_target(case, sample="-o case.toml", beginning=FIRST_LINE.encode())
-    density = read_quantity(linear_density, Quantity("kg/m", above=0.0))
-    near = read_quantity(tolerance, Quantity("m", above=0.0)) if tolerance else None
+    given = {"tolerance": (tolerance, "m"), "thickness": (thickness, "m"), "density": (density, "kg/m^3")}
+    of_dxf = {name: read_quantity(text, Quantity(unit, above=0.0)) for name, (text, unit) in given.items() if text}
+    per_length = read_quantity(linear_density, Quantity("kg/m", above=0.0))
     end = read_option(until, "--until")
-    drawing = read_drawing(source, unit=unit, linear_density=density, tolerance=near)
+    drawing = read_drawing(source, unit=unit, linear_density=per_length, **of_dxf)
     written = write_case(drawing.mechanism, case, run=Options(until=end))
     if not quiet:
         say(*(f"note: {note}" for note in drawing.notes), soft_wrap=True)

@@ -1,4 +1,4 @@
-"""Read drawings in DXF: lines are bars, and common ends are pins.
+"""Read drawings in DXF: lines are bars, and common ends are pins; or closed outlines are bars, and their holes are pins.
 
 Layers mark the other parts: entities on ``ground`` are fixed, a line on ``guide`` guides pins, and a bar on ``input`` is the
 driven one. A point or circle joins all bars that pass through it, for example two crossing bars at their pivot.
@@ -34,6 +34,7 @@ from scissordyn.exchange.drawing import (
     with_printable_notes,
 )
 from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, listed, notes_of
+from scissordyn.exchange.dxf_outline import find_parts, inside
 from scissordyn.exchange.source import POINTS_MAX
 from scissordyn.lookup import library
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
@@ -51,8 +52,18 @@ EXAMPLE = "scissordyn import linkage.dxf --unit mm -o case.toml"  # Correct comm
 
 
 @checked
-def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None) -> Imported:
+def read_dxf(
+    text: str,
+    *,
+    unit: str = "",
+    linear_density: float = LINEAR_DENSITY,
+    tolerance: float | None = None,
+    thickness: float | None = None,
+    density: float | None = None,
+) -> Imported:
     """Return the mechanism of a drawing in DXF.
+
+    Without `thickness` and `density` lines are bars. With both, closed outlines are bars and circles in them are pins.
 
     Parameters
     ----------
@@ -63,7 +74,9 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     linear_density : float
         Mass per length of the bars [kg/m].
     tolerance : float, optional
-        Largest distance of ends that form one pin [m]; by default a millionth of the drawing's size.
+        Largest distance of ends or centres of holes that form one pin [m]; by default a millionth of the drawing's size.
+    thickness, density : float, optional
+        Thickness [m] and density [kg/m^3] of parts that are drawn by their outlines.
 
     Returns
     -------
@@ -73,8 +86,14 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     Raises
     ------
     InputError
-        If the text is not a DXF, has no lines, has no unit, or has another unit than the given one.
+        If the text is not a DXF, has no lines or outlines, has no unit, or has another unit than the given one.
     """
+    if (thickness is None) != (density is None):
+        missing = "density" if density is None else "thickness"
+        raise InputError(f"outlines without a {missing}", "both", "--thickness '5 mm' --density '7850 kg/m^3'")
+    area_density = None if thickness is None or density is None else thickness * density
+    if area_density is not None and not area_density > 0.0:
+        raise InputError(f"thickness = {thickness:g} m, density = {density:g} kg/m^3", "values above 0")
     notes: list[str] = []
     codes = [code.strip() for code in text.split("\n")[::2]]  # Codes and values are on alternate lines
     if codes.count("0") > ENTITIES_MAX:
@@ -83,13 +102,17 @@ def read_dxf(text: str, *, unit: str = "", linear_density: float = LINEAR_DENSIT
     named = _unit(document, text, unit)
     space, factor = document.modelspace(), UNITS[named]
     if assembly := assembly_of(document):
+        if area_density:
+            notes.append("thickness and density are not used: the masses are those of the exported mechanism")
         return with_printable_notes(read_assembly(assembly, factor, notes), notes)
-    found = Entities(factor, document.layers, has_handles="5" in codes)
+    found = Entities(factor, document.layers, has_handles="5" in codes, curved=area_density is not None)
     found.read(space)
-    linkage = _Linkage(found, named, tolerance, linear_density)
+    linkage = _Linkage(found, named, tolerance, linear_density, area_density)
     notes += [*notes_of(found.left_out), *found.notes, *_other_layouts(document), *linkage.notes]
     notes += [
-        f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed",
+        f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed"
+        if area_density is None
+        else f"masses: those of the outlines without their holes, of {area_density:g} kg/m^2",
         "drive: a DXF has none; add [drive], or driven(speed=...)",
         "gravity: a DXF has none, and it is 0; set structure.gravity",
     ]
@@ -195,15 +218,18 @@ class _Bar(NamedTuple):
 class _Linkage:
     """Linkage in a drawing: recognise pins, bars and guides among the shapes of the drawing."""
 
-    def __init__(self, found: Entities, unit: str, tolerance: float | None, density: float) -> None:
+    def __init__(
+        self, found: Entities, unit: str, tolerance: float | None, density: float, area_density: float | None = None
+    ) -> None:
         self.unit, self.factor, self.density = unit, UNITS[unit], density
         self.notes: list[str] = []
         lines = [shape for shape in found.shapes if len(shape.places) > 1]
         self.marks = [shape for shape in found.shapes if len(shape.places) == 1]
+        grounds = [shape for shape in found.shapes if shape.layer == GROUND_LAYER]
         drawn = [shape for shape in lines if shape.layer not in (GROUND_LAYER, GUIDE_LAYER)]
         if not drawn:
             raise _no_bars(found)
-        if sum(len(shape.places) for shape in found.shapes) > POINTS_MAX:
+        if area_density is None and sum(len(shape.places) for shape in found.shapes) > POINTS_MAX:
             raise InputError(
                 f"a DXF with more than {POINTS_MAX} corners and points", "a drawing with only the linkage", EXAMPLE
             )
@@ -216,14 +242,16 @@ class _Linkage:
             raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
         self._name_heights(found.shapes)
         self.pins = _Pins(self.tolerance)
-        self.bars = self._bars(drawn)
-        for mark in self.marks:
-            self.pins.add(mark.places[0])
-        self.names = list(self.pins.places)
-        self.xy = np.array([self.pins.places[name] for name in self.names])
-        bars = self._joined()
+        if area_density is None:
+            self.bars = self._bars(drawn)
+            for mark in self.marks:
+                self.pins.add(mark.places[0])
+            self._keep_places()
+            bars = self._joined()
+        else:
+            bars, grounds = self._outlined(found.shapes, area_density)
         self.used = {pin for bar in bars for pin in bar.pins}
-        fixed = self._fixed([shape for shape in found.shapes if shape.layer == GROUND_LAYER])
+        fixed = self._fixed(grounds)
         self._name_unused()
         self._name_near()
         guides = [shape for shape in lines if shape.layer == GUIDE_LAYER]
@@ -279,6 +307,38 @@ class _Linkage:
             raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
         return bars
 
+    def _keep_places(self) -> None:
+        self.names = list(self.pins.places)
+        self.xy = np.array([self.pins.places[name] for name in self.names])
+
+    def _outlined(self, shapes: list[Shape], area_density: float) -> tuple[tuple[DrawnBar, ...], list[Shape]]:
+        """Return the parts that closed outlines draw, and what is on the ground layer: points, lines, holes of a frame."""
+        outlines = find_parts([s for s in shapes if s.layer != GUIDE_LAYER], area_density, self.tolerance, self.notes)
+        self.marks, bars, grounds = outlines.marks, list[DrawnBar](), list[Shape]()
+        self.bars = []
+        for mark in self.marks:
+            self.pins.add(mark.places[0])
+        self._keep_places()
+        for shape, part, holes in outlines.parts:
+            places = tuple((z.real, z.imag) for z, _ in (hole.round for hole in holes))
+            pins = tuple(dict.fromkeys(map(self.pins.find, places)))
+            if shape.layer == GROUND_LAYER:
+                grounds.append(shape._replace(places=places))
+            else:
+                bars.append(replace(part, name=f"bar {len(bars) + 1}", pins=pins))
+                self.bars.append(_Bar(bars[-1].name, shape, pins, ()))
+        if not bars:
+            raise InputError(
+                "the DXF has no closed outline with a hole", "a closed outline with circles for each part", EXAMPLE
+            )
+        grounds += [shape for shape in (*outlines.marks, *outlines.lines) if shape.layer == GROUND_LAYER]
+        self._note(
+            f"{shape.label} from {self._at(shape.places[0])} to {self._at(shape.places[-1])} left out: it closes no outline"
+            for shape in outlines.lines
+            if shape.layer != GROUND_LAYER
+        )
+        return tuple(bars), grounds
+
     def _joined(self) -> tuple[DrawnBar, ...]:
         """Return the bars with the drawn points on them as pins; add notes about ends that touch a bar without a point."""
         marked = np.zeros(len(self.names), bool)
@@ -292,10 +352,10 @@ class _Linkage:
                 touched |= _distances(self.xy, self.xy[number[a]], self.xy[number[b]])[0] <= self.tolerance
             own = dict.fromkeys(bar.corners)
             if bar.corners[0] == bar.corners[-1]:
-                inside = marked & _inside(self.xy, self.xy[[number[pin] for pin in bar.corners]])
+                within = marked & inside(self.xy, self.xy[[number[pin] for pin in bar.corners]])
             else:
-                inside = np.zeros_like(marked)
-            on = [self.names[k] for k in np.flatnonzero((touched & marked) | inside)]
+                within = np.zeros_like(marked)
+            on = [self.names[k] for k in np.flatnonzero((touched & marked) | within)]
             pins = tuple(dict.fromkeys((*own, *on)))
             joined.append(uniform(bar.name, pins, self.pins.places, self.density, bar.sides))
             ends += [
@@ -406,7 +466,7 @@ def _no_bars(found: Entities) -> InputError:
     return InputError(
         f"the DXF has no line that is a bar; it has {listed_kinds or 'nothing'}",
         "LINE or straight LWPOLYLINE, one for each bar"
-        + ("; outlines of parts do not say where they are joined" if "LWPOLYLINE" in kinds else ""),
+        + ("; outlines of parts need --thickness and --density" if kinds.keys() & {"LWPOLYLINE", "ARC"} else ""),
     )
 
 
@@ -430,12 +490,3 @@ def _distances(xy: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.n
     along = end - start
     part = np.clip((xy - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
     return np.hypot(*(xy - start - part[:, None] * along).T), part
-
-
-def _inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """Return True for each point inside a closed outline (even-odd rule)."""
-    inside = np.zeros(len(xy), bool)
-    for (x0, y0), (x1, y1) in pairwise(outline):
-        if y0 != y1:
-            inside ^= ((xy[:, 1] >= y0) != (xy[:, 1] >= y1)) & (xy[:, 0] < x0 + (xy[:, 1] - y0) * (x1 - x0) / (y1 - y0))
-    return inside

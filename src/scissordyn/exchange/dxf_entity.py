@@ -9,12 +9,16 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from scissordyn.casefile.text import NESTING_MAX
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError
 from scissordyn.model.body import check_place
+from scissordyn.tolerance import DATA_TOL
 
 ENTITIES_MAX = 50_000  # Largest number of entities, before and after blocks are expanded; reading takes about 10 s and 130 MB
 
@@ -35,6 +39,8 @@ class Shape(NamedTuple):
     layer: str  # Layer name in lower case
     label: str  # Text with kind, handle and block of the entity
     heights: tuple[float, ...]  # z coordinates of `places` [m]
+    bulges: tuple[float, ...] = ()  # Tangents of a quarter of each side's arc angle; empty for a point
+    insert: int = 0  # Number of the inserted block; 0 outside blocks
 
 
 @dataclass
@@ -44,10 +50,12 @@ class Entities:
     factor: float  # Unit of the drawing [m]
     layers: Any  # Table of layers of the DXF
     has_handles: bool  # True if entities have handles, which labels show
+    curved: bool = False  # True if arcs, circles and other curves are read as lines
     shapes: list[Shape] = field(default_factory=list)
     left_out: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
     notes: list[str] = field(default_factory=list)
     count: int = 0
+    insert: int = 0  # Number of the block that is being read
 
     def read(self, space: Any) -> None:
         """Add the entities of a layout or a block."""
@@ -94,13 +102,18 @@ class Entities:
             self.left_out[UNSUPPORTED_REASON].append(self._label(attribute, "ATTRIB", blocks))
         if _is_clipped(insert):
             self.notes.append(f"clipping (XCLIP) of {label} left out: the whole block '{name}' is read")
-        for one in insert.multi_insert() if insert.mcount > 1 else [insert]:
+        outer = self.insert
+        for number, one in enumerate(insert.multi_insert() if insert.mcount > 1 else [insert]):
             placed = one.matrix44()
+            self.insert = self.count - number
             self._visit(block, placed if matrix is None else placed * matrix, layer, hidden, (*blocks, name))
+        self.insert = outer
 
     def _add(self, entity: Any, kind: str, matrix: Any, layer: str, label: str) -> None:
         try:
-            places, closed = _geometry(entity, kind)
+            places, bulges, closed = _geometry(entity, kind, self.curved)
+            if self.curved and any(bulges):
+                places, bulges = _arcs(entity, places, bulges, matrix, closed=closed)
             world = [place if matrix is None else matrix.transform(place) for place in places]
             scaled = [(self.factor * p.x, self.factor * p.y, self.factor * p.z) for p in world]
         except ZeroDivisionError:
@@ -115,7 +128,8 @@ class Entities:
             self.left_out["it is curved, or has one corner" if curved else UNSUPPORTED_REASON].append(label)
             return
         plane = tuple((x, y) for x, y, _ in scaled)
-        self.shapes.append(Shape(plane, closed, layer, label, tuple(z for *_, z in scaled)))
+        heights = tuple(z for *_, z in scaled)
+        self.shapes.append(Shape(plane, closed, layer, label, heights, tuple(bulges), self.insert))
 
     def _add_count(self, number: int) -> None:
         self.count += number
@@ -145,31 +159,76 @@ class Entities:
         return " ".join(filter(None, (kind, where, f"of block '{blocks[-1]}'" if blocks else "")))
 
 
-def _geometry(entity: Any, kind: str) -> tuple[list[Any], bool]:
-    """Return the corners of an entity in world coordinates, and True if they form a closed line.
+def _geometry(entity: Any, kind: str, curved: bool) -> tuple[list[Any], list[float], bool]:
+    """Return the corners of an entity in world coordinates, the bulges of its sides, and True if they form a closed line.
 
-    A point, circle or ellipse has one corner, its centre. The list is empty for curves and unsupported kinds.
+    A point has one corner, its position. Unless `curved` is true, a circle or ellipse has one corner too, its centre, and
+    other curves have none. Unsupported kinds have no corners. Ellipses and splines become chords.
     """
     full_turn_tol = 1e-6  # an ellipse with a smaller opening counts as closed [rad]
     bulge_max = 1e-6  # a side with a smaller bulge counts as straight [side lengths]
-    dxf = entity.dxf
+    chord_gap = 1e-4  # largest distance of a chord from an ellipse or spline [sizes of the curve]
+    dxf, corners, bulges, closed = entity.dxf, list[Any](), list[float](), False
     if kind == "LINE":
-        return [dxf.start, dxf.end], False
-    if kind == "POINT":
-        return [dxf.location], False
-    if kind == "CIRCLE":
-        return [entity.ocs().to_wcs(dxf.center)], False
-    if kind == "ELLIPSE":
+        corners = [dxf.start, dxf.end]
+    elif kind == "POINT":
+        return [dxf.location], [], False
+    elif kind == "ELLIPSE" and not curved:
         turn = abs(dxf.end_param - dxf.start_param)
-        return ([dxf.center] if abs(turn - 2.0 * math.pi) < full_turn_tol else []), False
-    if kind == "LWPOLYLINE":
-        straight = all(abs(bulge) <= bulge_max for *_, bulge in entity.get_points("xyb"))
-        return (list(entity.vertices_in_wcs()) if straight and len(entity) > 1 else []), bool(entity.closed)
-    if kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline):
-        straight = all(abs(vertex.dxf.get("bulge", 0.0)) <= bulge_max for vertex in entity.vertices)
-        straight &= not dxf.flags & (CURVE_FIT | SPLINE_FIT)
-        return (list(entity.points_in_wcs()) if straight and len(entity.vertices) > 1 else []), bool(entity.is_closed)
-    return [], False
+        return ([dxf.center] if abs(turn - 2.0 * math.pi) < full_turn_tol else []), [], False
+    elif kind == "CIRCLE" and not curved:
+        return [entity.ocs().to_wcs(dxf.center)], [], False
+    elif kind in ("CIRCLE", "ARC") and curved:
+        start = _value(entity, "start_angle", 0.0)
+        turn = (_value(entity, "end_angle", 0.0) - start) % 360.0
+        centre, across, up = entity.ocs().to_wcs(dxf.center), dxf.radius * entity.ocs().ux, dxf.radius * entity.ocs().uy
+        angles = (math.radians(start), math.radians(start + turn))
+        corners = [centre + math.cos(angle) * across + math.sin(angle) * up for angle in angles]
+        bulges = [math.tan(math.radians(turn / 4.0))]
+        if not turn:
+            corners, bulges, closed = [centre - across, centre + across], [1.0, 1.0], True
+    elif kind in ("ELLIPSE", "SPLINE") and curved:
+        known = entity.construction_tool().control_points if kind == "SPLINE" else [dxf.center, dxf.center + dxf.major_axis]
+        size = max(known[0].distance(place) for place in known)
+        corners = list(entity.flattening(chord_gap * size))
+        closed = corners[0].distance(corners[-1]) <= DATA_TOL * size
+        corners = corners[: len(corners) - closed]
+    elif kind == "LWPOLYLINE":
+        corners, closed = list(entity.vertices_in_wcs()), bool(entity.closed)
+        bulges = [bulge for *_, bulge in entity.get_points("xyb")]
+    elif kind == "POLYLINE" and (entity.is_2d_polyline or entity.is_3d_polyline) and not dxf.flags & (CURVE_FIT | SPLINE_FIT):
+        corners, closed = list(entity.points_in_wcs()), bool(entity.is_closed)
+        bulges = [vertex.dxf.get("bulge", 0.0) for vertex in entity.vertices]
+    if len(corners) < 2 or not (curved or all(abs(bulge) <= bulge_max for bulge in bulges)):
+        return [], [], closed
+    sides = len(corners) - (not closed)
+    return corners, (bulges or [0.0] * sides)[:sides], closed
+
+
+def _arcs(entity: Any, corners: list[Any], bulges: list[float], matrix: Any, *, closed: bool) -> tuple[list[Any], list[float]]:
+    """Return corners and bulges of an entity as seen after a transformation: mirrored arcs, or chords of stretched arcs."""
+    ocs = entity.ocs()
+    x, y = (complex(*(axis if matrix is None else matrix.transform_direction(axis)).vec2) for axis in (ocs.ux, ocs.uy))
+    for sense in (1.0, -1.0):
+        if abs(y - 1j * sense * x) <= DATA_TOL * abs(x):
+            return corners, [sense * bulge for bulge in bulges]
+    chords = list[Any]()
+    for (start, end), bulge in zip(pairwise([*corners, corners[0]]), bulges, strict=False):
+        parts = np.linspace(0.0, 1.0, 1 + math.ceil(720.0 / math.pi * math.atan(abs(bulge))) + (bulge == 0.0))  # of 1 deg
+        z, _ = curve_points(np.array([0.0, 1.0]), np.array([bulge, 0.0]), parts[:-1])
+        across = ocs.uz.cross(end - start)
+        chords += [start + (end - start) * part.real + across * part.imag for part in z[0]]
+    chords += [] if closed else [corners[-1]]
+    return chords, [0.0] * (len(chords) - (not closed))
+
+
+def curve_points(corners: np.ndarray, bulges: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return complex positions at fractions `parts` of each side of a closed line, and their derivatives; a row a side."""
+    half = 2.0 * np.arctan(bulges)[:, None]
+    half = np.where(half == 0.0, np.finfo(float).eps ** 2, half)  # sin(x) = x there: the limit of a straight side
+    side = (np.roll(corners, -1) - corners)[:, None] / np.sin(half)
+    places = corners[:, None] + side * np.sin(half * parts) * np.exp(1j * half * (parts - 1.0))
+    return places, side * half * np.exp(1j * half * (2.0 * parts - 1.0))
 
 
 def _value(entity: Any, name: str, default: Any) -> Any:

@@ -17,7 +17,13 @@ ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", ".linkage2", *TABLE_ENDINGS
 
 @checked
 def read_drawing(
-    source: str | Path, *, unit: str = "", linear_density: float = LINEAR_DENSITY, tolerance: float | None = None
+    source: str | Path,
+    *,
+    unit: str = "",
+    linear_density: float = LINEAR_DENSITY,
+    tolerance: float | None = None,
+    thickness: float | None = None,
+    density: float | None = None,
 ) -> Imported:
     """Return the mechanism of a PMKS+ link, a drawing, a robot model, a file of Linkage, or a table of points.
 
@@ -32,6 +38,8 @@ def read_drawing(
         Mass per length of bars without mass [kg/m].
     tolerance : float, optional
         Largest distance of ends that form one pin in a DXF, see `read_dxf` [m].
+    thickness, density : float, optional
+        Thickness [m] and density [kg/m^3] of parts that a DXF draws by their outlines, see `read_dxf`.
 
     Returns
     -------
@@ -54,19 +62,24 @@ def read_drawing(
             f"'{path}' is a workbook", "the sheet of points saved as .csv: docs/files.md", "scissordyn import points.csv"
         )
     text, notes = decode(read_source(path), ending)
-    found = _read(path, text, unit=unit, linear_density=linear_density, tolerance=tolerance)
+    of_dxf = {"tolerance": tolerance, "thickness": thickness, "density": density}
+    found = _read(path, text, unit=unit, linear_density=linear_density, of_dxf=of_dxf)
     return found._replace(notes=(*notes, *found.notes))
 
 
-def _read(path: Path, text: str, *, unit: str, linear_density: float, tolerance: float | None) -> Imported:
-    """Return the mechanism in the text of a file; the ending of the file determines the format."""
+def _read(path: Path, text: str, *, unit: str, linear_density: float, of_dxf: dict[str, float | None]) -> Imported:
+    """Return the mechanism in the text of a file; the ending of the file determines the format.
+
+    `of_dxf` holds the options that only a DXF has.
+    """
     ending = path.suffix.lower()
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf
 
-        return read_dxf(text, unit=unit, linear_density=linear_density, tolerance=tolerance)
-    if tolerance is not None:
-        raise InputError(f"tolerance = {tolerance:g} m does not apply to '{path}'", "a tolerance for a DXF only")
+        return read_dxf(text, unit=unit, linear_density=linear_density, **of_dxf)
+    for name, value in of_dxf.items():
+        if value is not None:
+            raise InputError(f"{name} = {value:g} does not apply to '{path}'", f"a {name} for a DXF only")
     if ending in TABLE_ENDINGS:
         from scissordyn.exchange.points import read_points
 

@@ -42,18 +42,18 @@ def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, 
     options = dataclasses.replace(problem.options, until=float(times[-1]), samples=2, trust=False, events="located")
     tables, start = plan(fitted), Start(fitted, options.start, curves=True)
     check_derivable(tables)
-    pairs = zip(problem.free, values.tolist(), strict=True)
-    seeds = [derivatives(start, Parameter(free.path, value, free.scale, free.unit)) for free, value in pairs]
+    parameters = [_parameter(fitted, free, value) for free, value in zip(problem.free, values.tolist(), strict=True)]
+    seeds = [derivatives(start, parameter) for parameter in parameters]
     slopes = []
     for first in range(0, len(seeds), DERIVATIVES):
         run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times, integrals=problem.monitors)
         problem.runs += 1
-        for k, free in enumerate(problem.free[first : first + DERIVATIVES]):
-            value = float(values[first + k])
-
-            def moved(step: float, free: Free = free, value: float = value) -> Mechanism:
-                return changed_all(fitted, {free.path: value + step * free.scale}, {free.path: free.places})
-
-            terms = weighted_results(run, k, moved)
+        for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
+            terms = weighted_results(run, k, parameter.moved)
             slopes.append(sum(weight * curves(as_dataset(found), problem.columns) for weight, found in terms))
     return np.stack(slopes, axis=2)
+
+
+def _parameter(fitted: Mechanism, free: Free, value: float) -> Parameter:
+    places = {free.path: free.places}
+    return Parameter(free.path, value, free.scale, free.unit, lambda value: changed_all(fitted, {free.path: value}, places))

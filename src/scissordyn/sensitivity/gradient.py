@@ -8,7 +8,6 @@ import re
 import time as clocks
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from scissordyn.integrate.integration import RISE
 from scissordyn.kernel import PYTHON
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Method, Options, StartKind
-from scissordyn.model.parameter_path import changed, every_number
+from scissordyn.model.parameter_path import every_number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.results import Results
 from scissordyn.record.xarray_dataset import as_dataset
@@ -139,21 +138,39 @@ def gradient(
     >>> case = sd.read_case("examples/paper.toml")
     >>> found = sd.gradient(case.mechanism, of=["A.peak_force"], by=["A.clearance"], until=5e-3)  # doctest: +SKIP
     """
-    began = clocks.perf_counter()
-    options = Options(until, start, 2, rtol, atol, method, most_steps, "located")
-    made = plan(mechanism)
     if not 0.0 < change < 1.0:
         raise InputError(f"change = {change!r}", "a relative change between 0 and 1", "change=1e-3")
-    check_derivable(made)
     for name, texts in (("of", of), ("by", by or ())):
         for text in texts:
             if list(texts).count(text) > 1:
                 raise InputError(f"{name}: '{text}' is given twice", "different names", f"{name}=['{text}']")
-    responses = [_response(mechanism, text) for text in of]
-    if not responses and not trajectory:
+    if not of and not trajectory:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
+    options = Options(until, start, 2, rtol, atol, method, most_steps, "located")
     times = np.linspace(0.0, until, samples) if trajectory else np.zeros(0)
-    derived = _derive(made, options, responses, by, change, progress, times)
+    chosen = every_number(mechanism) if by is None else by
+    return compute_gradient(mechanism, of, chosen, options, change, times, progress, omits=by is None)
+
+
+def compute_gradient(
+    mechanism: Mechanism,
+    of: Sequence[str],
+    by: Sequence[str | Parameter],
+    options: Options,
+    change: float,
+    times: np.ndarray,
+    progress: Callable[[float], None] | None = None,
+    *,
+    omits: bool = True,
+) -> xr.Dataset:
+    """Return the Dataset of `gradient`, with the variables at given instants [s].
+
+    With `omits`, parameters without derivatives are left out instead of raising `InputError`.
+    """
+    began, made = clocks.perf_counter(), plan(mechanism)
+    check_derivable(made)
+    responses = [_response(mechanism, text) for text in of]
+    derived = _derive(made, options, responses, by, change, progress, times, omits=omits)
     _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
     found = _dataset(responses, derived)
     if derived.path is not None:
@@ -179,7 +196,7 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     for response in responses:
         check_measure(response)
     # without a change: the instants until which the gradient is valid are not used
-    derived = _derive(made, options, responses, by, 0.0, None, np.zeros(0))
+    derived = _derive(made, options, responses, by, 0.0, None, np.zeros(0), omits=False)
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
     for response, row in zip(responses, slopes, strict=True):
         if not np.isfinite(row).all():
@@ -191,15 +208,17 @@ def _derive(
     made: Plan,
     options: Options,
     responses: Sequence[Response],
-    by: Sequence[str] | None,
+    by: Sequence[str | Parameter],
     change: float,
     progress: Callable[[float], None] | None,
     times: np.ndarray,
+    *,
+    omits: bool,
 ) -> _Derived:
     """Simulate with derivatives of responses, and of variables at given instants, by parameters, eight in each run."""
     compared = any(MEASURES[response.measure].compares for response in responses)
     ideal = ideal_path(made, options) if compared else None
-    parameters, seeds, left_out = _seeded(made, options, by, compared=compared, curves=times.size > 0)
+    parameters, seeds, left_out = _seeded(made, options, by, compared=compared, curves=times.size > 0, omits=omits)
     integrals = times.size > 0 or any(response.measure in INTEGRAL_MEASURES for response in responses)
     values, rows, misfit, runs = np.full(len(responses), math.nan), list[_Row](), 0.0, 0
     path, curves = None, list[dict[str, np.ndarray]]()
@@ -209,25 +228,22 @@ def _derive(
         options = replace(options, method=run.driver.method)
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
-        rows += _rows(run, made.mechanism, parameters[first : first + DERIVATIVES], responses, change)
+        rows += _rows(run, parameters[first : first + DERIVATIVES], responses, change)
         if times.size:
             path = moved_results(run, 0, 0.0, made.mechanism)
             for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
-                curves.append(curve_derivatives(run, k, partial(_changed, made.mechanism, parameter)))
+                curves.append(curve_derivatives(run, k, parameter.moved))
     _check_known(responses, values)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
     return _Derived(parameters, values, rows, misfit, runs, left_out, path, curves)
 
 
-def _rows(
-    run: Forward, mechanism: Mechanism, parameters: Sequence[Parameter], responses: Sequence[Response], change: float
-) -> list[_Row]:
+def _rows(run: Forward, parameters: Sequence[Parameter], responses: Sequence[Response], change: float) -> list[_Row]:
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
     for k, parameter in enumerate(parameters):
-        here = partial(_changed, mechanism, parameter)
-        pairs = [derivative_of(run, k, response, here) for response in responses]
+        pairs = [derivative_of(run, k, response, parameter.moved) for response in responses]
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
         rows.append((slopes, smooth, _limit(run, k, change)))
     return rows
@@ -252,32 +268,30 @@ def _response(mechanism: Mechanism, text: str) -> Response:
 
 
 def _seeded(
-    made: Plan, options: Options, by: Sequence[str] | None, *, compared: bool, curves: bool
+    made: Plan, options: Options, by: Sequence[str | Parameter], *, compared: bool, curves: bool, omits: bool
 ) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
     """Return the parameters, the derivatives of the start by each of them, and for each omitted parameter the reason."""
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None, curves)
     parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()
-    for path in every_number(mechanism) if by is None else by:
+    for given in by:
+        path = given if isinstance(given, str) else given.path
         try:
-            parameter = parameter_of(mechanism, path, size)
+            parameter = parameter_of(mechanism, given, size) if isinstance(given, str) else given
             seed = derivatives(begin, parameter)
             if not seed:
                 raise InputError(f"'{path}' does not affect this run", "a parameter that affects the run")
         except InputError as error:
-            if by is not None:
+            if not omits:
                 raise
             left_out[path] = error.what
             continue
         parameters.append(parameter)
         seeds.append(seed)
     if not parameters:
-        raise InputError("no parameter is given", "one or more parameter paths", "by=['A.clearance']")
+        reason = next(iter(left_out.values()), "no parameter is given")
+        raise InputError(reason, "one or more parameters that affect the run", "by=['A.clearance']")
     return parameters, seeds, left_out
-
-
-def _changed(mechanism: Mechanism, parameter: Parameter, part: float) -> Mechanism:
-    return changed(mechanism, parameter.path, parameter.value + part * parameter.scale)
 
 
 def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:

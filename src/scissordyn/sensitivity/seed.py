@@ -5,9 +5,9 @@ The arrays are smooth functions of a parameter, so that differences of sixth ord
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -60,12 +60,20 @@ PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `Sy
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter of a gradient: its path, its value in SI units, the scale of its changes, and its unit."""
+    """Parameter of a gradient: its path, its value in SI units, the scale of its changes, and its unit.
+
+    `mechanism` returns the mechanism with another value of the parameter.
+    """
 
     path: str
     value: float
     scale: float
     unit: str
+    mechanism: Callable[[float], Mechanism]
+
+    def moved(self, part: float) -> Mechanism:
+        """Return the mechanism with the parameter changed by a fraction of its scale."""
+        return self.mechanism(self.value + part * self.scale)
 
 
 def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
@@ -75,7 +83,8 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
     if isinstance(place.value, int):
         raise InputError(f"'{path}' is an integer", "a parameter that can change by any small amount")
     unit, value = place.quantity.unit, float(place.value)
-    return Parameter(path, value, abs(value) or (size if unit == "m" else 1.0), unit)
+    scale = abs(value) or (size if unit == "m" else 1.0)
+    return Parameter(path, value, scale, unit, partial(changed, mechanism, path))
 
 
 @dataclass
@@ -160,7 +169,7 @@ def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[fl
     refused: ScissordynError | None = None
     for places, weights, lower in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
-            several = [_changed_arrays(start, parameter, place * step * parameter.scale) for place in places]
+            several = [_changed_arrays(start, parameter, place * step) for place in places]
         except ScissordynError as error:
             refused = refused or error
             continue
@@ -177,10 +186,10 @@ def _mirrored(scheme: Any) -> Any:
     return tuple(-place for place in places), tuple(-weight for weight in weights), tuple(-weight for weight in lower)
 
 
-def _changed_arrays(start: Start, parameter: Parameter, change: float) -> dict[str, np.ndarray]:
-    if change == 0.0:
+def _changed_arrays(start: Start, parameter: Parameter, part: float) -> dict[str, np.ndarray]:
+    if part == 0.0:
         return start.arrays
-    arrays = start.arrays_of(changed(start.mechanism, parameter.path, parameter.value + change))
+    arrays = start.arrays_of(parameter.moved(part))
     for name, array in start.arrays.items():
         same = arrays[name].shape == array.shape
         if not same or (array.dtype.kind == "i" and not np.array_equal(arrays[name], array)):

@@ -179,7 +179,7 @@ def result() -> None:
 
 
 def explorer() -> None:
-    """Photograph the explorer after two thirds of a run, for which a browser is needed."""
+    """Photograph the explorer after two thirds of a run, with influences, for which a browser is needed."""
     from PIL import Image
 
     from explore.browser import Tab, chromium, served
@@ -190,6 +190,11 @@ def explorer() -> None:
         frame = 2 * int(scrub.get_attribute("max")) // 3
         scrub.fill(str(frame))
         tab.page.locator(f"canvas[data-frame='{frame}']").wait_for()
+        tab.fine()
+        tab.page.get_by_label("influence on").check()
+        tab.page.locator("[data-key='drive.speed'] .sd-effect:visible").click(timeout=1e3 * PATIENCE)
+        tab.page.get_by_role("button", name="Sort").click()
+        tab.page.locator("[data-style=band]").wait_for()
         seen = tab.page.screenshot()
         tab.close()
     Image.open(io.BytesIO(seen)).convert("RGB").quantize(COLOURS).save(HERE / "explorer.png", optimize=True)

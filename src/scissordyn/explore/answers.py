@@ -61,6 +61,15 @@ ENERGY_LINES = {
 OPTIONAL_COLUMNS = ("friction", "stored_energy", "drive_work", "motor_work", "load_work", "dissipated_energy", "stress")
 """Columns that are left out if they are zero throughout."""
 
+
+class Tangent(NamedTuple):
+    """Run after a small change of a number, to first order, and the factor by which the changes of its curves are drawn."""
+
+    label: str
+    run: xr.Dataset
+    widening: float
+
+
 Card = dict[str, str]
 Columns = dict[str, np.ndarray]
 
@@ -282,11 +291,18 @@ def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice
     return np.unique(np.concatenate(points))
 
 
-def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint: str, output: str) -> dict[str, Any]:
+def figures(
+    run: xr.Dataset,
+    summary: Summary,
+    pins: Sequence[xr.Dataset],
+    joint: str,
+    output: str,
+    tangent: Tangent | None = None,
+) -> dict[str, Any]:
     """Return the figures of a run and of the pinned runs (the newest last).
 
-    Scales fit all runs, and long curves are reduced. Keys: "figures" over time, "orbit" (or None), "factor" from seconds to the
-    time axis, and "until" and "horizon" on that axis.
+    The changes of `tangent` are drawn as bands on both sides of the curves. Scales fit all runs, and long curves are reduced.
+    Keys: "figures" over time, "orbit" (or None), "factor" from seconds to the time axis, and "until", "horizon" on that axis.
     """
     chosen, columns = DrawnCurves(run, summary, joint, output), []
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
@@ -295,6 +311,7 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         kept = drawn_points(instants.size, list(curves.values()))
         columns.append({"time": time.factor * instants[kept], **{name: curve[kept] for name, curve in curves.items()}})
     drawn, (data, *before) = [], columns
+    bands = {} if tangent is None else _bands(chosen, run, tangent)
     for name, (unit, title, heads) in chosen.figures.items():
         values = [part[line] for part in columns for line in heads if line in part]
         scale = DEGREES if unit == "rad" else engineering(unit, *values)
@@ -307,6 +324,10 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         )
         pinned = [(PINNED_COLOURS[k], pin) for k, pin in enumerate(before) if first in pin]
         lines = [_line("", color, pin["time"], scale.factor * pin[first], "dash") for color, pin in pinned]
+        for line in labels.keys() & bands.keys():
+            x, y, size = bands[line]
+            band = _line("", colors[line], time.factor * x, scale.factor * y, "band")
+            lines.append({**band, "size": scale.factor * size})
         lines += [_line(label, colors[line], data["time"], scale.factor * data[line]) for line, label in labels.items()]
         levels = [scale.factor * level for level in chosen.levels(name, data)]
         about = {"name": name, "title": title, "unit": scale.unit or "1", "axis": f"time [{time.unit}]"}
@@ -318,6 +339,22 @@ def figures(run: xr.Dataset, summary: Summary, pins: Sequence[xr.Dataset], joint
         "until": time.factor * float(run["time"].values[-1]),
         "horizon": None if horizon is None else time.factor * horizon,
     }
+
+
+def _bands(chosen: DrawnCurves, run: xr.Dataset, tangent: Tangent, far: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
+    """Return instants, values and drawn changes of the curves; a change is NaN if it exceeds `far` of the curve's range.
+
+    An impact that moves in time changes a steep curve so much that its tangent is not valid there.
+    """
+    (instants, curves), (before, values) = chosen.columns(tangent.run), chosen.columns(run)
+    bands = dict[str, tuple[np.ndarray, ...]]()
+    for line in curves.keys() & values.keys():
+        value = np.interp(instants, before, values[line])
+        size = np.abs(curves[line] - value)
+        size[size > far * np.ptp(values[line])] = np.nan
+        kept = drawn_points(instants.size, [value, size])
+        bands[line] = instants[kept], value[kept], tangent.widening * size[kept]
+    return bands
 
 
 def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "solid") -> dict[str, Any]:

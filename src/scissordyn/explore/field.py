@@ -105,6 +105,11 @@ class Field:
         return re.sub(rf"^{NUMBER}(?:,{NUMBER})*", "", self.text)
 
     @property
+    def is_integer(self) -> bool:
+        """True for a count."""
+        return self.quantity.unit == "1" and self.text.isdecimal()
+
+    @property
     def shown(self) -> str:
         """Text of the field, shortened if it has many digits."""
         longest = 14  # number of characters that fit in the form
@@ -129,7 +134,7 @@ class Field:
             or (self.quantity.expected if len(self.value) == 1 else f"two numbers [{self.quantity.unit}]"),
             "starred": self.starred and span is not None,
             "slider": slider,
-            "whole": self.quantity.unit == "1" and self.text.isdecimal(),
+            "whole": self.is_integer,
             "unit": unit,
             "factor": unit_factor(unit, self.quantity.unit) if unit else 1.0,
         }

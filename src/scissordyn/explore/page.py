@@ -7,7 +7,7 @@ import logging
 import math
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.answers import CURRENT_COLOUR, PINNED_COLOURS, cards, contact_table, curves_as_csv, differences, figures
 from scissordyn.explore.case import python_of
+from scissordyn.explore.influence import Influence, Influences, Order, measures
 from scissordyn.explore.session import Outcome, Session
 from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import pack_run
@@ -69,11 +70,16 @@ class Page:
         self._answers = 0
         self._wish: float | str = 1.0
         self._larger: tuple[tuple[int, float], str] | None = None
+        self._weighed: Sequence[str] = ()  # Numbers whose influence is wanted, and the one whose tangents are wanted
+        self._traced = ""
+        self._influence: Influence | None = None
+        self._influences = Influences(self._take_influence)
         self._answering: dict[str, Callable[[Message], object]] = {
             "change": lambda of: session.change(
                 {read_text(of, "key"): read_text(of, "text")}, final=bool(of.get("final", True))
             ),
             "select": self._select,
+            "influence": self._weigh,
             "drawn": lambda of: self._drawn(read_integer(of, "run")),
             "horizon": lambda of: session.open(session.case.with_horizon(bool(of.get("wanted")))),
             "magnify": self._magnify,
@@ -101,6 +107,7 @@ class Page:
     def close(self) -> None:
         """End the page and its worker."""
         self.session.worker.close()
+        self._influences.cancel()
 
     # messages from the session, also from its thread
 
@@ -112,12 +119,16 @@ class Page:
                 self.send({"type": "form", "fields": [field.plain() for field in case.fields.values()], **about})
             elif what == "pins":
                 self._publish(pins=True)
-            elif what == "fine" and self.session.good is self.shown:  # otherwise the curves are sent together with the run
-                self._publish()
+            elif what == "fine":
+                if self.session.good is self.shown and self.shown is not None and self.shown.fine is not None:
+                    self._publish()  # otherwise the curves are sent together with the run
+                self._order_influence()
             elif what == "run":
                 self._show_run()
             elif what == "status" and self.drag is None and not self.session.computing and self.session.message:
                 self.send({"type": "draft", "draft": ""})  # the dragged mechanism cannot be run
+            if self.session.computing:
+                self._influences.cancel()
             if what != "fine":
                 self._show_state()
 
@@ -147,12 +158,16 @@ class Page:
             return
         run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         summary, before = self.shown.summary, [pin.run for pin in pinned if pin.run is not None]
+        tangent = None
+        if self._influence is not None and self._influence.order.outcome is self.shown:
+            tangent = self._influence.tangent(self.shown.curves)
         message: dict[str, Any] = {
             "type": "run",
             "run": self.shown.number,
-            "bar": self._bar(self.shown, run),
+            "bar": self._bar(self.shown, run, tangent.label if tangent else ""),
             "cards": list(cards(summary)),
-            **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body),
+            "measures": list(measures(summary, mechanism).items()),
+            **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body, tangent),
         }
         if scene:
             message |= {
@@ -165,19 +180,22 @@ class Page:
             message["ghost"] = pack_run(before[-1], pinned[-1].case.mechanism) if before else ""
         self.send(message)
 
-    def _bar(self, shown: Outcome, run: xr.Dataset) -> dict[str, Any]:
-        """Return the contents of the status bar for a run."""
+    def _bar(self, shown: Outcome, run: xr.Dataset, tangent: str) -> dict[str, Any]:
+        """Return the contents of the status bar for a run; `tangent` is the label of its bands, or ""."""
         statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
         duration = f"computed in {short(statistics['seconds'], 's')}"
-        legend = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
+        values = differences([shown.case, *(pin.case for pin in pins)])
+        legend = [[CURRENT_COLOUR, "solid", f"now: {values[0]}"]] if pins else []
+        legend += [[color, "dash", f"pinned: {text}"] for color, text in zip(PINNED_COLOURS, values[1:], strict=False)]
+        legend += [[CURRENT_COLOUR, "band", tangent]] if tangent else []
         return {
             "note": shown.note,
             "fine": shown.fine is not None,
             "text": f"{shown.note}: {duration}" if shown.note else duration,
             "detail": f"{statistics['steps']} steps of {statistics['method']}",
             "pins": len(pins),
-            "legend": [list(pair) for pair in zip((CURRENT_COLOUR, *PINNED_COLOURS), legend, strict=False)],
+            "legend": legend,
             "warnings": [line(alike) for alike in group(warnings_of(run))],
         }
 
@@ -215,6 +233,34 @@ class Page:
         with self._lock:
             if self.drag is None:
                 self._publish(scene=True)
+
+    # the influence of numbers on the shown run, which is computed after the run
+
+    def _weigh(self, message: Message) -> None:
+        """Take the numbers whose influence is wanted, and the one that is drawn in the curves."""
+        keys = message.get("keys")
+        if not isinstance(keys, list) or not all(isinstance(key, str) for key in keys):
+            raise InputError("'keys' in a message are not a list of texts", "keys of fields", "reload the page")
+        self._weighed, self._traced = tuple(key for key in keys if key in self.session.case.fields), read_text(message, "drawn")
+        self._order_influence()
+
+    def _order_influence(self) -> None:
+        shown = self.shown
+        if not self._weighed:
+            self._influences.cancel()
+            self._take_influence(None)
+        elif shown is not None and shown is self.session.good and not shown.note and not self.session.computing:
+            self._influences.order(Order(shown, self._weighed, self._traced), self._influence)
+
+    def _take_influence(self, found: Influence | None) -> None:
+        with self._lock:
+            if found is not None and found.order is not self._influences.newest:
+                return
+            before, self._influence = self._influence, found
+            if found is not None:
+                self.send({"type": "influence", **found.plain()})
+            if any(each is not None and each.curves is not None for each in (before, found)):
+                self._publish()
 
     # messages that do not concern a run
 

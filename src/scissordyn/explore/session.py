@@ -51,6 +51,11 @@ class Outcome:
         return summary_of(self.results or self.run, configuration)
 
     @property
+    def has_curves(self) -> bool:
+        """True for a run with several samples."""
+        return self.run is not None and self.run.sizes["time"] > 1
+
+    @property
     def curves(self) -> xr.Dataset | None:
         """Run from which curves are drawn: `fine` if it is available, else `run`."""
         return self.run if self.fine is None else self.fine
@@ -60,9 +65,9 @@ class Worker:
     """Background thread that simulates the newest order: a case to run.
 
     `done` is called with the outcomes of an order unless a newer order has replaced it. Preliminary outcomes come first, with
-    smaller numbers. `progress` is called with the number of the order and the simulated fraction of its time. Numbers up to
-    `earlier` are already used. The total time of an accurate run is estimated after `estimate_seconds`; if it is longer than
-    `long_run_seconds`, a coarse run precedes it.
+    smaller numbers. The accurate one is reported again at the end, with fine curves if it has contacts. `progress` is called
+    with the number of the order and the simulated fraction of its time. Numbers up to `earlier` are already used. The duration
+    of a run is estimated after `estimate_seconds`; if it is longer than `long_run_seconds`, a coarse run precedes it.
     """
 
     def __init__(
@@ -125,7 +130,7 @@ class Worker:
                 if number == self.number and not self._closed:
                     self._done(outcome)
             outcome.fine, outcome.results = self._fine(outcome), None
-            if outcome.fine is not None and number == self.number and not self._closed:
+            if outcome.has_curves and number == self.number and not self._closed:
                 self._done(outcome)
 
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
@@ -228,9 +233,9 @@ def coarse_case(case: Case) -> Case:
 class Session:
     """State of one page, without the communication with the browser.
 
-    `updated` is called, also from another thread, with the part that has changed: "fields", "run", "fine" (curves of the run),
-    "status" or "pins". `computed` is the run of the opened case, if another session has computed it.
-    After a run that takes longer than `slow_run_seconds`, later runs are preceded by the ideal motion and a coarse run.
+    `updated` is called, also from another thread, with the part that has changed: "fields", "run", "fine" (the run has its fine
+    curves, if it has contacts), "status" or "pins". `computed` is the run of the opened case, if another session has computed
+    it. After a run that takes longer than `slow_run_seconds`, later runs are preceded by the ideal motion and a coarse run.
     """
 
     def __init__(
@@ -361,7 +366,7 @@ class Session:
 
     def _take(self, outcome: Outcome) -> None:
         run = outcome.run
-        if outcome is self.good:  # the outcome is reported again with fine curves
+        if outcome is self.good:  # the outcome is reported again at the end
             self.updated("fine")
             return
         if not outcome.note:
@@ -372,7 +377,7 @@ class Session:
             self.message = (
                 outcome.error if run is None else "" if run.attrs["status"] == "complete" else str(run.attrs["cause"])
             )
-        if run is not None and run.sizes["time"] > 1:
+        if outcome.has_curves:
             self.good = outcome
             self.updated("run")
         elif run is not None and not outcome.note:

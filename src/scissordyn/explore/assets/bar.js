@@ -40,8 +40,8 @@ export function bar(root, send, curves) {
       element("div", { className: "sd-card", "data-judged": judged }, `${title} `, element("b", {}, value), element("span", {}, detail))));
     const list = root.querySelector(".sd-legend");
     list.hidden = !legend.length;
-    list.replaceChildren(...legend.map(([color, numbers], k) =>
-      element("li", {}, element("i", { style: `color: var(--sd-${color})` }), `${k ? "pinned" : "now"}: ${numbers}`)));
+    list.replaceChildren(...legend.map(([color, style, words]) =>
+      element("li", {}, element("i", { style: `color: var(--sd-${color})`, "data-style": style }), words)));
   }
   function theme(wanted) {
     dark = wanted;

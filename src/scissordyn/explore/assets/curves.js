@@ -180,7 +180,9 @@ export class Curves {
     for (const line of lines) {
       context.strokeStyle = context.fillStyle = color(line.color); context.lineWidth = line.style === "dash" ? 1.2 : 1.5; context.lineJoin = "bevel";
       context.setLineDash(DASHES[line.style] || []);
-      if (line.style === "points") this.scatter(context, line, X, Y, color("ink")); else this.stroke(context, line.points, X, Y, line.style === "solid" ? SHORT : Infinity);
+      if (line.style === "points") this.scatter(context, line, X, Y, color("ink"));
+      else if (line.style === "band") this.band(context, line, from, to, X, Y);
+      else this.stroke(context, line.points, X, Y, line.style === "solid" ? SHORT : Infinity);
     }
     context.restore();
   }
@@ -197,6 +199,18 @@ export class Curves {
       if (length > most) { context.stroke(); context.beginPath(); context.moveTo(px, py); length = 1; }
     }
     context.stroke();
+  }
+  // the part of the plane within `size` of a curve, with gaps where that is not known
+  band(context, { x, y, size }, from, to, X, Y) {
+    const first = Math.max(1, lowerBound(x, from)), last = Math.min(x.length - 1, lowerBound(x, to));
+    context.globalAlpha = 0.35; context.beginPath();
+    for (let k = first; k <= last; k++) {
+      if (!(size[k - 1] + size[k] >= 0)) continue;
+      const [left, right] = [X(x[k - 1]), X(x[k])];
+      context.moveTo(left, Y(y[k - 1] - size[k - 1])); context.lineTo(left, Y(y[k - 1] + size[k - 1]));
+      context.lineTo(right, Y(y[k] + size[k])); context.lineTo(right, Y(y[k] - size[k])); context.closePath();
+    }
+    context.fill(); context.globalAlpha = 1;
   }
   scatter(context, { points, sizes }, X, Y, ink) {
     for (let n = 0; n < points.length; n += 2) {

@@ -1,11 +1,12 @@
 // The numbers of the case: a form, with a slider for what is starred. An error stands beside its number.
 import { element } from "./element.js";
+import { influence } from "./influence.js";
 
 const STEPS = 1000;
 
 export function form(root, send) {
   let fields = [], rows = new Map(), stars = null, wrong = {}, chosen = {}, folded = false, waiting = null;
-  const open = new Set();
+  const open = new Set(), weighed = influence(send, () => build());
 
   const position = ({ logarithmic, low, high, value }) => Math.round(STEPS * (logarithmic ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low)));
   const valueAt = ({ logarithmic, low, high }, step) => logarithmic ? low * (high / low) ** (step / STEPS) : low + (high - low) * step / STEPS;
@@ -35,7 +36,7 @@ export function form(root, send) {
       onchange: () => { window.scissordyn.released = performance.now(); change(field, input.value, true); },
     });
     const label = element("label", { htmlFor: id, title }, starred && field.group ? `${field.group}: ${field.name}` : field.name);
-    const box = element("div", { className: "sd-row", "data-key": field.key }, star, label, input, ...(range ? [range] : []), error);
+    const box = element("div", { className: "sd-row", "data-key": field.key }, star, label, input, ...(range ? [range, weighed.cell(field.key)] : []), error);
     parent.append(box);
     rows.set(field.key, [...(rows.get(field.key) || []), { box, input, range, error, field }]);
   }
@@ -49,8 +50,11 @@ export function form(root, send) {
     rows = new Map();
     root.replaceChildren();
     if (pairs.length) root.append(element("h2", {}, "Chosen at this point"), element("dl", {}, ...pairs.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value)])));
-    root.append(element("h2", {}, "Sliders"));
-    for (const field of fields) if (stars.has(field.key)) row(root, field, true);
+    root.append(element("h2", {}, "Sliders"), weighed.head);
+    const place = field => (weighed.order().indexOf(field.key) + 1) || fields.length + 1, starred = fields.filter(field => stars.has(field.key));
+    weighed.begin(starred.filter(field => field.slider).map(field => field.key));
+    for (const field of starred.sort((a, b) => place(a) - place(b))) row(root, field, true);
+    weighed.ask();
     const parent = folded ? fold(root, "\n", `All ${fields.length} numbers`) : root, groups = new Map();  // no group has this name
     for (const field of fields) {
       if (!groups.has(field.group)) groups.set(field.group, fold(parent, field.group));
@@ -86,5 +90,5 @@ export function form(root, send) {
     }
     if (moved) build(); else refresh();
   }
-  return { show };
+  return { show, weighed };
 }

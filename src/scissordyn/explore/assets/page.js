@@ -63,6 +63,7 @@ window.addEventListener("scissordyn:theme", () => { curves.redraw(); orbit.redra
 const shows = {
   early: message => { if (!values.scene) put({ scene: message.scene }); },
   form: numbers.show,
+  influence: numbers.weighed.show,
   state: top.state,
   said: top.said,
   python: message => top.code(message.text),
@@ -84,6 +85,7 @@ const shows = {
     put({ bends: message.bends, ghost: message.ghost, selected: message.selected, scene: message.scene });
     if (message.table) contacts.show(message.table, message.run);
     top.run(message);
+    numbers.weighed.run(message);
     window.scissordyn.shown = { ...window.scissordyn.shown, ...message };
     drawn(message.run);
   },

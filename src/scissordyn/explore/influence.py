@@ -1,0 +1,199 @@
+"""Compute in the background how much the answers and curves of a run change with the numbers of its case."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scissordyn.casefile.quantity import unit_factor
+from scissordyn.errors import InputError, ScissordynError
+from scissordyn.explore.answers import Tangent
+from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
+from scissordyn.run.measure import parts_of
+from scissordyn.units import short
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scissordyn.explore.case import Case
+    from scissordyn.explore.session import Outcome
+    from scissordyn.model.mechanism import Mechanism
+    from scissordyn.record.summary import Summary
+    from scissordyn.sensitivity.seed import Parameter
+
+log = logging.getLogger(__name__)
+
+TORQUE_MEASURES = {
+    "drive": "peak_drive_torque",
+    "coordinate_drive": "peak_coordinate_drive_force",
+    "coupling": "peak_coupling_force",
+    "component": "peak_component_force",
+}
+"""Measure of the largest torque or force of an actuator, by kind of part."""
+
+
+def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
+    """Return the measures of the answers that have derivatives, with their labels."""
+    found, parts = dict[str, str](), parts_of(mechanism)
+    force = summary.force and (summary.force.loose or summary.force)
+    if force is not None and force.joint in {joint.name for joint in mechanism.contacts} and math.isnan(force.film):
+        found[f"{force.joint}.peak_force"] = f"largest force at {force.joint}"
+    found |= {f"{point.name}.peak_track_deviation": f"deviation of {point.name}" for point in summary.points}
+    for actuator in summary.actuators:
+        kind = next((kind for kind in TORQUE_MEASURES if actuator.name in parts[kind]), "")
+        if kind and math.isfinite(actuator.torque):
+            quantity = "force" if actuator.unit == "N" else "torque"
+            found[f"{actuator.name}.{TORQUE_MEASURES[kind]}"] = f"largest {quantity} of {actuator.name}"
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """Numbers of a run whose influence is wanted, by their keys in the form, and the one whose tangents are wanted, or ""."""
+
+    outcome: Outcome
+    keys: Sequence[str]
+    drawn: str
+    change: float = 0.01  # Relative change of a number for which the derivatives are used
+
+
+@dataclass(frozen=True, eq=False)
+class Influence:
+    """Derivatives of a run by numbers of its case: of its answers by all of them, of its curves by the one that is drawn."""
+
+    order: Order
+    error: str = ""  # Reason why there are no derivatives
+    answers: xr.Dataset | None = None
+    left_out: dict[str, str] = field(default_factory=dict)  # Reason by key of each number without derivatives
+    curves: xr.Dataset | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """Return the influence on the answers as a dictionary for the page; elasticities in the order of the measures."""
+        rows: dict[str, dict[str, Any]] = {key: {"why": why} for key, why in self.left_out.items()}
+        for key in [] if self.answers is None else self.answers["parameter"].values.tolist():
+            assert self.answers is not None
+            row = self.answers.sel(parameter=key)
+            until = short(float(row["valid_until"]), "s") if str(row["limit"].values) else ""
+            rows[key] = {"elasticity": row["elasticity"].values.copy(), "until": until}
+        names = [] if self.answers is None else self.answers["measure"].values.tolist()
+        return {
+            "run": self.order.outcome.number,
+            "reason": self.error,
+            "change": self.order.change,
+            "measures": names,
+            "rows": rows,
+        }
+
+    def tangent(self, drawn: xr.Dataset, widening: float = 5.0) -> Tangent | None:
+        """Return the drawn curves of the run to first order after the change of the number that is drawn.
+
+        They end where a change of this size is no longer small.
+        """
+        if self.curves is None:
+            return None
+        row = self.curves.isel(parameter=0)
+        step = self.order.change * float(row["parameter_value"])
+        kept = drawn["time"].values <= float(row["valid_until"])
+        moved = {
+            name: (row[name].dims, (row[name] + step * row[f"{name}_derivative"]).values[kept])
+            for name in (str(name) for name in drawn)
+            if f"{name}_derivative" in row and row[name].dims == drawn[name].dims
+        }
+        # located values between samples are not moved
+        located = [str(name) for name in drawn.variables if "contact" in drawn[name].dims or str(name).endswith("_time")]
+        label = f"±{100.0 * self.order.change:g} % of {self.order.outcome.case.field(self.order.drawn).label}"
+        end = f", valid until {short(float(row['valid_until']), 's')}" if str(row["limit"].values) else ""
+        text = f"change of the curves by {label}, drawn {widening:g} times as wide{end}"
+        return Tangent(text, drawn.isel(time=kept).drop_vars(located).assign(moved), widening)
+
+
+class Influences:
+    """Background computation of the newest order; `done` is called with its result unless it is cancelled."""
+
+    def __init__(self, done: Callable[[Influence], None]) -> None:
+        self._done = done
+        self.newest: Order | None = None
+        self._stop = threading.Event()
+        self._turn = threading.Lock()  # an interrupted computation ends before the next one begins
+
+    def order(self, order: Order, known: Influence | None) -> None:
+        """Compute an order instead of the previous one; `known` are derivatives that are computed already."""
+        self.cancel()
+        self.newest, self._stop = order, (stop := threading.Event())
+        threading.Thread(target=self._work, args=(order, known, stop), name="scissordyn influence", daemon=True).start()
+
+    def cancel(self) -> None:
+        """End the current computation."""
+        self._stop.set()
+
+    def _work(self, order: Order, known: Influence | None, stop: threading.Event) -> None:
+        try:
+            with self._turn, interrupted_by(stop):
+                for found in influences(order, known):
+                    if not stop.is_set():
+                        self._done(found)
+        except KeyboardInterrupt:
+            return
+
+
+def influences(order: Order, known: Influence | None = None) -> Iterator[Influence]:
+    """Yield the influence on the answers, then also that on the curves if a number is drawn."""
+    case = order.outcome.case
+    try:
+        check_interrupt()
+        if known is None or known.order.outcome is not order.outcome or known.order.keys != order.keys:
+            known = _influence(order)
+            yield known
+        found = replace(known, order=order, curves=None)
+        drawn = order.outcome.curves
+        if order.drawn in case.fields and not found.error and order.drawn not in found.left_out and drawn is not None:
+            found = replace(found, curves=_derived(order, (), [order.drawn], drawn["time"].values))
+        yield found
+    except ScissordynError as error:
+        yield Influence(order, f"{error.what}; expected {error.expected}" if isinstance(error, InputError) else str(error))
+    except Exception:  # the run is usable without its derivatives
+        log.exception("no derivatives of a run")
+        yield Influence(order, "internal error: see the terminal of the explorer")
+
+
+def _influence(order: Order) -> Influence:
+    import json
+
+    if order.outcome.run is None or order.outcome.run.attrs["status"] != "complete":
+        raise InputError("the run is not complete", "a run that reaches its end")
+    of = list(measures(order.outcome.summary, order.outcome.case.mechanism))
+    found = _derived(order, of, order.keys, np.zeros(0))
+    return Influence(order, answers=found, left_out=json.loads(found.attrs["left_out"]))
+
+
+def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.ndarray) -> xr.Dataset:
+    from scissordyn.model.options import Options
+    from scissordyn.sensitivity.gradient import compute_gradient
+
+    case, tight = order.outcome.case, 1e-11
+    run = case.options
+    options = Options(run.until, run.start, 2, tight, tight, run.method, run.most_steps, "located")
+    by = [parameter_of_field(case, key) for key in keys if case.field(key).range is not None]
+    return compute_gradient(case.mechanism, of, by, options, order.change, times)
+
+
+def parameter_of_field(case: Case, key: str) -> Parameter:
+    """Return the number of a form field as a parameter; it may change many parts of the mechanism together."""
+    from scissordyn.sensitivity.seed import Parameter
+
+    number = case.field(key)
+    factor = unit_factor(number.unit, number.quantity.unit) if number.unit else 1.0
+
+    def mechanism(value: float) -> Mechanism:
+        check_interrupt()
+        if number.is_integer:
+            raise InputError("it is an integer", "a number that can change by any small amount")
+        return case.changed({key: f"{value / factor!r} {number.unit}".strip()}).mechanism
+
+    return Parameter(key, number.value[0], abs(number.value[0]) or 1.0, number.quantity.unit, mechanism)

@@ -12,8 +12,8 @@ from functools import partial
 from pathlib import Path
 
 from scissordyn.config.file import read_case
-from scissordyn.lifetime.loads import CycleRunner
-from scissordyn.lifetime.step import Bearing
+from scissordyn.lifetime.loads import CycleRunner, worn_surfaces
+from scissordyn.lifetime.step import WornJoint
 from scissordyn.lifetime.wear import wear_out
 from scissordyn.mechanics.contour import DEPTH
 from scissordyn.model.clearance import Clearance
@@ -32,22 +32,21 @@ def depth_of_all(cycles: int, member: int) -> float:
     case = read_case(CASE, CHANGES)
     period = drive_period(case.mechanism)
     settings = dataclasses.replace(case.wear or Wear(), cycles=cycles, members=cycles, settle=0)
-    (joint,) = (one for one in case.mechanism.clearance_joints if one.clearance is not None and one.clearance.wear)
-    assert isinstance(joint.clearance, Clearance)
-    bearing = Bearing(joint, settings.angles)
-    depths = bearing.depths.copy()
-    contoured = dataclasses.replace(joint.clearance, contour=tuple(depths.tolist()))
-    mechanism = case.mechanism.with_clearance(joint.name, contoured)
-    runner = CycleRunner(mechanism, case.run, settings, [joint.name], period)
+    (surface,) = worn_surfaces(case.mechanism)
+    joint = WornJoint(case.mechanism, [surface], [0], settings.angles)
+    clearance, depths = case.mechanism.joint(surface.joint).clearance, joint.depths
+    assert isinstance(clearance, Clearance)
+    mechanism = case.mechanism.with_clearance(surface.joint, dataclasses.replace(clearance, contour=tuple(depths[0].tolist())))
+    runner = CycleRunner(mechanism, case.run, settings, [surface], period)
     start = partial(Perturbed(member, 1e-14).start, member)
     driver, _, _ = make_driver(plan(mechanism), runner.options, perturb=start, loads=True)
-    (place,) = (k for k, contact in enumerate(driver.plan.contacts) if contact.name == joint.name)
+    (place,) = (k for k, contact in enumerate(driver.plan.contacts) if contact.name == surface.joint)
     for stop in stops(driver, (period * (k + 1) for k in range(cycles)), case.run.most_steps):
         assert not stop.cause, stop.cause
-        worn = bearing.worn(depths, runner._loads_of_cycle(driver, ()), 0, 1).depths
+        worn = joint.worn(depths, runner._loads_of_cycle(driver, ()), 1).depths
         assert worn is not None
         depths = worn
-        driver.system.content.parameters.contour[place][:, DEPTH] = depths
+        driver.system.content.parameters.contour[place][:, DEPTH] = depths[0]
     return float(depths.max())
 
 

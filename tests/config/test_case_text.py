@@ -123,7 +123,9 @@ OTHERWISE: Mapping[type, tuple[Any, ...]] = {
         sd.GuideClearance(1e-4, length=0.04, width=0.02),
         sd.GuideClearance(1e-4, corners=((-0.019, -0.009), (0.019, -0.009), (0.0, 0.1 / 9.0))),
     ),
-    sd.Clearance: (sd.Clearance(5e-4, contour=tuple(1e-7 / (k + 3.0) for k in range(90))),),
+    sd.Clearance: (
+        sd.Clearance(5e-4, **dict.fromkeys(("contour", "journal_contour"), tuple(1e-7 / (k + 3.0) for k in range(90)))),
+    ),
     sd.TapeSpring: (sd.TapeSpring("tape", "rod", straight=TAPE_CURVES[0], folded=TAPE_CURVES[1]),),
     sd.FeedForward: (sd.FeedForward(limit=10.0),),
     sd.PID: (sd.PID(3.0, limit=10.0),),

@@ -52,25 +52,31 @@ def array(joint, **laws):
     return arm.with_clearance(joint, Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": LuGre(0.1)} | laws))
 
 
+WORN_JOURNALS = pytest.mark.parametrize("worn", [{}, {"journal_contour": lobed()}, {"contour": (), "journal_contour": lobed()}])
+
+
 @pytest.mark.parametrize("joint", ["A", "unit 1/pivot"])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
-def test_step_matrix_is_the_derivative(joint, step):
+@WORN_JOURNALS
+def test_step_matrix_is_the_derivative(joint, step, worn):
     """Cross-check: W^-1 r from the structured solve equals that of a differenced Jacobian (relative error of differences)."""
-    handle, state = touching(array(joint), 11)
+    handle, state = touching(array(joint, **worn), 11)
     assert np.all(handle.content.parameters.contact["clearance"] > 0.0)  # otherwise the bearing does not exist
     check_step_matrix(handle, state, step, increments(handle, state))
 
 
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
-def test_step_matrix_of_two_moving_bodies(step):
+@WORN_JOURNALS
+def test_step_matrix_of_two_moving_bodies(step, worn):
     """Cross-check: the same where the bearing's body turns freely."""
-    handle, state = touching(floating(friction=LuGre(0.1)), 5)
+    handle, state = touching(floating(friction=LuGre(0.1), **worn), 5)
     check_step_matrix(handle, state, step, increments(handle, state))
 
 
-def test_step_matrix_with_states_of_the_normal_force():
+@WORN_JOURNALS
+def test_step_matrix_with_states_of_the_normal_force(worn):
     """Cross-check: the same where the surfaces relax."""
-    handle, state = touching(array("A", damping=StandardLinearSolid(1.5, 3e-4)), 11)
+    handle, state = touching(array("A", damping=StandardLinearSolid(1.5, 3e-4), **worn), 11)
     assert np.all(handle.content.parameters.contact["clearance"] > 0.0)
     state[-1] = 40.0
     sizes = increments(handle, state)
@@ -84,9 +90,10 @@ def test_time_derivative():
     assert np.any(check_time_derivative(handle, state, 1e-9))
 
 
-def test_rate_of_the_gap_is_its_derivative():
+@WORN_JOURNALS
+def test_rate_of_the_gap_is_its_derivative(worn):
     """Contract: the guard's rate is the change of the largest indentation along the motion (error of central differences)."""
-    handle, state = touching(floating(), 5)
+    handle, state = touching(floating(**worn), 5)
     n = handle.content.model.n
     value, rate = np.zeros(1), np.zeros(1)
     functions.guards(0.0, state, handle.address, value, rate)
@@ -99,9 +106,10 @@ def test_rate_of_the_gap_is_its_derivative():
     np.testing.assert_allclose(rate, (ends[0] - ends[1]) / (2.0 * h), rtol=1e-6)
 
 
-def test_a_floating_joint_keeps_momenta_and_energy():
+@WORN_JOURNALS
+def test_a_floating_joint_keeps_momenta_and_energy(worn):
     """Identity: nothing from outside acts; energy goes where damping and friction take it (integration at 1e-9)."""
-    mechanism = floating()
+    mechanism = floating(**worn)
     run = simulate(mechanism, until=0.1, rtol=1e-9, atol=1e-9, trust=False)
     assert run.attrs["status"] == "complete"
     mass = np.array([body.mass for body in mechanism.bodies])
@@ -170,13 +178,48 @@ def test_place_under_a_force():
     np.testing.assert_allclose(pressed_by(made, *out[:2])[:2], (300.0, 400.0), rtol=1e-8)
 
 
+def wear_by(contours, loads, coefficients, substeps=20_000, turn=0.0, spread=0.0):
+    """Wear contours of shape (surfaces, angles) by (index, energy, force) of loads on each; return the completed fraction."""
+    count, both = len(contours[0]), np.zeros((2, len(contours), 180))
+    tables, (_, table, clearance, area) = np.array([contour_table(depths) for depths in contours]), bearing(BORE, count)
+    for surface, listed in enumerate(loads):
+        for index, energy, force in listed:
+            both[:, surface, index] = energy, force
+    turns, spreads, shape = np.full(both[0].shape, turn), np.full(both[0].shape, spread), (len(contours), 180, 2)
+    done = wear_out(
+        *(tables, table, clearance, area, np.full(len(contours), area), *both, turns, spreads, np.full(shape, np.nan)),
+        *(np.array(coefficients), substeps, np.zeros((6, count)), np.zeros((count, 3))),
+    )
+    return tables[..., DEPTH], area * tables[..., DEPTH].sum(axis=-1), done
+
+
 def worn_by(energy, force, count=720, substeps=20_000):
     """Return contour and worn volume of a bearing for k = 1e-9 m^2/N and a load at 40 degrees, and the completed fraction."""
-    contour, table, clearance, area = bearing(BORE, count)
-    energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
-    energies[20], forces[20] = energy, force
-    done = wear_out(contour, table, clearance, area, energies, forces, places, 1e-9, substeps, np.zeros((3, count)))
-    return contour[:, DEPTH], area * float(np.sum(contour[:, DEPTH])), done
+    depths, volume, done = wear_by(np.zeros((1, count)), [[(20, energy, force)]], [1e-9], substeps)
+    return depths[0], volume[0], done
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.4, math.pi])
+def test_wear_against_a_turned_surface(spread):
+    """Identity: a surface wears as it does alone with the mean depths of the other one added, for both; V = k F s of both.
+
+    The journal has turned by 100 degrees relative to the bearing, on average, and the load acts at 40 degrees of the bearing.
+    """
+    own, other, count = np.array(lobed(360)), np.array(lobed(360, 1e-5)), 360
+    cells = round(math.degrees(spread))
+    box = np.ones(1) if not cells else np.array([0.5, *np.ones(2 * cells - 1), 0.5]) if cells < 180 else np.ones(count)
+    for side, turn in enumerate((100, -100)):
+        mean = np.roll(np.convolve(np.tile(other, 3), box / box.sum(), "same")[count : 2 * count], turn)
+        load = (20, 1e-4, 50.0)
+        alone, _, _ = wear_by([own + mean], [[load]], [1e-9])
+        contours, loads = [own, other], [[load], []]
+        depths, volume, done = wear_by(
+            contours[:: 1 - 2 * side], loads[:: 1 - 2 * side], [1e-9, 1e-9], turn=math.radians(100), spread=math.radians(cells)
+        )
+        assert done == 1.0
+        np.testing.assert_allclose(depths[side] - own, alone[0] - own - mean, atol=1e-4 * np.max(alone[0] - own - mean))
+        assert volume[side] - bearing(BORE, 360)[3] * own.sum() == pytest.approx(1e-13, rel=1e-8)
+        np.testing.assert_array_equal(depths[1 - side], other)
 
 
 def test_worn_volume_is_archards():
@@ -205,23 +248,19 @@ def test_worn_in_profile():
 
 def test_a_weak_load_next_to_a_strong_one():
     """Identity: V = k F s of all loads, though the strong load wears the contour by more than the weak one indents it."""
-    contour, table, clearance, area = bearing(BORE, 360)
-    energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
-    energies[20:22], forces[20:22] = (0.2, 1e-6), (500.0, 0.05)
-    assert wear_out(contour, table, clearance, area, energies, forces, places, 1e-9, 20_000, np.zeros((3, 360))) == 1.0
-    assert area * float(np.sum(contour[:, DEPTH])) == pytest.approx(1e-9 * 0.200001, rel=1e-12)
+    _, volume, done = wear_by(np.zeros((1, 360)), [[(20, 0.2, 500.0), (21, 1e-6, 0.05)]], [1e-9])
+    assert done == 1.0
+    assert volume[0] == pytest.approx(1e-9 * 0.200001, rel=1e-12)
 
 
 def test_wear_by_many_unequal_loads():
     """Identity: V = k sum F s for loads of all sizes and directions, in which each load stays in contact with the bearing."""
     numbers = np.random.default_rng(32)
     for _ in range(20):
-        contour, table, clearance, area = bearing(BORE, 90)
-        energies, forces, places = np.zeros(180), np.zeros(180), np.full((180, 2), np.nan)
         loaded = numbers.choice(180, 30, replace=False)
-        energies[loaded], forces[loaded] = 10.0 ** numbers.uniform(-6.0, 0.0, 30), 10.0 ** numbers.uniform(-2.0, 3.5, 30)
-        done = wear_out(contour, table, clearance, area, energies, forces, places, 1e-11, 100, np.zeros((3, 90)))
-        assert area * float(np.sum(contour[:, DEPTH])) == pytest.approx(done * 1e-11 * energies.sum(), rel=1e-9)
+        energies, forces = 10.0 ** numbers.uniform(-6.0, 0.0, 30), 10.0 ** numbers.uniform(-2.0, 3.5, 30)
+        _, volume, done = wear_by(np.zeros((1, 90)), [zip(loaded, energies, forces, strict=True)], [1e-11], 100)
+        assert volume[0] == pytest.approx(done * 1e-11 * energies.sum(), rel=1e-9)
 
 
 def test_wear_stops_at_its_substeps():

@@ -128,6 +128,8 @@ ClearanceTable = _clearance_table(
     wear="1e-7 mm^3/(N m)",
     bush="1 mm",
     contour="0, 0.001, 0.002 mm",
+    journal_wear="1e-8 mm^3/(N m)",
+    journal_contour="0, 0.001, 0.002 mm",
 )
 
 GuideClearanceTable = _clearance_table(

@@ -300,7 +300,7 @@ def worn_lines(case: Case) -> list[str]:
     from scissordyn.lifetime.wear import wear_out
 
     settings = replace(case.wear or Wear(), loads="ideal")
-    if not settings.coefficients and all(getattr(joint.clearance, "wear", None) is None for joint in case.mechanism.joints):
+    if not settings.coefficients and not any(getattr(joint.clearance, "wears", False) for joint in case.mechanism.joints):
         return []
     try:
         run = wear_out(case.mechanism, case.run, settings)

@@ -78,7 +78,7 @@ RUN_TABLE = table_of(Options, until="50 ms", atol=1e-8, step="0.1 ms")  # table 
 OPTIONAL_KEYS: Mapping[type[Table], tuple[str, ...]] = {
     DriveTable: tuple(DriveTable.declared_keys()),
     ControlTable: tuple(ControlTable.declared_keys()),
-    ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour"),
+    ClearanceTable: ("bearing_material", "lubrication", "wear", "bush", "contour", "journal_wear", "journal_contour"),
     RUN_TABLE: ("atol", "step"),
     **{
         table: tuple(key for key, field in table.declared_keys().items() if field.default is None)

@@ -31,7 +31,7 @@ from scissordyn.kinematics.given import prescribed_bodies
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.contour import place_under
+from scissordyn.mechanics.contour import place_under, turned_contours
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
@@ -236,12 +236,19 @@ def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarra
 
 def _eccentricity_in_worn_bearing(plan: Plan, system: System, j: int, force: np.ndarray) -> np.ndarray:
     """Return the eccentricity at which the journal of contact j presses on its worn bearing with a force, shape (2,) [m]."""
-    numbers, body = system.parameters, plan.mechanism.clearance_joints[j].bearing[0]
-    angle = plan.mechanism.body(body).placed_angle if plan.coordinates.natural.rotates(body) else 0.0
+    numbers, joint = system.parameters, plan.mechanism.clearance_joints[j]
+    angle, journal_angle = (
+        plan.mechanism.body(body).placed_angle if plan.coordinates.natural.rotates(body) else 0.0
+        for body in (joint.bearing[0], joint.journal[0])
+    )
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    row, out = numbers.contact[j], np.zeros(3)
-    contour = numbers.contour[j], numbers.foundation[j], float(row["clearance"]), float(row["cell_area"])
-    place_under(*(turn.T @ force).tolist(), *contour, out)
+    row, out, contour = numbers.contact[j], np.zeros(3), numbers.contour[j].copy()
+    if row["journal"]:
+        relative = math.remainder(journal_angle - angle, 2.0 * math.pi)
+        turned_contours(numbers.contour[j], numbers.journal[j], relative, contour, np.zeros(len(contour)))
+    place_under(
+        *(turn.T @ force).tolist(), contour, numbers.foundation[j], float(row["clearance"]), float(row["cell_area"]), out
+    )
     return np.asarray(turn @ out[:2])
 
 

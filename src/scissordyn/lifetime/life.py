@@ -42,14 +42,19 @@ def requirements(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> Itera
             yield WearRequirement(
                 f"track '{track.name}' within {short(track.tolerance, 'm')}", track.tolerance, curve, error, ""
             )
-    for j, name in enumerate(run["joint"].values.tolist()):
-        clearance, error = mechanism.joint(name).clearance, run["depth_error"].values[:, j]
+    for j, (name, side) in enumerate(zip(run["joint"].values.tolist(), run["side"].values.tolist(), strict=True)):
+        if side == "journal":
+            continue
+        clearance = mechanism.joint(name).clearance
         if settings.most_clearance is not None:
             text = f"clearance of joint '{name}' at most {short(settings.most_clearance, 'm')}"
-            yield WearRequirement(text, settings.most_clearance, run["worn_clearance"].values[:, j], error, name)
+            curve, error = (run[part].values[:, j] for part in ("worn_clearance", "clearance_error"))
+            yield WearRequirement(text, settings.most_clearance, curve, error, name)
         if clearance is not None and clearance.bush is not None:
             text = f"bush of joint '{name}' of {short(clearance.bush, 'm')} not worn through"
-            yield WearRequirement(text, clearance.bush, run["depth_largest"].values[:, j], error, name)
+            yield WearRequirement(
+                text, clearance.bush, run["depth_largest"].values[:, j], run["depth_error"].values[:, j], name
+            )
 
 
 def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Dataset:

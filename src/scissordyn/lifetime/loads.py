@@ -13,7 +13,8 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION
-from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS, load_blocks
+from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.wear import Wear
@@ -58,50 +59,77 @@ def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -
     return mechanism, warnings
 
 
-def worn_joints(mechanism: Mechanism) -> list[str]:
-    """Return the names of the clearance joints with a wear coefficient."""
-    names = []
+class WornSurface(NamedTuple):
+    """Bearing or journal of a joint, with a contour."""
+
+    joint: str
+    side: str  # "bearing" or "journal"
+
+    @property
+    def label(self) -> str:
+        """Name in results: that of the joint for its bearing."""
+        return self.joint if self.side == "bearing" else f"{self.joint}/journal"
+
+    @property
+    def field(self) -> str:
+        """Name of the field of `Clearance` with the contour."""
+        return "contour" if self.side == "bearing" else "journal_contour"
+
+    def contour(self, clearance: Clearance) -> tuple[float, ...]:
+        """Return the depths in a clearance joint [m]; none if the surface is round."""
+        depths: tuple[float, ...] = getattr(clearance, self.field)
+        return depths
+
+
+def worn_surfaces(mechanism: Mechanism) -> list[WornSurface]:
+    """Return the surfaces of the clearance joints with a wear coefficient; a joint whose journal wears has two."""
+    surfaces = []
     for joint in mechanism.clearance_joints:
-        if joint.clearance is not None and joint.clearance.wear is not None:
-            joint.clearance.check_worn(f"joint '{joint.name}'")
-            names.append(joint.name)
-    if not names:
+        clearance = joint.clearance
+        if isinstance(clearance, Clearance) and clearance.wears:
+            clearance.check_worn(f"joint '{joint.name}'")
+            surfaces.append(WornSurface(joint.name, "bearing"))
+            if clearance.journal_wear is not None or clearance.journal_contour:
+                surfaces.append(WornSurface(joint.name, "journal"))
+    if not surfaces:
         raise InputError(
             "wear: no clearance joint has a coefficient of wear",
             "Archard's coefficient of at least one joint",
             'wear = "1e-7 mm^3/(N m)" in its [[clearance]]',
         )
-    return names
+    return surfaces
 
 
 class Loads(NamedTuple):
-    """Loads on the bearings in simulated cycles, one member per cycle, and the other results of these cycles."""
+    """Loads on worn surfaces in simulated cycles, one member per cycle, and the other results of these cycles."""
 
-    energy: np.ndarray  # (members, joints, directions) integral of F_n |v_t| dt [J]
-    moment: np.ndarray  # (members, joints, directions) integral of F_n^2 |v_t| dt [N J]
-    peak: np.ndarray  # (members, joints) largest force [N]
+    energy: np.ndarray  # (members, surfaces, directions) integral of F_n |v_t| dt [J]
+    moment: np.ndarray  # (members, surfaces, directions) integral of F_n^2 |v_t| dt [N J]
+    cosine: np.ndarray  # (members, surfaces, directions) integral of F_n |v_t| cos(psi) dt [J]; 0 if only the bearing is worn
+    sine: np.ndarray  # (members, surfaces, directions) the same with sin(psi) [J]
+    peak: np.ndarray  # (members, surfaces) largest force [N]
     deviation: np.ndarray  # (members, tracks) largest deviation [m]
     warnings: tuple[str, ...] = ()
 
     def member(self, index: int) -> Self:
         """Return the loads of one simulated cycle."""
-        one = slice(index, index + 1)
-        return type(self)(self.energy[one], self.moment[one], self.peak[one], self.deviation[one])
+        return type(self)._make([*(part[index : index + 1] for part in self[: len(LOADS)]), ()])
 
     @classmethod
     def joined(cls, parts: Iterable[Self]) -> Self:
         """Join loads of several cycles into one object with a member per cycle."""
         listed = list(parts)
-        energy, moment, peak, deviation = (np.concatenate([part[k] for part in listed]) for k in range(4))
-        return cls(energy, moment, peak, deviation, tuple(dict.fromkeys(text for part in listed for text in part.warnings)))
+        arrays = (np.concatenate([part[k] for part in listed]) for k in range(len(LOADS)))
+        return cls._make([*arrays, tuple(dict.fromkeys(text for part in listed for text in part.warnings))])
 
-    def by_direction(self, joint: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return friction energy [J] and mean force [N] of one joint by direction of the contact, averaged over the members.
+    def by_direction(self, surface: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return friction energy [J], mean force [N], and mean and half range of psi by direction, means over the members.
 
         Integration errors of short steps may give a direction a negative energy and its neighbour too much. The deficit is
-        subtracted from the neighbours, so that the sum stays exact.
+        subtracted from the neighbours, so that the sum stays exact. The rotations psi are described by an even distribution
+        with the same mean direction: of sin(range) / range for the length of the mean vector.
         """
-        energy, moment = self.energy[:, joint].mean(axis=0), self.moment[:, joint].mean(axis=0)
+        energy, moment, cosine, sine = (part[:, surface].mean(axis=0) for part in self[:4])
         for _ in range(LOAD_DIRECTIONS):
             deficit = np.minimum(energy, 0.0)
             if not deficit.any():
@@ -109,42 +137,52 @@ class Loads(NamedTuple):
             energy = np.maximum(energy, 0.0) + 0.5 * (np.roll(deficit, 1) + np.roll(deficit, -1))
         force = np.divide(moment, energy, out=np.zeros_like(energy), where=energy > 0.0)
         mean = float(moment.sum() / energy.sum()) if energy.sum() > 0.0 else 0.0
-        return energy, np.where((force > 1e-3 * mean) & (force < 1e3 * mean), force, mean)
+        length = np.divide(np.hypot(cosine, sine), energy, out=np.ones_like(energy), where=energy > 0.0)
+        ranges = np.linspace(np.pi, 0.0, LOAD_DIRECTIONS)
+        spread = np.interp(length, np.sinc(ranges / np.pi), ranges)
+        return energy, np.where((force > 1e-3 * mean) & (force < 1e3 * mean), force, mean), np.arctan2(sine, cosine), spread
 
     @classmethod
     def columns(cls, states: Sequence[Self]) -> dict[str, Any]:
         """Return the loads of several states as variables of a Dataset; `from_row` is the inverse."""
-        dims = {"energy": ("joint", "direction"), "moment": ("joint", "direction"), "peak": ("joint",), "deviation": ("track",)}
-        units = {"energy": "J", "moment": "N J", "peak": "N", "deviation": "m"}
-        words = {
-            "energy": "integral of normal force times slip speed in a cycle, by direction of the force",
-            "moment": "integral of the squared normal force times slip speed in a cycle, by direction of the force",
-            "peak": "largest force in a cycle",
-            "deviation": "largest deviation of the tracked point in a cycle",
-        }
         return {
             f"member_{name}": (
-                ("state", "member", *dims[name]),
+                ("state", "member", *dims),
                 np.array([getattr(state, name) for state in states]),
-                {"units": units[name], "long_name": words[name]},
+                {"units": unit, "long_name": text},
             )
-            for name in dims
+            for name, (dims, unit, text) in LOADS.items()
         }
 
     @classmethod
     def from_row(cls, row: xr.Dataset, warnings: Sequence[str]) -> Self:
         """Return the loads of one state from a Dataset that `columns` made."""
-        energy, moment, peak, deviation = (row[f"member_{name}"].values for name in ("energy", "moment", "peak", "deviation"))
-        return cls(energy, moment, peak, deviation, tuple(warnings))
+        return cls._make([*(row[f"member_{name}"].values for name in LOADS), tuple(warnings)])
+
+
+_DIRECTIONS = ("joint", "direction")
+LOADS = {
+    "energy": (_DIRECTIONS, "J", "integral of normal force times slip speed in a cycle, by direction of the force"),
+    "moment": (
+        _DIRECTIONS,
+        "N J",
+        "integral of the squared normal force times slip speed in a cycle, by direction of the force",
+    ),
+    "cosine": (_DIRECTIONS, "J", "the first integral with the cosine of the journal's rotation; 0 if only the bearing is worn"),
+    "sine": (_DIRECTIONS, "J", "the first integral with the sine of the journal's rotation; 0 if only the bearing is worn"),
+    "peak": (("joint",), "N", "largest force in a cycle"),
+    "deviation": (("track",), "m", "largest deviation of the tracked point in a cycle"),
+}
+"""Dimensions, unit and meaning of the arrays of `Loads`."""
 
 
 class CycleRunner:
     """Simulation of cycles of a mechanism with worn bearings."""
 
     def __init__(
-        self, mechanism: Mechanism, options: Options, settings: Wear, names: Sequence[str], period: float | None
+        self, mechanism: Mechanism, options: Options, settings: Wear, surfaces: Sequence[WornSurface], period: float | None
     ) -> None:
-        self.mechanism, self.settings, self.names, self.period = mechanism, settings, names, period
+        self.mechanism, self.settings, self.surfaces, self.period = mechanism, settings, surfaces, period
         periods = settings.settle + settings.members
         until = options.until if period is None else periods * period
         self.options = dataclasses.replace(options, until=until, samples=2)
@@ -157,12 +195,12 @@ class CycleRunner:
             self.ideal = ideal_path(base, self.options)
 
     def loads(self, depths: np.ndarray) -> Loads:
-        """Simulate cycles with worn bearings and return their loads; `depths` is the wear, shape (joints, angles) [m]."""
+        """Simulate cycles with worn surfaces and return their loads; `depths` is the wear, shape (surfaces, angles) [m]."""
         mechanism = self.mechanism
-        for name, contour in zip(self.names, depths, strict=True):
-            clearance = mechanism.joint(name).clearance
-            assert clearance is not None
-            mechanism = mechanism.with_clearance(name, dataclasses.replace(clearance, contour=tuple(contour.tolist())))
+        for surface, contour in zip(self.surfaces, depths, strict=True):
+            clearance: Any = mechanism.joint(surface.joint).clearance
+            worn = dataclasses.replace(clearance, **{surface.field: tuple(contour.tolist())})
+            mechanism = mechanism.with_clearance(surface.joint, worn)
         if self.period is not None:
             return Loads.joined(self._cycles(mechanism, 0))
         members = range(self.settings.members)
@@ -198,13 +236,18 @@ class CycleRunner:
 
     def _loads_of_cycle(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
         """Return the loads of the cycle that the driver has just finished."""
+        totals, numbers = driver.state.total[BALANCED:].reshape(-1, LOAD_DIRECTIONS), driver.system.content.parameters.contact
+        blocks = np.where(numbers["cells"] > 0, load_blocks(numbers["journal"]), 0)
         contacts = [contact.name for contact in driver.plan.contacts]
-        worn = [j for j, contact in enumerate(driver.plan.contacts) if getattr(contact.clearance, "contour", ())]
-        rows = [worn.index(contacts.index(name)) for name in self.names]
-        totals = driver.state.total[BALANCED:].reshape(len(worn), 2, LOAD_DIRECTIONS)[rows]
+        parts = np.zeros((4, 1, len(self.surfaces), LOAD_DIRECTIONS))
+        for row, surface in enumerate(self.surfaces):
+            at = contacts.index(surface.joint)
+            count = min(4, int(blocks[at]))
+            first = int(blocks[:at].sum()) + (count if surface.side == "journal" else 0)
+            parts[:count, 0, row] = totals[first : first + count]
         forces = force_peaks(driver.plan, current_trajectory(driver)).size
-        peak = forces[driver.plan.places(self.names)]
+        peak = forces[driver.plan.places([surface.joint for surface in self.surfaces])]
         deviation = driver.peak["largest"][driver.rows(TRACK_DEVIATION)]
         if self.ideal is None:
             deviation = np.full(deviation.shape, np.nan)
-        return Loads(totals[None, :, 0], totals[None, :, 1], peak[None], deviation[None].copy(), texts)
+        return Loads(parts[0], parts[1], parts[2], parts[3], peak[None], deviation[None].copy(), texts)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.lifetime.loads import with_coefficients, worn_joints
+from scissordyn.lifetime.loads import with_coefficients, worn_surfaces
 from scissordyn.lifetime.wear import wear_out
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -35,7 +35,7 @@ class WearLife:
     def check(self, mechanism: Mechanism, bounds: Iterable[tuple[str, float]]) -> None:
         """Raise `InputError` if no requirement can fail, or a bound, given by its text, is above the computed cycles."""
         worn, settings = with_coefficients(mechanism, self.settings.coefficients)[0], self.settings
-        clearances = [worn.joint(name).clearance for name in worn_joints(worn)]
+        clearances = [worn.joint(surface.joint).clearance for surface in worn_surfaces(worn)]
         bush = any(clearance is not None and clearance.bush is not None for clearance in clearances)
         tracked = settings.loads == "simulated" and any(track.tolerance is not None for track in mechanism.tracks)
         if settings.most_clearance is None and not bush and not tracked:

@@ -1,65 +1,70 @@
-"""Wear step: change of one bearing's contour by the loads of a cycle, repeated for many cycles."""
+"""Wear step: change of the contours of one joint by the loads of a cycle, repeated for many cycles."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
-from scissordyn.lifetime.loads import Loads
+from scissordyn.lifetime.loads import Loads, WornSurface
 from scissordyn.mechanics import contour as kernels
-from scissordyn.model.joint import Revolute
+from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.numbers import contour_table
 
 
 class Worn(NamedTuple):
-    """Contour of a bearing after a wear step."""
+    """Contours of a joint after a wear step."""
 
-    depths: np.ndarray | None  # (angles,) [m]; None if the wear is too large for one step
+    depths: np.ndarray | None  # (surfaces, angles) [m]; None if the wear is too large for one step
     deepened: float  # largest increase of the depth [m]
 
 
-class Bearing:
-    """Bearing with a wear coefficient: its geometry, initial contour and pressure table."""
+class WornJoint:
+    """Joint with one or two worn surfaces: its geometry, initial contours and pressure table."""
 
-    def __init__(self, joint: Revolute, angles: int) -> None:
-        clearance = joint.clearance
+    def __init__(self, mechanism: Mechanism, surfaces: Sequence[WornSurface], rows: list[int], angles: int) -> None:
+        """`rows`: indices of the surfaces of this joint, the bearing first."""
+        clearance = mechanism.joint(surfaces[rows[0]].joint).clearance
         assert clearance is not None
-        assert clearance.wear is not None
-        surfaces = clearance.surfaces
-        if clearance.contour and len(clearance.contour) != angles:
-            raise InputError(
-                f"joint '{joint.name}': a contour of {len(clearance.contour)} depths",
-                f"{angles} depths, one for each angle of the wear computation",
-                f"angles = {len(clearance.contour)}",
-            )
-        self.coefficient, self.bush = clearance.wear, clearance.bush
-        self.clearance, self.radius = clearance.clearance, surfaces.bearing_radius
-        self.area = 2.0 * np.pi * self.radius * surfaces.length / angles
-        self.depths = np.array(clearance.contour or (0.0,) * angles)
-        self.table = pressure_table(clearance.stiffness, surfaces)
+        self.rows, both = rows, clearance.surfaces
+        chosen = [surfaces[row].contour(clearance) for row in rows]
+        for depths in chosen:
+            if depths and len(depths) != angles:
+                raise InputError(
+                    f"joint '{surfaces[rows[0]].joint}': a contour of {len(depths)} depths",
+                    f"{angles} depths, one for each angle of the wear computation",
+                    f"angles = {len(depths)}",
+                )
+        self.depths = np.array([depths or (0.0,) * angles for depths in chosen])
+        self.coefficients = np.array([clearance.wear or 0.0, clearance.journal_wear or 0.0])[: len(rows)]
+        self.bush, self.clearance = clearance.bush, clearance.clearance
+        self.radii = np.array([both.bearing_radius, both.journal_radius])[: len(rows)]
+        self.areas = 2.0 * np.pi * self.radii * both.length / angles
+        self.table = pressure_table(clearance.stiffness, both)
 
-    def worn(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int, substeps: int = 4000) -> Worn:
-        """Return the contour after some cycles; `joint` is the index of this bearing in the loads.
+    def worn(self, depths: np.ndarray, loads: Loads, cycles: int, substeps: int = 4000) -> Worn:
+        """Return the contours after some cycles, from those of all surfaces, shape (surfaces, angles) [m].
 
         `substeps`: largest number of substeps of one wear step.
         """
-        done, new = self._wear(depths, loads, joint, cycles, substeps)
-        return Worn(new if done >= 1.0 else None, float(np.max(new - depths)))
+        done, new = self._wear(depths, loads, cycles, substeps)
+        return Worn(new if done >= 1.0 else None, float(np.max(new - depths[self.rows])))
 
-    def rate(self, depths: np.ndarray, loads: Loads, joint: int) -> np.ndarray:
-        """Return the depth that one cycle wears on a given contour at each angle, shape (angles,) [m]."""
-        done, new = self._wear(depths, loads, joint, 1, 1)
-        return np.asarray((new - depths) / done)
+    def rate(self, depths: np.ndarray, loads: Loads) -> np.ndarray:
+        """Return the depth that one cycle wears at each angle, shape (surfaces of this joint, angles) [m]."""
+        done, new = self._wear(depths, loads, 1, 1)
+        return np.asarray((new - depths[self.rows]) / done)
 
-    def _wear(self, depths: np.ndarray, loads: Loads, joint: int, cycles: int, substeps: int) -> tuple[float, np.ndarray]:
-        """Wear a contour in at most some substeps; return the fraction of the cycles that is done, and the new depths [m]."""
-        energy, force = loads.by_direction(joint)
-        contour, places = contour_table(depths.tolist()), np.full((energy.size, 2), np.nan)
+    def _wear(self, depths: np.ndarray, loads: Loads, cycles: int, substeps: int) -> tuple[float, np.ndarray]:
+        """Wear the contours in at most some substeps; return the completed fraction of the cycles and the new depths [m]."""
+        energy, force, turn, spread = (np.array(part) for part in zip(*map(loads.by_direction, self.rows), strict=True))
+        contours = np.array([contour_table(depths[row].tolist()) for row in self.rows])
         done = kernels.wear_out(
-            *(contour, self.table, self.clearance, self.area, energy, force, places),
-            *(self.coefficient * cycles, substeps, np.zeros((3, depths.size))),
+            *(contours, self.table, self.clearance, float(self.areas[0]), self.areas, energy, force, turn, spread),
+            *(np.full((*energy.shape, 2), np.nan), self.coefficients * cycles, substeps),
+            *(np.zeros((6, depths.shape[1])), np.zeros(contours.shape[1:])),
         )
-        return done, contour[:, kernels.DEPTH].copy()
+        return done, contours[..., kernels.DEPTH].copy()

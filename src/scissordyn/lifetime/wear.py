@@ -1,4 +1,4 @@
-"""Wear of bearings over many cycles: simulate a cycle, wear the bearings by its loads for some cycles, repeat."""
+"""Wear of joints over many cycles: simulate a cycle, wear the joints by its loads for some cycles, repeat."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lifetime.error import depth_errors, mean_error
 from scissordyn.lifetime.ideal import IdealRunner
 from scissordyn.lifetime.life import add_lives, repetition, without_repetitions
-from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients, worn_joints
-from scissordyn.lifetime.step import Bearing, Worn
+from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients, worn_surfaces
+from scissordyn.lifetime.step import Worn, WornJoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
 from scissordyn.model.wear import Coefficients, CycleKind, LoadsKind, Wear
@@ -38,14 +38,14 @@ TOLERANCE_FRACTION = 2e-3  # [clearances] default of the largest error of a step
 
 
 class State(NamedTuple):
-    """Contours of the bearings after a number of cycles, and the loads of a cycle simulated with them."""
+    """Contours of the worn surfaces after a number of cycles, and the loads of a cycle simulated with them."""
 
     cycle: int
     step: int  # number of cycles since the previous state
-    depths: np.ndarray  # (joints, angles) [m]
+    depths: np.ndarray  # (surfaces, angles) [m]
     loads: Loads
-    rates: np.ndarray  # (members, joints, angles) depth that each simulated cycle wears [m]
-    correction: np.ndarray  # (joints, angles) depths minus those of constant loads over each step [m]
+    rates: np.ndarray  # (members, surfaces, angles) depth that each simulated cycle wears [m]
+    correction: np.ndarray  # (surfaces, angles) depths minus those of constant loads over each step [m]
     simulations: int = 1  # number of simulations until the step that ends here had a small enough error
 
 
@@ -74,20 +74,21 @@ def wear(
     each: Annotated[Callable[[xr.Dataset], None] | None, Meaning("called with the current result after each step")] = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
-    r"""Wear the bearings of a mechanism over many cycles by Archard's law.
+    r"""Wear the joints of a mechanism over many cycles by Archard's law.
 
-    Some cycles are simulated, and the loads on each bearing are collected by angle. Under these loads the bearing wears for n
-    cycles; then cycles are simulated again with the worn bearing. A step of n cycles whose error exceeds the tolerance is
+    Some cycles are simulated, and the loads on each joint are collected by angle. Under these loads the joint wears for n
+    cycles; then cycles are simulated again with the worn joint. A step of n cycles whose error exceeds the tolerance is
     repeated with fewer.
 
     .. math:: \frac{\mathrm{d}V}{\mathrm{d}t} = k F_n |v_t|, \qquad \mathrm{d}h = k\, p\, |v_t|\, \mathrm{d}t
 
-    The wear depth h follows the pressure p that the contact law has on the worn contour. The journal stays round.
+    The wear depth h follows the pressure p that the contact law has on the worn contours. The bearing wears, and the journal
+    if it has a coefficient.
 
     Parameters
     ----------
     mechanism : Mechanism
-        Mechanism with a wear coefficient at one or several clearance joints, ``Clearance(wear=...)``.
+        Mechanism with a wear coefficient at one or several clearance joints, ``Clearance(wear=..., journal_wear=...)``.
     until : float
         End of the run that is a cycle [s]; not used where a cycle is a period of the drive.
     cycles : int
@@ -168,20 +169,26 @@ def wear_out(
 
 
 class _Life:
-    """Wear computation: states of the bearings over the cycles, and the next state to simulate."""
+    """Wear computation: states of the worn surfaces over the cycles, and the next state to simulate."""
 
     def __init__(self, mechanism: Mechanism, options: Options, settings: Wear) -> None:
         mechanism, self.warnings = with_coefficients(mechanism, settings.coefficients)
         self.mechanism, self.options, self.settings = mechanism, options, settings
-        self.names = worn_joints(mechanism)
-        period = _period(mechanism, settings)
+        self.surfaces = worn_surfaces(mechanism)
+        self.names, period = [surface.label for surface in self.surfaces], _period(mechanism, settings)
         self.runner: CycleRunner | IdealRunner = (
-            CycleRunner(mechanism, options, settings, self.names, period)
+            CycleRunner(mechanism, options, settings, self.surfaces, period)
             if settings.loads == "simulated"
-            else IdealRunner(mechanism, self.names, options.until if period is None else period)
+            else IdealRunner(mechanism, self.surfaces, options.until if period is None else period)
         )
-        self.bearings = [Bearing(mechanism.joint(name), settings.angles) for name in self.names]
-        self.tolerance = np.array([settings.tolerance or TOLERANCE_FRACTION * part.clearance for part in self.bearings])
+        rows: dict[str, list[int]] = {}
+        for row, surface in enumerate(self.surfaces):
+            rows.setdefault(surface.joint, []).append(row)
+        self.joints = [WornJoint(mechanism, self.surfaces, part, settings.angles) for part in rows.values()]
+        self.clearance = np.array([joint.clearance for joint in self.joints for _ in joint.rows])
+        self.tolerance = TOLERANCE_FRACTION * self.clearance
+        if settings.tolerance is not None:
+            self.tolerance[:] = settings.tolerance
         self.cause = ""
         self.states: list[State] = []
 
@@ -193,7 +200,7 @@ class _Life:
     def steps(self) -> Iterator[None]:
         """Simulate a cycle and wear the bearings, alternately, until all cycles are done; yield after each step."""
         if not self.states:
-            depths = np.stack([bearing.depths for bearing in self.bearings])
+            depths = np.concatenate([joint.depths for joint in self.joints])
             self._add(State(0, 0, depths, *self._simulated(depths), np.zeros(depths.shape)))
             yield
         while self.cycle < self.settings.cycles and not self.cause:
@@ -204,8 +211,7 @@ class _Life:
         """Return the loads of simulated cycles with given contours, and the depth that each of them wears."""
         loads = self.runner.loads(depths)
         rates = [
-            [bearing.rate(depths[j], loads.member(m), j) for j, bearing in enumerate(self.bearings)]
-            for m in range(len(loads.energy))
+            np.concatenate([joint.rate(depths, loads.member(m)) for joint in self.joints]) for m in range(len(loads.energy))
         ]
         return loads, np.array(rates)
 
@@ -243,7 +249,8 @@ class _Life:
         if last.step:
             return int(last.step * min(growth, _factor(self._error(last.correction - self.states[-2].correction))))
         rate = np.array([part.deepened for part in self._worn(last.depths, last.loads, 1)])
-        return int(min(self.settings.cycles, np.min(2.0 * self.tolerance / np.maximum(rate, np.finfo(float).tiny))))
+        first = [joint.rows[0] for joint in self.joints]
+        return int(min(self.settings.cycles, np.min(2.0 * self.tolerance[first] / np.maximum(rate, np.finfo(float).tiny))))
 
     def _error(self, correction: np.ndarray) -> float:
         """Return the largest correction of a step, as a multiple of the tolerance."""
@@ -261,23 +268,25 @@ class _Life:
         """Keep a state; note a bush that has worn through."""
         self.states.append(state)
         self.warnings = without_repetitions([*self.warnings, *state.loads.warnings])
-        for name, bearing, depth in zip(self.names, self.bearings, state.depths.max(axis=-1).tolist(), strict=True):
-            if bearing.bush is not None and depth >= bearing.bush and not self.cause:
-                self.cause = f"joint '{name}' has worn through its bush of {1e3 * bearing.bush:g} mm by cycle {state.cycle}"
+        for joint in self.joints:
+            row = joint.rows[0]
+            if joint.bush is not None and state.depths[row].max() >= joint.bush and not self.cause:
+                text = f"joint '{self.names[row]}' has worn through its bush of {1e3 * joint.bush:g} mm by cycle {state.cycle}"
+                self.cause = text
 
     def _worn(self, depths: np.ndarray, loads: Loads, cycles: int) -> list[Worn]:
-        """Return the bearings after some cycles with given loads, from contours of shape (joints, angles) [m]."""
-        return [bearing.worn(depths[j], loads, j, cycles) for j, bearing in enumerate(self.bearings)]
+        """Return the joints after some cycles with given loads, from contours of shape (surfaces, angles) [m]."""
+        return [joint.worn(depths, loads, cycles) for joint in self.joints]
 
     def _depths(self, worn: list[Worn]) -> np.ndarray:
-        """Return the contours after a step, shape (joints, angles); raise `ScissordynError` if one has worn too much."""
-        for name, part in zip(self.names, worn, strict=True):
+        """Return the contours after a step, shape (surfaces, angles); raise `ScissordynError` if one has worn too much."""
+        for joint, part in zip(self.joints, worn, strict=True):
             if part.depths is None:
                 raise ScissordynError(
-                    f"a single cycle wears joint '{name}' by far more than its elastic indentation; "
+                    f"a single cycle wears joint '{self.names[joint.rows[0]]}' by far more than its elastic indentation; "
                     "check its coefficient of wear"
                 )
-        return np.stack([part.depths for part in worn if part.depths is not None])
+        return np.concatenate([part.depths for part in worn if part.depths is not None])
 
     def continue_from(self, earlier: xr.Dataset) -> None:
         """Load the states of an earlier result of the same wear computation, so that it continues from its last state."""
@@ -323,11 +332,12 @@ class _Life:
             coords={
                 "cycle": ("state", np.array([state.cycle for state in states]), {"units": "1", "long_name": "cycle"}),
                 "joint": ("joint", np.array(self.names, dtype=object)),
+                "side": ("joint", np.array([surface.side for surface in self.surfaces], dtype=object)),
                 "track": ("track", np.array(tracks, dtype=object)),
                 "angle": (
                     "angle",
                     2.0 * np.pi * np.arange(self.settings.angles) / self.settings.angles,
-                    {"units": "rad", "long_name": "angle in the frame of the bearing's body"},
+                    {"units": "rad", "long_name": "angle in the frame of the body of the worn surface"},
                 ),
             },
             attrs={
@@ -344,13 +354,15 @@ class _Life:
         run.attrs["warnings"] = json.dumps([*self.warnings, *repetition(run)])
         return add_lives(run, self.mechanism, self.settings)
 
+    def _of_both(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums over the surfaces of each joint, for each of its surfaces; shape (states, surfaces)."""
+        return np.stack([values[:, joint.rows].sum(axis=-1) for joint in self.joints for _ in joint.rows], axis=-1)
+
     def _columns(self) -> Mapping[str, tuple[tuple[str, ...], Any, str, str]]:
         """Return dimensions, values, unit and meaning of the result's variables, by name."""
         states = self.states
         depths = np.array([state.depths for state in states])
-        clearance = np.array([bearing.clearance for bearing in self.bearings])
-        area = np.array([bearing.area for bearing in self.bearings])
-        largest = depths.max(axis=-1)
+        area, largest = np.concatenate([joint.areas for joint in self.joints]), depths.max(axis=-1)
         loads = [state.loads for state in states]
         rates, corrections = np.array([state.rates for state in states]), np.array([state.correction for state in states])
         found = depth_errors(
@@ -358,8 +370,8 @@ class _Life:
         )
         deviation = np.array([part.deviation for part in loads])
         return {
-            "depth": (("state", "joint", "angle"), depths, "m", "depth of the worn bearing, by angle in the frame of its body"),
-            "depth_largest": (("state", "joint"), largest, "m", "largest depth of the worn bearing"),
+            "depth": (("state", "joint", "angle"), depths, "m", "depth of the worn surface, by angle in the frame of its body"),
+            "depth_largest": (("state", "joint"), largest, "m", "largest depth of the worn surface"),
             "depth_error": (
                 ("state", "joint"),
                 found.error,
@@ -367,7 +379,18 @@ class _Life:
                 "half the 95 % interval of the largest depth",
             ),
             "worn_volume": (("state", "joint"), depths.sum(axis=-1) * area, "m^3", "worn volume"),
-            "worn_clearance": (("state", "joint"), clearance + largest, "m", "largest radial clearance of the worn joint"),
+            "worn_clearance": (
+                ("state", "joint"),
+                self.clearance + self._of_both(largest),
+                "m",
+                "largest radial clearance of the worn joint",
+            ),
+            "clearance_error": (
+                ("state", "joint"),
+                self._of_both(found.error),
+                "m",
+                "half the 95 % interval of this clearance",
+            ),
             "peak_force": (
                 ("state", "joint"),
                 np.array([part.peak.mean(axis=0) for part in loads]),
@@ -414,8 +437,8 @@ class _Life:
                 "1",
                 "simulations until the error of the step was within the tolerance",
             ),
-            "clearance": (("joint",), clearance, "m", "radial clearance of the round bearing"),
-            "bearing_radius": (("joint",), np.array([bearing.radius for bearing in self.bearings]), "m", "bearing radius"),
+            "clearance": (("joint",), self.clearance, "m", "radial clearance of the round joint"),
+            "radius": (("joint",), np.concatenate([joint.radii for joint in self.joints]), "m", "radius of the round surface"),
         }
 
 

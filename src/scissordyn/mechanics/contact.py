@@ -33,6 +33,7 @@ from scissordyn.mechanics.system import (
     N_BY_X,
     OTHER,
     OWN,
+    PSI_BY_X,
     RATE_BY_X,
     SLIP_BY_V,
     SLIP_BY_X,
@@ -141,6 +142,8 @@ def contact_forces(j, S, z, dz):
     moment_j, moment_b = -p.radius * tangential, (p.radius + contact.distance) * tangential
     if p.cells > 0:
         moment_b = (p.radius + ex * nx + ey * ny) * tangential + (ex * ny - ey * nx) * normal
+    if p.journal == 1:
+        moment_j, moment_b = moment_j - contact.lever * normal, moment_b + contact.lever * normal
     write_wrench(j, S, fx, fy, moment_j, moment_b)
     add_torques(j, S, fx, fy, moment_j, moment_b, ax, ay, bx, by, W.force, 0, W.force.size)
 
@@ -246,8 +249,8 @@ def law_slopes(j, S, z, up, down, by_state):
         deep, shallow = delta + h, delta - h
         if P.contact[j].cells > 0:
             maps = map_values(j, S)
-            high, deep, _, _ = displaced_force(j, S, maps, h, 0.0)
-            low, shallow, _, _ = displaced_force(j, S, maps, -h, 0.0)
+            high, deep, _, _, _ = displaced_force(j, S, maps, h, 0.0, 0.0)
+            low, shallow, _, _, _ = displaced_force(j, S, maps, -h, 0.0, 0.0)
         else:
             high = elastic_force(stiffness, deep, P.elastic[j])
             low = elastic_force(stiffness, shallow, P.elastic[j])
@@ -302,27 +305,41 @@ def law_slopes(j, S, z, up, down, by_state):
 
 @kernel
 def lateral_slopes(j, S, z, up, down, by_state):
-    """Return derivatives of a worn contact: that of F_n by a displacement along t, those of the angle of n along n and t.
+    """Return derivatives of a worn contact: of F_n by t and psi, of the angle of n by n, t and psi, of the lever by these.
 
-    The slopes of the rates of the damping states by a displacement along t are written to `by_state`, in the row of the slip.
+    The slopes of the rates of the damping states by a displacement along t are written to `by_state`, in the row of the slip;
+    those by psi follow the other rows.
     """
     contact, first, h = S.work.contact[j], S.parameters.law[j].bristles, 1e-5 * S.work.contact[j].depth
-    states = z.size
+    states, n_a, n_p, turn_p, g_d, g_a, g_p = z.size, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for s in range(first, states):
-        by_state[states + 1, s] = 0.0
+        by_state[states + 1, s], by_state[states + 6, s] = 0.0, 0.0
     if not (contact.depth > 0.0 and contact.elastic > 0.0):
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     maps, pressed, rising, falling = map_values(j, S), z[first:states], up[first:states], down[first:states]
-    _, _, _, out = displaced_force(j, S, maps, h, 0.0)
-    _, _, _, back = displaced_force(j, S, maps, -h, 0.0)
-    left, left_depth, _, left_turn = displaced_force(j, S, maps, 0.0, h)
-    right, right_depth, _, right_turn = displaced_force(j, S, maps, 0.0, -h)
+    scale = 1.0 / (2.0 * h)
+    _, _, _, out, out_lever = displaced_force(j, S, maps, h, 0.0, 0.0)
+    _, _, _, back, back_lever = displaced_force(j, S, maps, -h, 0.0, 0.0)
+    left, left_depth, _, left_turn, left_lever = displaced_force(j, S, maps, 0.0, h, 0.0)
+    right, right_depth, _, right_turn, right_lever = displaced_force(j, S, maps, 0.0, -h, 0.0)
     left = damped_force(j, S, left, left_depth, contact.rate, pressed, rising)
     right = damped_force(j, S, right, right_depth, contact.rate, pressed, falling)
-    scale = 1.0 / (2.0 * h)
+    n_a = (left - right) * scale
     for s in range(first, states):
         by_state[states + 1, s] = (up[s] - down[s]) * scale
-    return (left - right) * scale, (out - back) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
+    if S.parameters.contact[j].journal == 1:
+        g_d, g_a = (out_lever - back_lever) * scale, (left_lever - right_lever) * scale
+        turn = h / S.parameters.contact[j].radius
+        high, deep, _, high_turn, high_lever = displaced_force(j, S, maps, 0.0, 0.0, turn)
+        low, shallow, _, low_turn, low_lever = displaced_force(j, S, maps, 0.0, 0.0, -turn)
+        high = damped_force(j, S, high, deep, contact.rate, pressed, rising)
+        low = damped_force(j, S, low, shallow, contact.rate, pressed, falling)
+        n_p, g_p = 0.5 * (high - low) / turn, 0.5 * (high_lever - low_lever) / turn
+        turn_p = 0.5 * (high_turn - low_turn) / turn / contact.elastic
+        for s in range(first, states):
+            by_state[states + 6, s] = 0.5 * (up[s] - down[s]) / turn
+    turn_d, turn_a = (out - back) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
+    return n_a, n_p, turn_d, turn_a, turn_p, g_d, g_a, g_p
 
 
 @kernel
@@ -388,8 +405,8 @@ def linearise_contact(j, S, z, by_state, up, down):
     if S.parameters.contact[j].plane == 1:
         plane_slopes(j, S, n_d, n_r)
     elif S.parameters.contact[j].cells > 0:
-        n_a, turn_d, turn_a = lateral_slopes(j, S, z, up, down, by_state)
-        worn_slopes(j, S, n_d, n_a, n_r, turn_d, turn_a)
+        n_a, n_p, turn_d, turn_a, turn_p, g_d, g_a, g_p = lateral_slopes(j, S, z, up, down, by_state)
+        worn_slopes(j, S, n_d, n_a, n_p, n_r, turn_d, turn_a, turn_p, g_d, g_a, g_p)
     else:
         pin_slopes(j, S, n_d, n_r)
     count, block, local = M.element_start[j + 1] - M.element_start[j], M.block_start[j], W.local
@@ -417,7 +434,7 @@ def linearise_contact(j, S, z, by_state, up, down):
                 W.force_by_state[i] = both * by_state[states + 3, s]
                 W.rate_by_x[i] = by_depth * local[DEPTH_BY_X, a] + by_rate * local[RATE_BY_X, a]
                 if S.parameters.contact[j].cells > 0:
-                    W.rate_by_x[i] += by_state[states + 1, s] * local[OWN, a]
+                    W.rate_by_x[i] += by_state[states + 1, s] * local[OWN, a] + by_state[states + 6, s] * local[PSI_BY_X, a]
                 W.rate_by_v[i] = -by_rate * local[ARM_N, a]
     for s in range(states):
         for k in range(states):  # friction depends on the normal force and therefore on the damping states

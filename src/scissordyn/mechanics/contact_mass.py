@@ -30,8 +30,9 @@ def contact_mass(j, S):
     # a guide surface is pushed at the corner, not at the point that its map starts from, and a worn bearing likewise
     p = S.parameters.contact[j]
     moment = ux * ny - uy * nx if p.plane == 1 or p.cells > 0 else 0.0
+    lever = W.contact[j].lever if p.journal == 1 else 0.0
     W.load[:] = 0.0
-    add_torques(j, S, -nx, -ny, 0.0, moment, ax, ay, bx, by, W.load, 0, S.model.n)
+    add_torques(j, S, -nx, -ny, -lever, moment + lever, ax, ay, bx, by, W.load, 0, S.model.n)
     return effective_mass(S)
 
 

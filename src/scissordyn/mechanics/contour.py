@@ -1,4 +1,4 @@
-"""Round journal in a worn bearing: indentation, pressure, force and energy over the angle, and the wear by given loads.
+"""Journal in a worn bearing: indentation, pressure, force and energy over the angle, and the wear of both by given loads.
 
 The contour h(theta) is the depth by which the bearing is worn, at equally spaced angles in the frame of its body, and linear
 in between. At the eccentricity e the journal indents the bearing at each angle by
@@ -9,14 +9,15 @@ With the pressure p(w) of `laws.foundation`, linear w between two angles and A t
 
     f = sum A int p(w) (cos, sin) ds,    U = sum A int P(w) ds,    P' = p,    f = dU/de
 
-All integrals are closed forms of p, P and Q with Q' = P, also in a cell in which the contact ends.
+All integrals are closed forms of p, P and Q with Q' = P, also in a cell in which the contact ends. A worn journal has a contour
+too, in the frame of its own body. Its depths are added to those of the bearing that they face.
 """
 
 from __future__ import annotations
 
 import math
 
-from scissordyn.kernel import F1, F2, entry, kernel
+from scissordyn.kernel import F1, F2, F3, entry, kernel
 from scissordyn.laws.foundation import EXPONENT, FIRST, INDENTATION, PRESSURE, SECOND
 from scissordyn.tolerance import EVENT_TOL, NEWTON_STEPS_MAX
 
@@ -71,6 +72,26 @@ def wrapped(k, count):
     if k < 0:
         return k + count
     return k - count if k >= count else k
+
+
+@kernel
+def add_contours(bearing, journal, angle, surface, slope):
+    """Write the sum of the contours of a bearing and of a journal that has turned by an angle, and its slope [m/rad].
+
+    The depths of the journal are interpolated by a quadratic B-spline, whose slope is continuous and whose mean is theirs.
+    """
+    count = bearing.shape[0]
+    near = nearest_cell(math.cos(angle), math.sin(angle), count)
+    s = near - angle * count / (2.0 * math.pi)
+    if s > 0.5 * count:
+        s -= count
+    low, middle, high = 0.5 * (0.5 - s) * (0.5 - s), 0.75 - s * s, 0.5 * (0.5 + s) * (0.5 + s)
+    for k in range(count):
+        at = wrapped(k - near, count)
+        before, here, after = journal[wrapped(at - 1, count)], journal[at], journal[wrapped(at + 1, count)]
+        surface[k, DEPTH] = bearing[k, DEPTH] + low * before + middle * here + high * after
+        surface[k, COS], surface[k, SIN] = bearing[k, COS], bearing[k, SIN]
+        slope[k] = ((0.5 + s) * after - 2.0 * s * here - (0.5 - s) * before) * count / (2.0 * math.pi)
 
 
 @kernel
@@ -200,6 +221,12 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
 
 
 @entry
+def turned_contours(bearing: F2, journal: F1, angle: float, surface: F2, slope: F1) -> None:
+    """Write the sum of the contours of a bearing and of a journal that has turned by an angle [rad], and its slope [m/rad]."""
+    add_contours(bearing, journal, angle, surface, slope)
+
+
+@entry
 def press_at(ex: float, ey: float, contour: F2, table: F2, clearance: float, area: float, shares: F1, out: F1) -> None:
     """Write the force of the journal on the bearing, its energy, and the largest indentation to `out`."""
     out[0], out[1], out[2] = press(ex, ey, contour, table, clearance, area, shares)
@@ -214,70 +241,117 @@ def place_under(px: float, py: float, contour: F2, table: F2, clearance: float, 
     out[0], out[1], out[2] = improve_place(e * px / force, e * py / force, px, py, contour, table, clearance, area, out[3:3])
 
 
+@kernel
+def add_counter(own, other, turn, spread, sums, out):
+    """Write a contour plus the mean of the other surface's depths over the angles from turn - spread to turn + spread.
+
+    The other surface has turned by these angles. `sums` receives the sums of its depths before each angle.
+    """
+    count, total = own.shape[0], 0.0
+    for k in range(count):
+        sums[k] = total
+        total += other[k, DEPTH]
+    half = max(0.5, spread * count / (2.0 * math.pi))  # half a cell interpolates linearly
+    for k in range(count):
+        place = k - turn * count / (2.0 * math.pi) + 2.0 * count + 0.5
+        mean = sum_before(other, sums, total, place + half) - sum_before(other, sums, total, place - half)
+        out[k, DEPTH], out[k, COS], out[k, SIN] = own[k, DEPTH] + 0.5 * mean / half, own[k, COS], own[k, SIN]
+
+
+@kernel
+def sum_before(contour, sums, total, place):
+    """Return the sum of the depths of a periodic contour from angle 0 to a place > 0, counted in cells."""
+    k = int(place)
+    turns = k // contour.shape[0]
+    at = k - turns * contour.shape[0]
+    return turns * total + sums[at] + (place - k) * contour[at, DEPTH]
+
+
+@kernel
+def add_rate(contour, table, clearance, area, b, loads, force, place, scale, own_area, shares, rate, stiff):
+    """Add the depth that load b wears on a contour to `rate`, and its ratio to the elastic indentation to `stiff`, by angle."""
+    nx, ny = math.cos(2.0 * math.pi * b / loads), math.sin(2.0 * math.pi * b / loads)
+    px, py = force * nx, force * ny
+    rest = force
+    if not math.isnan(place[0]):
+        place[0], place[1], rest = improve_place(place[0], place[1], px, py, contour, table, clearance, area, shares[0:0])
+    if not rest < (1.0 - EVENT_TOL) * force:  # at first, or after stronger loads have worn the contour away from this one
+        e = bracket_place(nx, ny, force, contour, table, clearance, area, shares[0:0])
+        place[0], place[1], _ = improve_place(e * nx, e * ny, px, py, contour, table, clearance, area, shares[0:0])
+    shares[:] = 0.0
+    press(place[0], place[1], contour, table, clearance, area, shares)
+    depth, _ = deepest(place[0], place[1], contour, clearance)
+    total = 0.0
+    for i in range(shares.size):
+        total += shares[i]
+    for i in range(shares.size):
+        own = scale * shares[i] / (total * own_area)
+        rate[i] += own
+        stiff[i] += own / depth
+
+
 @entry
 def wear_out(
-    contour: F2,
+    contours: F3,
     table: F2,
     clearance: float,
     area: float,
-    energy: F1,
-    force: F1,
-    place: F2,
-    coefficient: float,
+    areas: F1,
+    energy: F2,
+    force: F2,
+    turn: F2,
+    spread: F2,
+    place: F3,
+    coefficients: F1,
     substeps: int,
     work: F2,
+    pressed: F2,
 ) -> float:
-    r"""Wear a contour by loads and return the fraction of the wear that fits into the given number of substeps.
+    r"""Wear the contour of a bearing, or those of bearing and journal, and return the completed fraction of the wear.
 
-    Load b acts at the angle 2 pi b / loads with a force [N] and the friction energy divided by the friction coefficient [J]:
-    the integral of F |v| dt. Archard's law distributes the volume k int F |v| dt as the pressure is distributed,
+    Load b of a surface acts at the angle 2 pi b / loads of its body with a force [N] and the friction energy divided by the
+    friction coefficient [J]: the integral of F |v| dt. Archard's law distributes the volume k int F |v| dt as the pressure is
+    distributed,
 
     .. math:: \mathrm{d}h_i = \frac{k}{A} \sum_b \frac{p_{ib}}{\sum_i p_{ib}}\, \mathrm{d}E_b
 
-    The places of the journal under each load follow the contour. `place` holds them, NaN at first; `work` has three rows of
-    the contour's length.
+    Each surface is pressed against the mean contour of the other one, over the rotations from turn - spread to turn + spread
+    [rad] of the journal at which load b acts. The places of the journal under each load follow the contours. `place` holds
+    them, NaN at first. `area` is that of a cell in the contact, `areas` that of a worn cell of each surface. `work` has six
+    rows of the contour's length; `pressed` has the shape of a contour.
     """
-    loads, count, done = energy.size, contour.shape[0], 0.0
-    shares, rate, stiff = work[0], work[1], work[2]
+    loads, done, surfaces = energy.shape[1], 0.0, contours.shape[0]
     for _ in range(substeps):
-        for i in range(count):
-            rate[i], stiff[i] = 0.0, 0.0
-        for b in range(loads):
-            if not energy[b] > 0.0:
-                continue
-            nx, ny = math.cos(2.0 * math.pi * b / loads), math.sin(2.0 * math.pi * b / loads)
-            px, py = force[b] * nx, force[b] * ny
-            rest = force[b]
-            if not math.isnan(place[b, 0]):
-                place[b, 0], place[b, 1], rest = improve_place(
-                    place[b, 0], place[b, 1], px, py, contour, table, clearance, area, shares[0:0]
-                )
-            if (
-                not rest < (1.0 - EVENT_TOL) * force[b]
-            ):  # at first, or after stronger loads have worn the contour away from this one
-                e = bracket_place(nx, ny, force[b], contour, table, clearance, area, shares[0:0])
-                place[b, 0], place[b, 1], _ = improve_place(
-                    e * nx, e * ny, px, py, contour, table, clearance, area, shares[0:0]
-                )
-            for i in range(count):
-                shares[i] = 0.0
-            press(place[b, 0], place[b, 1], contour, table, clearance, area, shares)
-            depth, _ = deepest(place[b, 0], place[b, 1], contour, clearance)
-            total = 0.0
-            for i in range(count):
-                total += shares[i]
-            for i in range(count):
-                own = coefficient * energy[b] * shares[i] / (total * area)
-                rate[i] += own
-                stiff[i] += own / depth
         largest = 0.0
-        for i in range(count):
-            largest = max(largest, stiff[i])
+        for s in range(surfaces):
+            rate, stiff = work[2 + 2 * s], work[3 + 2 * s]
+            rate[:], stiff[:] = 0.0, 0.0
+            for k in range(rate.size):
+                pressed[k, DEPTH], pressed[k, COS], pressed[k, SIN] = (
+                    contours[s, k, DEPTH],
+                    contours[s, k, COS],
+                    contours[s, k, SIN],
+                )
+            for b in range(loads):
+                if not (energy[s, b] > 0.0 and coefficients[s] > 0.0):
+                    continue
+                if surfaces > 1:  # the journal turns by psi relative to the bearing, and the bearing by -psi relative to it
+                    add_counter(contours[s], contours[1 - s], (1 - 2 * s) * turn[s, b], spread[s, b], work[1], pressed)
+                scale = coefficients[s] * energy[s, b]
+                add_rate(
+                    pressed, table, clearance, area, b, loads, force[s, b], place[s, b], scale, areas[s], work[0], rate, stiff
+                )
+            most = 0.0
+            for i in range(stiff.size):
+                most = max(most, stiff[i])
+            largest += most
         part = 1.0 - done
         if largest > 0.0:
             part = min(part, SUBSTEP_FRACTION / largest)
-        for i in range(count):
-            contour[i, DEPTH] += part * rate[i]
+        for s in range(surfaces):
+            rate = work[2 + 2 * s]
+            for i in range(rate.size):
+                contours[s, i, DEPTH] += part * rate[i]
         done = 1.0 if part >= 1.0 - done else done + part
         if done >= 1.0:
             break

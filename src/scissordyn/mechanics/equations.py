@@ -134,7 +134,7 @@ def linearise_elements(t, y, S, dt):
             continue
         states, z = stop - start, y[2 * n + start : 2 * n + stop]
         if j < contacts:
-            linearise_contact(j, S, z, W.state_jacobian[: states + 6, :states], W.state_work[0], W.state_work[1])
+            linearise_contact(j, S, z, W.state_jacobian[: states + 7, :states], W.state_work[0], W.state_work[1])
         else:
             linearise_component(t, j - contacts, S, z, dt, 2 * n + start)
         first, count = M.element_start[j], M.element_start[j + 1] - M.element_start[j]

@@ -32,6 +32,7 @@ CONTACT = np.dtype(
         ("spinless", "i8"),  # 1 if the slip speed is that of the contact points R n, which do not turn with the bodies
         ("cells", "i8"),  # number of angles of a worn contour, 0 for a round bearing
         ("cell_area", "f8"),  # area of the bearing between two angles [m^2]
+        ("journal", "i8"),  # 1 if the journal is worn too
     ]
 )
 LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start", "limit")
@@ -45,14 +46,16 @@ stored before the states of the normal force; `loaded`, 1 if damping uses `laws.
 """
 
 CONTACT_RESULT = np.dtype(
-    [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance")]
+    [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance", "lever")]
 )
-"""Fields: delta [m], delta' [m/s], slip speed [m/s], elastic, normal and tangential force [N], n, and |e| or the distance
-towards the surface from the middle [m].
+"""Fields: delta [m], delta' [m/s], slip speed [m/s], elastic, normal and tangential force [N], n, |e| or the distance
+towards the surface from the middle [m], and the lever of the normal force about a worn journal [m].
 """
 
-ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER, TURN_OWN = range(11)
-"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, slip speed, delta and delta'; three more for each kind of
+(ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER, TURN_OWN, PSI_BY_X, LEVER_BY_X) = range(
+    13
+)
+"""Rows of `Workspace.local`: arms of F_n and F_t, derivatives of F_n, slip speed, delta and delta'; others for each kind of
 contact.
 """
 
@@ -149,6 +152,7 @@ class Parameters(NamedTuple):
     contact: ContactArray  # (contacts,)
     law: LawArray  # (contacts,)
     contour: F3  # (contacts, angles, 3) depth of a worn bearing [m], cosine and sine of the angle in the frame of its body
+    journal: F2  # (contacts, angles) depth of a worn journal [m] in the frame of its body; no angles if all journals are round
     foundation: F3  # (contacts, pieces, 5) pressure by indentation, see `laws.foundation`
     elastic: F2  # (contacts, PARAMETERS)
     damping: F2
@@ -222,9 +226,12 @@ class Workspace(NamedTuple):
     rate_by_x: F1  # (states * entries)
     rate_by_v: F1
     rate_by_state: F1  # states x states of each force element
-    local: F2  # (11, widest element)
+    local: F2  # (13, widest element)
+    surface: F3  # (contacts, angles, 3) sum of both worn contours, as `Parameters.contour`; no angles if all journals are round
+    slopes: F2  # (contacts, angles) its derivative by the angle of the journal [m/rad]
+    shares: F1  # (angles,) pressure force by angle [N]
     state_work: F2  # (2, most states)
-    state_jacobian: F2  # (most states + 3, most states)
+    state_jacobian: F2  # (most states + 7, most states)
     coordinates: F2  # (components, 4) coordinates of the ports
     coordinate_rates: F2
     context: F1  # (5,)

@@ -71,8 +71,8 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         gamma=np.zeros(1),
         wrench=np.zeros((contacts + components, 4)),
         rate_by_state=np.zeros(int(model.state_state_start[-1])),
-        local=np.zeros((11, int(np.max(counts, initial=0)))),
-        state_jacobian=np.zeros((most + 6, most)),
+        local=np.zeros((13, int(np.max(counts, initial=0)))),
+        state_jacobian=np.zeros((most + 7, most)),
         context=np.zeros(len(CONTEXT)),
         result=np.zeros((components, COMPONENT_RESULTS_MAX)),
         slope=np.zeros((4 + most, signals + most + 1)),
@@ -82,6 +82,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work_b=np.zeros(nb),
         bar=np.zeros((17, LANES + padded(int(np.max([model.bar[:, 1] + 2 * model.bar[:, 2], model.bar[:, 7]], initial=0))))),
         rail=np.zeros((8, max(8, int(np.max(counts, initial=0)), int(np.max(model.rail[:, 2], initial=0))))),
+        **worn_surfaces(parameters),
         **_zeros(n + nb, "X", "V", "A", "force"),
         **_zeros((parts, 2), "direction", "direction_rate", "direction_acceleration", "frozen_direction", "frozen_rate"),
         **_zeros(entries, "gradient", "frozen_gradient"),
@@ -98,6 +99,12 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         **_zeros(signals, "signal", "signal_rate"),
         **_zeros((vectors, vectors), "bar_by_x", "bar_by_v"),
     )
+
+
+def worn_surfaces(parameters: Parameters) -> dict[str, np.ndarray]:
+    """Return the scratch arrays for worn journals by name; their size depends on the contours."""
+    contacts, angles = parameters.journal.shape
+    return {"surface": np.zeros((contacts, angles, 3)), "slopes": np.zeros((contacts, angles)), "shares": np.zeros(angles)}
 
 
 def _zeros(shape: int | tuple[int, ...], *names: str) -> dict[str, np.ndarray]:

@@ -187,8 +187,14 @@ ANGLES_MIN = 90  # Smallest number of angles in a worn contour, 4 deg apart: the
 
 # Unit and help text of the parameter `contour` of `Clearance`
 CONTOUR_QUANTITY = Quantity("m", help="depths of the worn bearing at equal angles, from the direction of its body")
+# Unit and help text of the parameter `journal_contour` of `Clearance`
+JOURNAL_CONTOUR_QUANTITY = Quantity("m", help="depths of the worn journal at equal angles, from the direction of its body")
 # Unit, bounds and help text of the parameter `wear` of `Clearance`
 WEAR_QUANTITY = Quantity("m^2/N", above=0.0, maximum=1e-6, help="worn volume of the bearing per load and distance (Archard)")
+# Unit, bounds and help text of the parameter `journal_wear` of `Clearance`
+JOURNAL_WEAR_QUANTITY = Quantity(
+    "m^2/N", above=0.0, maximum=1e-6, help="worn volume of the journal per load and distance (Archard)"
+)
 
 
 @documented
@@ -223,11 +229,14 @@ class Clearance:
     wear: Annotated[float | None, WEAR_QUANTITY] = None
     bush: Annotated[float | None, Quantity("m", above=0.0, help="thickness of the bush, which wear may use up")] = None
     contour: Annotated[tuple[float, ...], CONTOUR_QUANTITY] = ()
+    journal_wear: Annotated[float | None, JOURNAL_WEAR_QUANTITY] = None
+    journal_contour: Annotated[tuple[float, ...], JOURNAL_CONTOUR_QUANTITY] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self)
-        if self.contour:
-            self._check_contour()
+        for name in ("contour", "journal_contour"):
+            if getattr(self, name):
+                self._check_contour(name)
         if self.clearance >= self.journal_radius:
             raise InputError(
                 f"clearance = {self.clearance:g} m is not smaller than journal_radius = {self.journal_radius:g} m",
@@ -238,13 +247,24 @@ class Clearance:
             self.lubrication.check(self.clearance, self.journal_radius, self.bearing_length)
         check_hard(self)
 
-    def _check_contour(self) -> None:
-        """Raise `InputError` for too few or impossible depths of a worn bearing, or a contact without wear."""
-        if len(self.contour) < ANGLES_MIN:
-            raise InputError(f"contour: {len(self.contour)} depths", f"at least {ANGLES_MIN} depths, at equally spaced angles")
-        if not all(0.0 <= depth < self.journal_radius for depth in self.contour):
-            raise InputError("contour: a depth that is negative or not below the journal radius", "depths of the worn bearing")
-        self.check_worn("contour")
+    @property
+    def wears(self) -> bool:
+        """True if the bearing or the journal has a coefficient of wear."""
+        return (self.wear, self.journal_wear) != (None, None)
+
+    @property
+    def is_worn(self) -> bool:
+        """True if the bearing or the journal has a contour."""
+        return bool(self.contour or self.journal_contour)
+
+    def _check_contour(self, name: str) -> None:
+        """Raise `InputError` for too few or impossible depths of a worn surface, or a contact without wear."""
+        depths = getattr(self, name)
+        if len(depths) < ANGLES_MIN:
+            raise InputError(f"{name}: {len(depths)} depths", f"at least {ANGLES_MIN} depths, at equally spaced angles")
+        if not all(0.0 <= depth < self.journal_radius for depth in depths):
+            raise InputError(f"{name}: a depth that is negative or not below the journal radius", "depths of the worn surface")
+        self.check_worn(name)
 
     def check_worn(self, what: str) -> None:
         """Raise `InputError` if bearings with this contact cannot wear; `what` names the joint or the option in the message."""

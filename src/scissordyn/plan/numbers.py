@@ -36,7 +36,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
 
     surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
     tables = np.zeros((3, len(contacts), ELEMENT_PARAMETERS_MAX))
-    contour, foundation = worn_bearings(contacts)
+    contour, journal, foundation = worn_contours(contacts)
     for j, contact in enumerate(contacts):
         clearance = contact.clearance
         assert clearance is not None
@@ -45,8 +45,8 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         p["clearance"], p["radius"] = clearance.clearance, joint.journal_radius
         p["spinless"] = getattr(clearance, "slip", "surfaces") == "contact-points"
         p["area"] = 2.0 * joint.journal_radius * joint.length
-        p["cells"] = len(getattr(clearance, "contour", ()))
-        if p["cells"]:
+        if isinstance(clearance, Clearance) and clearance.is_worn:
+            p["cells"], p["journal"] = contour.shape[1], bool(clearance.journal_contour)
             p["cell_area"] = 2.0 * math.pi * joint.bearing_radius * joint.length / p["cells"]
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
@@ -87,6 +87,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         contact=surfaces,
         law=law,
         contour=contour,
+        journal=journal,
         foundation=foundation,
         elastic=tables[0],
         damping=tables[1],
@@ -107,16 +108,17 @@ def contour_table(depths: Sequence[float]) -> np.ndarray:
     return np.stack([np.array(depths, float), np.cos(angle), np.sin(angle)], axis=1)
 
 
-def worn_bearings(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the contours of all contacts and the pressures of their laws; empty without worn bearings."""
+def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the contours of bearings and of journals, and the pressures of the laws; empty where nothing is worn."""
     worn = {
-        j: part.clearance for j, part in enumerate(contacts) if isinstance(part.clearance, Clearance) and part.clearance.contour
+        j: part.clearance for j, part in enumerate(contacts) if isinstance(part.clearance, Clearance) and part.clearance.is_worn
     }
     if not worn:
-        return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0, 5))
-    counts = {len(clearance.contour) for clearance in worn.values()}
+        return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0)), np.zeros((len(contacts), 0, 5))
+    both = [depths for clearance in worn.values() for depths in (clearance.contour, clearance.journal_contour) if depths]
+    counts = {len(depths) for depths in both}
     if len(counts) > 1:
-        raise InputError(f"contours of {' and '.join(map(str, sorted(counts)))} depths", "as many depths for each worn bearing")
+        raise InputError(f"contours of {' and '.join(map(str, sorted(counts)))} depths", "as many depths for each worn surface")
     hard = [part.name for part in contacts if part.clearance is not None and part.clearance.contact == "hard"]
     if hard:
         raise InputError(
@@ -124,12 +126,15 @@ def worn_bearings(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
             "compliant contacts only",
             'contact = "compliant"',
         )
-    pressures = {j: pressure_table(clearance.stiffness, clearance.surfaces) for j, clearance in worn.items()}
-    contour = np.zeros((len(contacts), counts.pop(), 3))
+    count, pressures = counts.pop(), {j: pressure_table(part.stiffness, part.surfaces) for j, part in worn.items()}
+    contour = np.zeros((len(contacts), count, 3))
+    journal = np.zeros((len(contacts), count if any(part.journal_contour for part in worn.values()) else 0))
     foundation = np.zeros((len(contacts), *next(iter(pressures.values())).shape))
     for j, clearance in worn.items():
-        contour[j], foundation[j] = contour_table(clearance.contour), pressures[j]
-    return contour, foundation
+        contour[j], foundation[j] = contour_table(clearance.contour or (0.0,) * count), pressures[j]
+        if clearance.journal_contour:
+            journal[j] = clearance.journal_contour
+    return contour, journal, foundation
 
 
 def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:

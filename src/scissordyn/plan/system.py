@@ -11,7 +11,7 @@ import numpy as np
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import FrictionWorkspace, Parameters, System, Workspace
-from scissordyn.mechanics.workspace import initial_state, make_workspace
+from scissordyn.mechanics.workspace import initial_state, make_workspace, worn_surfaces
 from scissordyn.plan.plan import Plan
 
 
@@ -20,7 +20,7 @@ def make_system(plan: Plan) -> Handle:
     model, numbers = plan.model, plan.numbers()
     first: Handle = plan.table("system", lambda: _first_system(plan, numbers))
     state, content = initial_state(model, plan.angles), first.content
-    work = Workspace(*(part.copy() for part in content.work))
+    work = Workspace(*(part.copy() for part in content.work))._replace(**worn_surfaces(numbers))
     work.value[0] = numbers.value
     friction = plan.friction_workspace() if content.friction.component.size else _without_friction(content.friction)
     friction.gravity[:] = plan.gravity_vector

@@ -45,18 +45,18 @@ def _check(run: xr.Dataset) -> None:
 def profile(
     run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = None, contours: int = 4, depth_fraction: float = 0.3
 ) -> Axes:
-    """Draw the worn bearing of a joint by angle, with the depth magnified, at some numbers of cycles.
+    """Draw the worn bearing or journal of a joint by angle, with the depth magnified, at some numbers of cycles.
 
     Parameters
     ----------
     run : Dataset
         Result of `wear`.
     joint : str, optional
-        Joint; by default the deepest one.
+        Joint, or ``"JOINT/journal"`` for a worn journal; by default the deepest one.
     contours : int
         Number of contours, at states with about equal differences of depth.
     depth_fraction : float
-        Drawn size of the largest wear depth over the bearing's radius, which determines the magnification.
+        Drawn size of the largest wear depth over the radius, which determines the magnification.
     axes : Axes, optional
         Axes with polar coordinates.
 
@@ -82,17 +82,19 @@ def profile(
     angle = np.append(run["angle"].values, 2.0 * np.pi)
     deepest = float(largest[-1]) or 1.0
     at = sorted({int(np.argmin(np.abs(largest - share * deepest))) for share in np.linspace(0.0, 1.0, contours + 1)[1:]})
-    axes.plot(angle, np.ones(angle.size), color=GREY, linestyle="--", linewidth=0.8, label="round bearing")
+    side = str(here["side"].values)
+    outward = depth_fraction if side == "bearing" else -depth_fraction
+    axes.plot(angle, np.ones(angle.size), color=GREY, linestyle="--", linewidth=0.8, label=f"round {side}")
     for colour, k in zip(shades(len(at)), at, strict=True):
         if largest[k] == 0.0:
             continue
-        radius = 1.0 + depth_fraction * np.append(depths[k], depths[k, 0]) / deepest
+        radius = 1.0 + outward * np.append(depths[k], depths[k, 0]) / deepest
         axes.plot(angle, radius, color=colour, linewidth=1.1, label=f"cycle {int(run['cycle'].values[k])}")
     scale = engineering("m", deepest)
     ticks = np.array([0.0, 1.0])
-    axes.set_ylim(0.0, 1.0 + 1.15 * depth_fraction)
+    axes.set_ylim(0.0, 1.0 + 1.15 * max(outward, 0.1 * depth_fraction))
     labels = [f"{scale.factor * deepest * tick:.3g}" for tick in ticks]
-    axes.set_yticks(1.0 + depth_fraction * ticks, labels, fontsize=small(), color=GREY)
+    axes.set_yticks(1.0 + outward * ticks, labels, fontsize=small(), color=GREY)
     axes.tick_params(labelsize=small())
     # between the labels of the angles, where the bearing is worn least
     between = np.pi / 8.0 * np.arange(1, 16, 2)
@@ -101,7 +103,7 @@ def profile(
     for label in axes.yaxis.get_ticklabels():
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.8})
     axes.grid(linewidth=0.4)
-    factor = depth_fraction * float(here["bearing_radius"]) / deepest
+    factor = depth_fraction * float(here["radius"]) / deepest
     axes.set_title(
         f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {factor:.3g} times", fontsize=normal(), color=BLACK
     )
@@ -129,7 +131,8 @@ def history(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     mechanism = read_configuration(run).mechanism
     tracked = bool(run.sizes["track"]) and bool(np.isfinite(run["track_deviation"].values).all())
     drawn = panels(axes, 1 + tracked, size=(7.0, 2.6 * (1 + tracked)))
-    clearances = [(str(name), *_pair(run, "joint", name, "worn_clearance", "depth_error")) for name in run["joint"].values]
+    bearings = run["joint"].values[run["side"].values == "bearing"]
+    clearances = [(str(name), *_pair(run, "joint", name, "worn_clearance", "clearance_error")) for name in bearings]
     _curves(drawn[0], run, "largest radial clearance", clearances, _limits(run))
     if tracked:
         both = "track_deviation", "track_deviation_error"

@@ -31,7 +31,7 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
-from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS, load_blocks
 from scissordyn.plan.plan import Plan
 from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
@@ -119,10 +119,11 @@ class Driver:
         model, signals = content.model, content.state.initial_history.size
         if signals:
             system.exchange("state", history=make_history(signals))
-        mechanism = system.content.state
+        mechanism, contacts = system.content.state, content.parameters.contact
+        blocks = int(load_blocks(contacts["journal"][contacts["cells"] > 0]).sum())
         state = make_state(
             np.zeros(size),
-            quadratures=BALANCED + (2 * LOAD_DIRECTIONS * int(np.sum(content.parameters.contact["cells"] > 0)) if loads else 0),
+            quadratures=BALANCED + (LOAD_DIRECTIONS * blocks if loads else 0),
             monitors=model.monitor.shape[0],
             mode=mechanism.mode,
             memory=mechanism.memory,

@@ -238,16 +238,6 @@ def test_a_run_whose_contacts_only_graze() -> None:
     assert found["derivative"].item() == pytest.approx(slope, rel=1e-6)
 
 
-def test_hard_contact_is_refused() -> None:
-    """Contract: models without derivatives are named."""
-    mechanism = journals()
-    hard = [
-        dataclasses.replace(joint, clearance=dataclasses.replace(joint.clearance, contact="hard")) for joint in mechanism.joints
-    ]
-    with pytest.raises(sd.InputError, match="hard contact has no derivatives yet"):
-        gradient(dataclasses.replace(mechanism, joints=tuple(hard)), of=["peak_indentation"], by=["gravity"], until=1e-3)
-
-
 def test_derivatives_of_the_start_by_a_small_offset() -> None:
     """Cross-check: a length of zero, whose effect bends over much less than the mechanism's size, by other differences."""
     arm, path, step = sd.scissor(units=4).driven(speed=1.0), "body.unit 1/bar 1.points.start.x", 1e-5

@@ -42,6 +42,7 @@ def gradient(
     as_json: AsJson = False,
 ) -> int:
     from scissordyn.config.file import read_case
+    from scissordyn.plan.plan import plan
     from scissordyn.sensitivity.gradient import gradient as compute
 
     if not of:
@@ -55,6 +56,7 @@ def gradient(
         by=by or None,
         until=read.run.until if last is None else last,
         start=read.run.start,
+        step=read.run.step if plan(read.mechanism).hard_places else None,
     )
     if as_json:
         print_json(_record(found))

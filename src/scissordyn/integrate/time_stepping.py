@@ -159,6 +159,30 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     for i in range(s.y.size):
         if not abs(w.new[i]) < math.inf:
             return NOT_FINITE
+    use_step(problem, jumps, t, h, now, s, w, S, H, K, r)
+    # an impact changes velocities at the end of the step, with the forces acting then
+    longest = accept_state(problem, now, w.new, w, S, K)
+    for i in range(s.y.size):
+        s.y[i] = w.new[i]
+    clock.time, clock.longest = now, longest
+    clock.stalled = clock.stalled + 1 if now <= t else 0
+    if strikes:
+        take_impacts(jumps, now, s, w, S, H, K, r.log)
+        clock.longest = accept_state(problem, now, s.y, w, S, K)
+    if r.steps.time.size > 0:
+        record_step(now, strikes, s, r.steps)
+    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed, and closed contacts respond at once
+        take_impacts(jumps, now, s, w, S, H, K, r.log)
+        clock.longest = accept_state(problem, now, s.y, w, S, K)
+    if clock.longest < 0.0:
+        return CHANGE_POINT
+    return STUCK if clock.stalled > 1000 else ADVANCING
+
+
+@kernel
+def use_step(problem, jumps, t, h, now, s, w, S, H, K, r):
+    """Write events, samples, integrals and largest values of the step from t to `now`."""
+    clock, counts = s.clock[0], s.counts[0]
     for i in range(K.which.size):
         if w.saved_mode[K.which[i]] == 0 and K.result[i, IMPULSE] > 0.0:
             log_rise(t + 0.5 * h, i, s, K, r.log)
@@ -179,23 +203,6 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
             s.total[q] += h * w.power[0, q]
     for i in range(K.which.size):
         log_fall(t + 0.5 * h, i, s, w, K, r.log)
-    # an impact changes velocities at the end of the step, with the forces acting then
-    longest = accept_state(problem, now, w.new, w, S, K)
-    for i in range(s.y.size):
-        s.y[i] = w.new[i]
-    clock.time, clock.longest = now, longest
-    clock.stalled = clock.stalled + 1 if now <= t else 0
-    if strikes:
-        take_impacts(jumps, now, s, w, S, H, K, r.log)
-        clock.longest = accept_state(problem, now, s.y, w, S, K)
-    if r.steps.time.size > 0:
-        record_step(now, strikes, s, r.steps)
-    if pass_guards(problem, now, s, w, S, K, r.log):  # velocities may have changed, and closed contacts respond at once
-        take_impacts(jumps, now, s, w, S, H, K, r.log)
-        clock.longest = accept_state(problem, now, s.y, w, S, K)
-    if clock.longest < 0.0:
-        return CHANGE_POINT
-    return STUCK if clock.stalled > 1000 else ADVANCING
 
 
 @kernel

@@ -20,6 +20,7 @@ from scissordyn.record.ideal_path import IdealPath
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
+from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import Twin
@@ -64,6 +65,7 @@ class Forward:
     outputs: tuple[Record, Record]  # Outputs at the samples, and their derivatives
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for accurate derivatives
+    doubt: np.ndarray  # (parameters,) first instant at which a change may change the mode of a hard contact in an impact [s]
 
 
 class _Pass:
@@ -78,8 +80,10 @@ class _Pass:
         *,
         integrals: bool,
         ideal: IdealPath | None,
+        change: float,
     ) -> None:
         self.driver, _, _ = make_driver(plan, options)
+        self.change, self.doubt = np.array([change]), np.full(len(seeds), np.inf)
         if ideal is not None:
             self.driver.compare_with(ideal.table, ideal.step)
         self.driver.sample_at(times)
@@ -91,8 +95,11 @@ class _Pass:
         pointers = {int(word) for name in POINTER_ARRAYS for word in getattr(content.model, name)}
         pointers |= {int(word) for word in content.parameters.controller}
         pointers |= {int(word) for key in content.parameters.law.dtype.names[:7] for word in content.parameters.law[key]}
-        self.library: Library = library_for(pointers, tables=tables)
-        self.twin = Twin(self.library.doubles, self.library.pointers)
+        stepping = self.driver.stepping
+        if stepping is not None:
+            pointers |= {int(word) for key in ("law", "energy") for word in getattr(stepping.content.parameters, key)}
+        self.kernels: Library = library_for(pointers, tables=tables, hard=stepping is not None)
+        self.twin = Twin(self.kernels.doubles, self.kernels.pointers)
         self.system, self.maps = self.twin.address(content), self.twin.address(plan.maps)
         self.misfit, self.rows = np.zeros(1), self._rows(content)
         self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
@@ -101,7 +108,7 @@ class _Pass:
         self.seed = np.zeros((1, DERIVATIVES + 1))
         self.seed[0, 1] = 1.0
         dual = self.twin.copy_of(self.driver.state.clock)
-        dual["monitors"] = int(integrals)
+        dual["monitors"] = int(integrals or stepping is not None)
         self._put(seeds)
 
     def _rows(self, content: Any) -> np.ndarray:
@@ -119,6 +126,13 @@ class _Pass:
             self.parameters, self.tolerance, self.parts,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
+        if self.driver.stepping is not None:
+            contacts, touching = self.driver.stepping.content, self.driver.stepping.touching.content
+            duals = self.watching, self.twin.address(contacts), self.twin.address(touching)
+            work, kept = contacts.work, contacts.state
+            self.watching = self.twin.address(
+                HardWatched(*duals, work.size, work.was, kept.mode, kept.ahead, self.change, self.doubt)
+            )
         self.run = np.array(self.driver.addresses, np.int64)
 
     def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:
@@ -134,7 +148,10 @@ class _Pass:
                     self.twin.copy_of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
                 else:
                     owner, *path = name.split(".")
-                    array: Any = self.driver.plan.maps if owner == "maps" else getattr(content, owner)
+                    array: Any = self.driver.plan.maps if owner == "maps" else getattr(content, owner, None)
+                    if owner == "hard":
+                        assert self.driver.stepping is not None
+                        array = self.driver.stepping.content
                     while not isinstance(array, np.ndarray):
                         array = getattr(array, path.pop(0))
                     dual = self.twin.copy_of(array)
@@ -147,7 +164,7 @@ class _Pass:
             left = most_steps - driver.steps_tried
             if left <= 0:
                 return f"{most_steps} steps are not enough"
-            status = self.library.lockstep(
+            status = self.kernels.lockstep(
                 self.run.ctypes.data,
                 self.watching,
                 self.integration,
@@ -183,13 +200,14 @@ class _Pass:
         dual = self.twin.address(samples), self.twin.address(record)
         self.twin.copy_of(samples.mode)[...] = samples.mode
         counted = np.zeros((content.model.rotation_start.size - 1, DERIVATIVES + 1))
-        self.library.fill(dual[0], self.system, self.maps, dual[1], counted)
+        self.kernels.fill(dual[0], self.system, self.maps, dual[1], counted)
         copies = [self.twin.copy_of(array) for array in record]
         return Record(*(_part(copy, 0) for copy in copies)), Record(*(_part(copy, slice(1, 1 + count)) for copy in copies))
 
     def result(self, count: int, *, integrals: bool) -> Forward:
         """Return the run with its derivatives by the first `count` parameters."""
-        self.library.end(self.integration, self.system)
+        if self.driver.stepping is None:
+            self.kernels.end(self.integration, self.system)
         state, of = self.driver.state, self.twin.copy_of
         part = slice(1, 1 + count)
         log = of(self.driver.integration.content.log)[: int(state.counts["events"][0]), :, part].copy()
@@ -209,7 +227,7 @@ class _Pass:
         samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED_ARRAYS}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
-            self.outputs(count), float(self.misfit[0]), int(self.parts[0]),
+            self.outputs(count), float(self.misfit[0]), int(self.parts[0]), self.doubt,
         )  # fmt: skip
 
 
@@ -233,15 +251,17 @@ def forward(
     times: np.ndarray | None = None,
     integrals: bool = False,
     ideal: IdealPath | None = None,
+    change: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> Forward:
     """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails.
 
     Integrals of powers have derivatives only with `integrals`, outputs at the samples those by parameters with maps (`Start`).
+    `change` is the relative change of a parameter for which `Forward.doubt` is written.
     """
-    if options.step is not None:
+    if options.step is not None and not plan.hard_places:
         raise InputError("steps of a fixed size have no derivatives", "a run with error control, without 'step'")
-    run = _Pass(plan, options, seeds, np.zeros(0) if times is None else times, integrals=integrals, ideal=ideal)
+    run = _Pass(plan, options, seeds, np.zeros(0) if times is None else times, integrals=integrals, ideal=ideal, change=change)
     cause = run.advance(options.until, options.most_steps, progress) or model_failure(run.driver)
     if cause:
         raise ScissordynError(f"stopped at t = {run.driver.time:.9g} s of {options.until:g} s: {cause}")

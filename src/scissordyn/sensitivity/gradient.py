@@ -83,6 +83,7 @@ def gradient(
     atol: float | None = None,
     method: Method = Options.method,
     most_steps: int = Options.most_steps,
+    step: float | None = None,
     change: float = 1e-3,
     trajectory: bool = False,
     samples: Annotated[int, Quantity("1", minimum=2, maximum=1_000_000, help="instants of the trajectory")] = 201,
@@ -106,9 +107,11 @@ def gradient(
         End of the simulated time [s].
     start, rtol, atol, method, most_steps
         As for `simulate`. Contacts are located.
+    step : float, optional
+        Step of time stepping with hard contacts [s], as for `simulate`.
     change : float
         Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
-        not small: it moves a journal by a tenth of its clearance, or removes a contact.
+        not small: it moves a journal by a tenth of its clearance, removes a contact, or changes the mode of a hard contact.
     trajectory : bool
         Also return all variables over time that `simulate` has, and their derivatives.
     samples : int
@@ -128,7 +131,7 @@ def gradient(
     ------
     InputError
         If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count or a verdict,
-        if the mechanism has hard contact, or if all contacts of the run only graze.
+        if hard and compliant contacts act together, or if all contacts of the run only graze.
     ScissordynError
         If the run fails.
 
@@ -146,7 +149,7 @@ def gradient(
                 raise InputError(f"{name}: '{text}' is given twice", "different names", f"{name}=['{text}']")
     if not of and not trajectory:
         raise InputError("no measure is given", "one or more measures", "of=['peak_force']")
-    options = Options(until, start, 2, rtol, atol, method, most_steps, "located")
+    options = Options(until, start, 2, rtol, atol, method, most_steps, "located", step=step)
     times = np.linspace(0.0, until, samples) if trajectory else np.zeros(0)
     chosen = every_number(mechanism) if by is None else by
     return compute_gradient(mechanism, of, chosen, options, change, times, progress, omits=by is None)
@@ -224,7 +227,7 @@ def _derive(
     path, curves = None, list[dict[str, np.ndarray]]()
     for first in range(0, len(parameters), DERIVATIVES):
         part = seeds[first : first + DERIVATIVES]
-        run = forward(made, options, part, times=times, integrals=integrals, ideal=ideal, progress=progress)
+        run = forward(made, options, part, times=times, integrals=integrals, ideal=ideal, change=change, progress=progress)
         options = replace(options, method=run.driver.method)
         runs, misfit = runs + 1, max(misfit, run.misfit)
         values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
@@ -253,8 +256,8 @@ def check_derivable(made: Plan) -> None:
     """Raise `InputError` if a part of the mechanism has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
-    if made.hard_places:
-        raise InputError("hard contact has no derivatives yet", "a mechanism with compliant contact")
+    if made.hard_places and made.compliant_places:
+        raise InputError("hard and compliant contacts together have no derivatives yet", "contacts of one kind")
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:
@@ -327,13 +330,16 @@ def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Li
         removing = np.abs(log["rate"]) / np.abs(slope[:, 3])
     onsets = removing[log["mode"] == RISE]
     largest = float(np.max(onsets)) if onsets.size else math.inf
+    doubt = float(run.doubt[parameter])
     for row, by, least in zip(log, slope, removing.tolist(), strict=True):
         guard, time = int(row["guard"]), float(row["time"])
+        if time > doubt:
+            break
         if guard < clearance.size and abs(row["rate"] * by[0]) * change > far * clearance[guard]:
             return _Limit(time, "far", largest)
         if least < change:
             return _Limit(time, "grazing", largest)
-    return _Limit(run.driver.time, "", largest)
+    return _Limit(min(doubt, run.driver.time), "mode" if doubt <= run.driver.time else "", largest)
 
 
 def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
@@ -386,6 +392,7 @@ def _curves(derived: _Derived) -> xr.Dataset:
 LIMIT_REASONS = {
     "far": "moves a journal by more than a tenth of its clearance",
     "grazing": "may remove a contact",
+    "mode": "may change whether surfaces separate, stick or slip in an impact",
 }
 """Reasons why a gradient is valid only until an instant, as the end of the sentence "a change of 1 % ..."."""
 

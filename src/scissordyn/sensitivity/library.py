@@ -26,11 +26,13 @@ from scissordyn.kernel import PACKAGE, Entry, digest_of, library, library_name
 from scissordyn.mechanics.outputs import fill
 from scissordyn.mechanics.system import Model
 from scissordyn.plugin.element import RECIPES
+from scissordyn.sensitivity.hard_replay import HardWatched, follow_hard
 from scissordyn.sensitivity.replay import Watched, end, follow
 
 DERIVATIVES = 8  # Number of derivatives of a dual number, one per parameter; 8 doubles fill the widest vector register
 
-FOLLOW, END = Entry(follow), Entry(end)  # Functions of the library: repeat the last step, finish a run
+# Functions of the library: repeat the last step, without and with hard contacts, finish a run
+FOLLOW, FOLLOW_HARD, END = Entry(follow), Entry(follow_hard), Entry(end)
 
 KERNEL_SUBPACKAGES = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
 """Subpackages from which the library is compiled; its file name contains a digest of their sources."""
@@ -46,6 +48,7 @@ class Library:
     pointers: Mapping[int, int]  # Pointer in this library by the pointer in the package's library
     doubles: tuple[type, ...]  # Types of named tuples whose arrays have no derivatives
     advance: int  # Pointer to the function that makes steps in doubles
+    follow: int  # Pointer to the function that repeats them
 
     def lockstep(self, run: int, watched: int, integration: int, system: int, seed: int, most: int) -> int:
         """Make at most `most` steps of a run in doubles and repeat each in dual numbers.
@@ -53,8 +56,8 @@ class Library:
         Return a status of `integrate.loop`, or minus a status of `replay.follow` if a step cannot be repeated.
         """
         function = self.compiled.lockstep
-        function.argtypes, function.restype = [ctypes.c_void_p] * 6 + [ctypes.c_int64], ctypes.c_int64
-        return int(function(self.advance, run, watched, integration, system, seed, most))
+        function.argtypes, function.restype = [ctypes.c_void_p] * 7 + [ctypes.c_int64], ctypes.c_int64
+        return int(function(self.advance, self.follow, run, watched, integration, system, seed, most))
 
     def fill(self, samples: int, system: int, maps: int, record: int, counted: np.ndarray) -> None:
         """Evaluate everything at the samples (`mechanics.outputs.fill`)."""
@@ -69,23 +72,26 @@ class Library:
         function(integration, system)
 
 
-def library_for(pointers: Iterable[int], *, tables: bool) -> Library:
+def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library:
     """Return the library with dual-number versions of the kernels at `pointers`.
 
-    With `tables`, the model's tables of lengths have derivatives too.
+    With `tables`, the model's tables of lengths have derivatives too, with `hard` it repeats time steps with hard contacts.
     """
     wanted = sorted({pointer for pointer in pointers if pointer})
     if any(pointer not in RECIPES for pointer in wanted):
         raise InputError("a user-defined element without source text has no derivatives", "functions in a file")
     recipes = {pointer: RECIPES[pointer] for pointer in wanted}
-    doubles: tuple[type, ...] = (Tableau, Watched) if tables else (Tableau, Watched, Model)
+    doubles: tuple[type, ...] = (Tableau, Watched, *([HardWatched] if hard else []), *([] if tables else [Model]))
     ours = {recipe for recipe in recipes.values() if str(recipe.function.__module__).startswith("scissordyn.")}
     compiled = _loaded(tuple(sorted(ours, key=lambda recipe: recipe.symbol)), doubles)
     places = {
         pointer: _address(getattr(compiled if recipe in ours else _user_defined(recipe), recipe.symbol))
         for pointer, recipe in recipes.items()
     }
-    return Library(compiled, places, doubles, _address(getattr(library(), ADVANCE_SYMBOL)))
+    follow_symbol = (FOLLOW_HARD if hard else FOLLOW).symbol
+    return Library(
+        compiled, places, doubles, _address(getattr(library(), ADVANCE_SYMBOL)), _address(getattr(compiled, follow_symbol))
+    )
 
 
 def _address(function: object) -> int:
@@ -122,7 +128,7 @@ def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CD
 
 def _source(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> str:
     unit = Unit(derivatives=DERIVATIVES, doubles=doubles)
-    for entry in (FOLLOW, END, fill):
+    for entry in (FOLLOW_HARD if HardWatched in doubles else FOLLOW, END, fill):
         unit.entry(entry)
     for recipe in recipes:
         unit.kernel(recipe)

@@ -21,6 +21,7 @@ from scissordyn.mechanics.system import System
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options, StartKind
 from scissordyn.model.parameter_path import changed, number
+from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import fill_history
@@ -131,6 +132,10 @@ def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
     arrays["delays"] = np.array(error_weights(made, system, y, rtol=1.0, atol=1.0).delays)
     if arrays["state.initial_history"].size:
         fill_history(system, y)
+    if made.hard_places:
+        contacts = hard_contacts(made)
+        put_hard_numbers(contacts, made)
+        arrays.update(_arrays("hard.parameters.", contacts.parameters))
     arrays["log"] = np.array(prepared.initial_events, float).reshape(-1, LOG_COLUMNS)
     return arrays
 

@@ -14,6 +14,9 @@ from scissordyn.sensitivity.library import DERIVATIVES
 DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: its value, then its derivatives
 
 
+POINTER_FIELDS = ("controller", "law", "energy")  # Fields of named tuples with kernel pointers
+
+
 class Twin:
     """Dual-number copies of the arrays in named tuples.
 
@@ -63,14 +66,15 @@ class Twin:
         return words
 
     def _array(self, name: str, array: np.ndarray, *, plain: bool) -> np.ndarray:
-        if array.dtype.kind == "i" and (name.endswith("_kernel") or name == "controller"):
+        if array.dtype.kind == "i" and (name.endswith("_kernel") or name in POINTER_FIELDS):
             copy = np.array([self.pointers.get(int(word), int(word)) for word in array], np.int64)
             self._memory.append(copy)
             return copy
         if plain:
             return array
         if id(array) not in self._copies:
-            self._copies[id(array)] = array, self._copy(name, array)
+            owner = self._copies.get(id(array.base))
+            self._copies[id(array)] = array, self._copy(name, array) if owner is None else _same_part(array, *owner)
         return self._copies[id(array)][1]
 
     def _copy(self, name: str, array: np.ndarray) -> np.ndarray:
@@ -94,3 +98,9 @@ class Twin:
             else:
                 records[key] = array[key]
         return records
+
+
+def _same_part(view: np.ndarray, array: np.ndarray, duals: np.ndarray) -> np.ndarray:
+    """Return the part of an array's dual-number copy that corresponds to a contiguous view of the array."""
+    first = (view.ctypes.data - array.ctypes.data) // array.itemsize
+    return duals.reshape(-1, DUAL_DOUBLES)[first : first + view.size].reshape(*view.shape, DUAL_DOUBLES)

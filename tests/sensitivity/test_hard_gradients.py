@@ -1,0 +1,150 @@
+"""Derivatives of runs with hard contacts: closed forms of impacts, and differences of a pendulum in a hole."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import scissordyn as sd
+from scissordyn.laws.damping.factors import LankaraniNikravesh
+from scissordyn.laws.friction.coulomb import Coulomb
+from scissordyn.model.parameter_path import changed
+from scissordyn.plan.plan import plan
+from scissordyn.run.advance.loop import advance
+from scissordyn.run.trajectory import make_driver
+from scissordyn.sensitivity.forward import forward
+from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+
+MASS, INERTIA, RADIUS = 1.0, 2e-3, 0.06  # Mass [kg], inertia [kg m^2] and radius [m] of a disc
+
+
+def disc(
+    clearance: float,
+    restitution: float,
+    friction: float | sd.LuGre,
+    *,
+    gravity: float = 0.0,
+    radius: float = RADIUS,
+    **motion: object,
+) -> sd.Mechanism:
+    """Return a disc in a round hole of the ground, with hard contact."""
+    gap = sd.Clearance(
+        clearance,
+        journal_radius=radius,
+        damping=LankaraniNikravesh(restitution),
+        friction=Coulomb(friction) if isinstance(friction, float) else friction,
+        contact="hard",
+    )
+    body = sd.Body("disc", MASS, INERTIA, {"centre": (0.0, 0.0)}, **motion)  # type: ignore[arg-type]
+    hole = sd.Revolute("hole", ("disc", "centre"), ("ground", "middle"), gap)
+    return sd.Mechanism((body,), (hole,), ground=(("middle", (0.0, 0.0)),), gravity=gravity)
+
+
+def derivatives_at_end(found: xr.Dataset, name: str, axis: str) -> np.ndarray:
+    """Return the derivatives of a motion of the disc at the end of the run."""
+    return found[f"{name}_derivative"].sel(body="disc", axis=axis).values[-1]
+
+
+def test_a_ball_that_bounces_on_the_bottom_of_a_hole() -> None:
+    """Closed form: height and instant of the impact, by height, speed, gravity and restitution."""
+    depth = 3.0
+    ball = disc(depth, 0.8, 0.1, gravity=10.0, radius=4.0, position=(0.0, 5.0 - depth), velocity=(0.0, -0.1))
+    by = ["body.disc.position.y", "body.disc.velocity.y", "gravity", "hole.restitution"]
+    found = sd.gradient(
+        ball, of=["hole.first_contact"], by=by, until=1.9, step=1e-2, start="as-placed", trajectory=True, samples=2
+    )
+    # impulses are 1e-11 too small, the compliance of hard surfaces
+    assert found["position"].sel(axis="y").values[-1, 0] + depth == pytest.approx(3.13991895702715, abs=1e-9)
+    exact = [0.837828112891426, 0.101531721120973, -0.103906843531788, 9.09995497612619]
+    assert derivatives_at_end(found, "position", "y") == pytest.approx(exact, rel=1e-9)
+    # z0 + v0 t - g t^2 / 2 = 0
+    time = found["value"].item()
+    fall = 10.0 * time + 0.1
+    assert found["derivative"].values[0] == pytest.approx([1 / fall, time / fall, -0.5 * time**2 / fall, 0.0], abs=1e-10)
+    assert json.loads(found.attrs["statistics"])["misfit"] < 1e-13
+    assert not json.loads(found.attrs["warnings"])
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0 - 1e-4, 1.0 + 1e-4, 2.0])
+def test_a_disc_that_spins_against_a_wall(share: float) -> None:
+    """Closed form: speed along the wall after an impact that sticks or slips; near the border the result says so."""
+    speed, restitution, friction = 0.5, 0.6, 0.02
+    # sticking takes the impulse r w / (1/m + r^2/J), and slipping friction times (1 + e) m v
+    mobility = 1.0 / MASS + RADIUS**2 / INERTIA
+    spin = share * friction * (1.0 + restitution) * MASS * speed * mobility / RADIUS
+    wall = disc(0.05, restitution, friction, velocity=(speed, 0.0), angular_velocity=spin)
+    by = ["hole.friction.kinetic", "hole.restitution", "body.disc.velocity.x", "body.disc.angular_velocity", "hole.clearance"]
+    found = sd.gradient(wall, by=by, until=0.15, step=3.1e-4, start="as-placed", trajectory=True, samples=2)
+    along = float(found["velocity"].sel(axis="y").values[-1, 0])
+    slip = (1.0 + restitution) * speed, friction * speed, friction * (1.0 + restitution), 0.0, 0.0
+    stick = 0.0, 0.0, 0.0, RADIUS / mobility / MASS, 0.0
+    exact = np.array(stick if share < 1.0 else slip) * np.sign(along)
+    assert derivatives_at_end(found, "velocity", "y") == pytest.approx(exact, rel=1e-9, abs=1e-11)
+    near = 0.9 < share < 1.1
+    assert found["limit"].values.tolist() == [*(["mode"] * 4 if near else [""] * 4), ""]
+    assert found["valid_until"].values == pytest.approx([0.1 if near else 0.15] * 4 + [0.15])
+    assert len([line for line in json.loads(found.attrs["warnings"]) if "stick or slip" in line]) == (4 if near else 0)
+
+
+WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # Central differences of eighth order, by place
+
+
+def motion(mechanism: sd.Mechanism, options: sd.Options) -> np.ndarray:
+    """Return coordinates and rates at the end of a run, and the instants of its contacts."""
+    driver, _, _ = make_driver(plan(mechanism), options)
+    advance(driver, options.until)
+    return np.concatenate([driver.state.y[: 2 * driver.plan.coordinates.free], driver.log["time"]])
+
+
+@pytest.mark.parametrize(("restitution", "until"), [(0.0, 0.05), (0.5, 0.0199)])
+def test_a_pendulum_in_a_hole(restitution: float, until: float) -> None:
+    """Cross-check: a pendulum that falls into its hole, slides or bounces there, by differences of eighth order."""
+    swinging = {"centre": (0.0, -0.2), "angle": 1.0, "angular_velocity": 0.5}
+    bob = disc(1e-3, restitution, 0.05, gravity=9.81, **swinging)
+    options = sd.Options(until, "as-placed", 2, events="located", step=1e-4)
+    begin = Start(bob, options.start)
+    parameters = [
+        parameter_of(bob, path, 1.0)
+        for path in ("hole.clearance", "gravity", "body.disc.angular_velocity", "hole.friction.kinetic")
+    ]
+    run = forward(plan(bob), options, [derivatives(begin, parameter) for parameter in parameters], change=1e-3)
+    size = 2 * run.driver.plan.coordinates.free
+    assert run.driver.log["time"].size >= 3
+    assert run.misfit < 1e-13
+    for k, parameter in enumerate(parameters):
+        step, total = 1e-5, 0.0
+        for place, weight in WEIGHTS.items():
+            for sign in (1, -1):
+                moved = changed(bob, parameter.path, parameter.value + sign * place * step * parameter.scale)
+                total = total + sign * weight / step * motion(moved, options)
+        found = np.concatenate([run.state[:size, k], run.log[:, 0, k]])
+        # rates have round-off of 2e-13 m/s, since positions are differences of nearby points
+        assert found == pytest.approx(total, abs=1e-6 * np.max(np.abs(total)) + 2e-13 / step)
+
+
+@pytest.mark.parametrize(("static", "limit"), [(0.05, ""), (0.3, "mode")])
+def test_a_contact_that_breaks_away(static: float, limit: str) -> None:
+    """Contract: a friction force that jumps, from static to kinetic friction, ends the time in which the gradient is valid."""
+    friction = sd.LuGre(kinetic=0.05, static=static)
+    bob = disc(1e-3, 0.0, friction, gravity=9.81, centre=(0.0, -0.2), angle=0.3)
+    found = sd.gradient(bob, by=["gravity"], until=0.1, step=2e-4, start="as-placed", trajectory=True, samples=2)
+    assert found["limit"].item() == limit
+    assert (found["valid_until"].item() < 0.1) == bool(limit)
+
+
+def test_hard_and_compliant_contacts_together_are_refused() -> None:
+    """Contract: mechanisms without derivatives are named in one line."""
+    hard = disc(0.05, 0.5, 0.1)
+    soft = sd.Clearance(0.01, journal_radius=RADIUS)
+    other = sd.Body("other", MASS, INERTIA, {"centre": (0.0, 0.0)})
+    both = sd.Mechanism(
+        (*hard.bodies, other),
+        (*hard.joints, sd.Revolute("pin", ("other", "centre"), ("ground", "middle"), soft)),
+        ground=hard.ground,
+    )
+    with pytest.raises(sd.InputError, match="hard and compliant contacts together have no derivatives yet") as refused:
+        sd.gradient(both, of=["peak_indentation"], by=["gravity"], until=1e-3)
+    assert "\n" not in str(refused.value)

@@ -124,8 +124,8 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
     pairs = CASE.replace('wear = "1e-4 mm^3/(N m)"\n', "") + '\n[wear.coefficients]\n"steel/bronze" = "1e-4 mm^3/(N m)"\n'
     (folder / "pairs.toml").write_text(pairs, encoding="utf-8")
     assert "joint 'slider pin': no wear coefficient for 'steel/steel'" in refused("wear", "pairs.toml")
-    (folder / "oil.toml").write_text(CASE.replace("[wear]", 'contact = "hard"\n\n[wear]'), encoding="utf-8")
-    assert "wear of a joint with hard contact" in refused("wear", "oil.toml")
+    (folder / "oil.toml").write_text(CASE.replace("[wear]", 'slip = "contact-points"\n\n[wear]'), encoding="utf-8")
+    assert "wear of a joint with lubrication" in refused("wear", "oil.toml")
 
 
 def test_pictures_of_other_datasets() -> None:

@@ -16,6 +16,7 @@ from scissordyn.config.studies import open_study, study
 from scissordyn.errors import InputError
 from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.foundation import INDENTATION, PRESSURE
+from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
 from scissordyn.lifetime.ideal import ideal_loads
@@ -23,7 +24,7 @@ from scissordyn.lifetime.life import first_crossing, life_lines, without_repetit
 from scissordyn.lifetime.loads import CycleRunner, Loads, WornSurface, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import WornJoint
 from scissordyn.lifetime.wear import wear, wear_out
-from scissordyn.mechanics.monitored import BALANCED, PRESSURE_VELOCITY
+from scissordyn.mechanics.monitored import BALANCED, FRICTION, PRESSURE_VELOCITY
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.body import Body, Track
 from scissordyn.model.clearance import Clearance
@@ -95,6 +96,34 @@ def test_worn_volume_is_the_friction_path_of_all_loads():
         assert np.sum(energy) > 1.0
         assert np.sum(energy) == pytest.approx(area * row["integral"], rel=1e-12)
         assert np.sum(moment) > np.sum(energy)
+
+
+@pytest.mark.parametrize("events", ["located", "crossed"])
+def test_loads_of_a_hard_contact(events):
+    """Identity: friction loses the coefficient times the integral of F_n |v_t|, in steps and in impacts (sliding: 1e-4)."""
+    clearance = Clearance(1e-4, contact="hard", friction=Coulomb(kinetic=0.1), wear=1e-15, journal_wear=1e-15)
+    mechanism = slider_crank().driven(speed=100.0).with_clearance("slider pin", clearance)
+    driver, _, _ = make_driver(plan(mechanism), Options(0.1, "concentric", 2, events=events), loads=True)
+    assert advance_to(driver, 0.1, 10**6) == ""
+    totals = driver.state.total
+    energy = totals[BALANCED:].reshape(8, LOAD_DIRECTIONS).sum(axis=-1)
+    assert 0.1 * energy[0] == pytest.approx(totals[FRICTION], rel=1e-4)
+    assert energy[4] == pytest.approx(energy[0], rel=1e-12)
+    assert energy[0] > 1.0
+
+
+def test_life_of_a_hard_contact():
+    """Closed form: V = k F w R t, and the worn-in profile of a constant load; the clearance grows by its depth."""
+    run = worn(rotor(1e-9, 200, contact="hard"), 200, angles=360)
+    assert run.attrs["status"] == "complete"
+    np.testing.assert_allclose(run["worn_volume"].values[:, 0], 1e-9 * run["cycle"].values / 200, rtol=1e-7)
+    assert float(run["depth_largest"][-1, 0]) == pytest.approx(8.98746112485e-6, rel=2e-4)
+    grown = []
+    runner = CycleRunner(rotor(1e-9, 200, contact="hard"), Options(0.2), Wear(), [WornSurface("bearing", "bearing")], 0.2)
+    runner._cycles = lambda mechanism, member: grown.append(mechanism.joint("bearing").clearance.clearance) or []
+    with pytest.raises(ValueError, match="at least one array"):
+        runner.loads(np.linspace(0.0, 3e-6, 360)[None])
+    assert grown == [GAP + 3e-6]
 
 
 def test_steps_of_cycles_converge(monkeypatch):
@@ -356,11 +385,11 @@ def test_coefficients_by_pair_of_materials():
     mechanism = slider_crank().driven(speed=30.0)
     mechanism = mechanism.with_clearance("ground pin", Clearance(1e-4, wear=3e-14))
     mechanism = mechanism.with_clearance("crank pin", Clearance(1e-4, bearing_material=MATERIALS["bronze"]))
-    mechanism = mechanism.with_clearance("slider pin", Clearance(1e-4, contact="hard"))
+    mechanism = mechanism.with_clearance("slider pin", Clearance(1e-4, slip="contact-points"))
     found, warnings = with_coefficients(mechanism, {"steel/bronze": 1e-14, "steel/brass": 2e-14})
     wears = {joint.name: joint.clearance.wear for joint in found.clearance_joints}
     assert wears == {"ground pin": 3e-14, "crank pin": 1e-14, "slider pin": None}
-    assert warnings[0].startswith("joint 'slider pin': wear of a joint with hard contact")
+    assert warnings[0].startswith("joint 'slider pin': wear of a joint with lubrication or slip")
     assert warnings[1] == "no joint takes the wear coefficient of 'steel/brass'"
 
 

@@ -5,7 +5,7 @@ In addition to the functions of `advance`, such a problem has:
     step(t, h, y, new, S, H)                make a step of size h from y to `new`, with all contacts in it
     restore(H)                              discard the step just made, so that it can be repeated
     guards_ahead(t, y, S, H, value, rate)   compute the guards at the end of the step just made; S is left as after the step
-    impact(t, h, y, S, H)                   compute the impacts at an instant; h is the step size
+    impact(t, h, y, S, H, gain)             compute the impacts at an instant, and what they add to totals; h is the step size
     monitor(t, h, y, S, H, power, rows)     compute integrands and monitored values as means over the step; NaN is ignored
 
 H is the address of the contact data. If impacts are located, a step ends where the first open gap closes. Other guards act
@@ -304,8 +304,10 @@ def take_impacts(jumps, now, s, w, S, H, K, log):
     """Apply the impacts at the end of a step: velocities change, contacts begin, and end at once where surfaces separate."""
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
-    jumps.impact(now, K.size[0], s.y, S, H)
+    jumps.impact(now, K.size[0], s.y, S, H, w.power[1])
     s.total[DRIVES] += K.work[0]
+    for q in range(s.total.size):
+        s.total[q] += w.power[1, q]
     for i in range(K.which.size):
         guard, out = K.which[i], K.result[i]
         if not out[IMPULSE] > 0.0:

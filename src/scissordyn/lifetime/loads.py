@@ -13,7 +13,7 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError, did_you_mean
 from scissordyn.kinematics.closure import check_tables
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION
-from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS, load_blocks
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.clearance import Clearance
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
@@ -199,7 +199,10 @@ class CycleRunner:
         mechanism = self.mechanism
         for surface, contour in zip(self.surfaces, depths, strict=True):
             clearance: Any = mechanism.joint(surface.joint).clearance
-            worn = dataclasses.replace(clearance, **{surface.field: tuple(contour.tolist())})
+            change = {surface.field: tuple(contour.tolist())}
+            if clearance.contact == "hard":  # its joint stays round
+                change = {"clearance": clearance.clearance + float(contour.max())}
+            worn = dataclasses.replace(clearance, **change)
             mechanism = mechanism.with_clearance(surface.joint, worn)
         if self.period is not None:
             return Loads.joined(self._cycles(mechanism, 0))
@@ -237,13 +240,12 @@ class CycleRunner:
     def _loads_of_cycle(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
         """Return the loads of the cycle that the driver has just finished."""
         totals, numbers = driver.state.total[BALANCED:].reshape(-1, LOAD_DIRECTIONS), driver.system.content.parameters.contact
-        blocks = np.where(numbers["cells"] > 0, load_blocks(numbers["journal"]), 0)
         contacts = [contact.name for contact in driver.plan.contacts]
         parts = np.zeros((4, 1, len(self.surfaces), LOAD_DIRECTIONS))
         for row, surface in enumerate(self.surfaces):
             at = contacts.index(surface.joint)
-            count = min(4, int(blocks[at]))
-            first = int(blocks[:at].sum()) + (count if surface.side == "journal" else 0)
+            count = min(4, int(numbers["loads"][at]))
+            first = int(numbers["loads"][:at].sum()) + (count if surface.side == "journal" else 0)
             parts[:count, 0, row] = totals[first : first + count]
         forces = force_peaks(driver.plan, current_trajectory(driver)).size
         peak = forces[driver.plan.places([surface.joint for surface in self.surfaces])]

@@ -172,9 +172,9 @@ def hard_guards_ahead(t, y, address, hard, value, rate):
 
 
 @kernel
-def hard_impact(t, h, y, address, hard):
+def hard_impact(t, h, y, address, hard, gain):
     """Compute impacts at an instant (`hard_impact.hard_impact`)."""
-    impacts.hard_impact(t, h, y, open_system(address), open_hard(hard))
+    impacts.hard_impact(t, h, y, open_system(address), open_hard(hard), gain)
 
 
 @kernel

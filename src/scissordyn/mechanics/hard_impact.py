@@ -8,6 +8,7 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics.contact import gap, kinematics
 from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.hard_elastic import TOUCHING_DEPTH_MAX
+from scissordyn.mechanics.hard_powers import add_hard_loads
 from scissordyn.mechanics.hard_result import (
     ANGLE,
     APPROACH,
@@ -22,12 +23,16 @@ from scissordyn.mechanics.hard_result import (
 )
 from scissordyn.mechanics.hard_rows import add_row, along, assemble, contact_rows, effective_mass, element_of
 from scissordyn.mechanics.impulse_solver import solve_impulses
+from scissordyn.mechanics.monitored import BALANCED
 from scissordyn.tolerance import EVENT_TOL, SHORT_STEP_FRACTION
 
 
 @kernel
-def hard_impact(t, h, y, S, H):
-    """Compute the impacts at an instant and change the velocities of y; h is the step size for Zeno's rule."""
+def hard_impact(t, h, y, S, H, gain):
+    """Compute the impacts at an instant, change the velocities of y, and write the loads of wear [J] to `gain`.
+
+    h is the step size for Zeno's rule and for the mean force of an impulse.
+    """
     M, W, C = S.model, S.work, S.state
     n, m = M.n, W.multiplier.size
     for i in range(H.model.which.size):
@@ -68,6 +73,9 @@ def hard_impact(t, h, y, S, H):
         if H.work.impulse[H.model.place[a]] != 0.0:
             add_row(a, m, H.work.impulse[H.model.place[a]], y, n, S, H)
     take_impacts(h, y, S, H)
+    gain[:] = 0.0
+    if gain.size > BALANCED:
+        add_hard_loads(h, 1.0, S, H, gain)
     H.work.drive_work[0] = drive_work(y, S, H)
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 1:

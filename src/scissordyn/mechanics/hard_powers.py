@@ -8,7 +8,8 @@ from scissordyn.kernel import kernel
 from scissordyn.mechanics.force_element import map_values
 from scissordyn.mechanics.hard_result import FRICTION_LOSS, IMPULSE, RESTITUTION_LOSS
 from scissordyn.mechanics.hard_rows import along
-from scissordyn.mechanics.monitored import DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
+from scissordyn.mechanics.monitored import BALANCED, DAMPERS, DAMPING, DRIVE_TORQUE, FRICTION, LOADS, MOTORS, monitor
+from scissordyn.mechanics.worn_contact import add_contact_loads
 
 
 @kernel
@@ -26,10 +27,27 @@ def hard_monitor(t, h, y, S, H, power, rows):
         power[FRICTION] += out[FRICTION_LOSS] / h - rows[j, 2]
         rows[j, 0], rows[j, 1], rows[j, 2] = out[IMPULSE] / h, out[RESTITUTION_LOSS] / h, out[FRICTION_LOSS] / h
     correct_powers(h, y, S, H, power)
+    if power.size > BALANCED:
+        add_hard_loads(h, 1.0 / h, S, H, power)
     if H.work.impact[0] == 1:
         for row in range(M.monitor.shape[0]):
             if M.monitor[row, 0] == DRIVE_TORQUE:
                 rows[guards + row, 0] = math.nan
+
+
+@kernel
+def add_hard_loads(h, scale, S, H, power):
+    """Add the loads that wear hard contacts, by the impulses of the last step, times a factor, to the powers.
+
+    The slip speed is the mean of those before and after the impulse, as in the friction loss. The force is the mean over h.
+    """
+    m = S.work.multiplier.size
+    for i in range(H.model.which.size):
+        impulse = H.work.result[i, IMPULSE]
+        if H.model.compliant[i] == 0 and impulse > 0.0:
+            b = H.model.place[m + 2 * i + 1]
+            slip = 0.5 * abs(H.work.velocity[b] + H.work.before[b])
+            add_contact_loads(H.model.which[i], S, scale * impulse * slip, impulse / h, power, BALANCED)
 
 
 @kernel

@@ -32,7 +32,8 @@ CONTACT = np.dtype(
         ("spinless", "i8"),  # 1 if the slip speed is that of the contact points R n, which do not turn with the bodies
         ("cells", "i8"),  # number of angles of a worn contour, 0 for a round bearing
         ("cell_area", "f8"),  # area of the bearing between two angles [m^2]
-        ("journal", "i8"),  # 1 if the journal is worn too
+        ("journal", "i8"),  # 1 if the journal has a worn contour
+        ("loads", "i8"),  # number of loads that wear it in each direction: 2, or 8 if its journal wears too; 0 without wear
     ]
 )
 LAW_KERNELS = ("stiffness", "energy", "damping", "settled", "friction", "start", "limit")

@@ -182,41 +182,40 @@ def energy_on(j, S, maps, contour):
 
 
 @kernel
-def load_blocks(journal):
-    """Return the number of loads of a worn contact in each direction: two, or for a worn journal four of either surface."""
-    return 2 + 6 * journal
-
-
-@kernel
 def add_loads(S, power, first):
     """Write the friction loads F_n |v_t| and F_n^2 |v_t| of worn contacts to power[first:], by the direction of the force.
 
     Each worn contact has `LOAD_DIRECTIONS` entries for each load. The direction is that of the force on the bearing, in the
     frame of its body. A load between two directions is shared between them, so that the sum over all directions is exact. If
     the journal is worn, F_n |v_t| times cosine and sine of the journal's rotation psi relative to the bearing follow, and then
-    the four loads by the direction in the frame of the journal's body.
+    the four loads by the direction in the frame of the journal's body. Those of hard contacts follow from `add_hard_loads`.
     """
     for q in range(first, power.size):
         power[q] = 0.0
-    at = first
     for j in range(S.parameters.contact.size):
-        p = S.parameters.contact[j]
-        if p.cells == 0:
-            continue
-        if S.state.mode[j] == 1:
+        if S.state.mode[j] == 1 and S.parameters.law[j].stiffness != 0:
             contact = S.work.contact[j]
-            _, _, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
-            cos, sin = body_direction(bx, by)
-            angle = math.atan2(contact.ny * cos - contact.nx * sin, contact.nx * cos + contact.ny * sin)
-            rate = contact.normal * abs(contact.slip)
-            add_load(power, at, angle, rate, 1.0, contact.normal)
-            if p.journal == 1:
-                cos, sin = relative_turn(ax, ay, bx, by)
-                turned, half = angle - math.atan2(sin, cos), at + 4 * LOAD_DIRECTIONS
-                add_load(power, at + 2 * LOAD_DIRECTIONS, angle, rate, cos, sin)
-                add_load(power, half, turned, rate, 1.0, contact.normal)
-                add_load(power, half + 2 * LOAD_DIRECTIONS, turned, rate, cos, sin)
-        at += load_blocks(p.journal) * LOAD_DIRECTIONS
+            add_contact_loads(j, S, contact.normal * abs(contact.slip), contact.normal, power, first)
+
+
+@kernel
+def add_contact_loads(j, S, rate, normal, power, first):
+    """Add the loads of contact j with the friction load `rate` and a normal force to power[first:]."""
+    p, contact, at = S.parameters.contact[j], S.work.contact[j], first
+    if p.loads == 0:
+        return
+    for k in range(j):
+        at += S.parameters.contact[k].loads * LOAD_DIRECTIONS
+    _, _, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
+    cos, sin = body_direction(bx, by)
+    angle = math.atan2(contact.ny * cos - contact.nx * sin, contact.nx * cos + contact.ny * sin)
+    add_load(power, at, angle, rate, 1.0, normal)
+    if p.loads > 2:
+        cos, sin = relative_turn(ax, ay, bx, by)
+        turned, half = angle - math.atan2(sin, cos), at + 4 * LOAD_DIRECTIONS
+        add_load(power, at + 2 * LOAD_DIRECTIONS, angle, rate, cos, sin)
+        add_load(power, half, turned, rate, 1.0, normal)
+        add_load(power, half + 2 * LOAD_DIRECTIONS, turned, rate, cos, sin)
 
 
 @kernel

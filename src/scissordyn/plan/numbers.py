@@ -47,11 +47,14 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         p["area"] = 2.0 * joint.journal_radius * joint.length
         if isinstance(clearance, Clearance) and clearance.is_worn:
             p["cells"], p["journal"] = contour.shape[1], bool(clearance.journal_contour)
+            p["loads"] = 8 if p["journal"] else 2
             p["cell_area"] = 2.0 * math.pi * joint.bearing_radius * joint.length / p["cells"]
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
         if clearance.contact == "hard":
+            if isinstance(clearance, Clearance) and clearance.wears:
+                p["loads"] = 2 if clearance.journal_wear is None else 8
             continue  # `plan.hard_contact` holds its tables
         law[j]["bristles"], law[j]["loaded"] = len(clearance.friction.states), clearance.reference == "loaded"
         for which, kind in enumerate(("stiffness", "damping", "friction")):

@@ -31,7 +31,7 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows
 from scissordyn.mechanics.system import Parameters, System
-from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS, load_blocks
+from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.plan.plan import Plan
 from scissordyn.record.trajectory import BAND, LOG, PEAK, by_name
 from scissordyn.run.advance.system import Stepping
@@ -120,7 +120,7 @@ class Driver:
         if signals:
             system.exchange("state", history=make_history(signals))
         mechanism, contacts = system.content.state, content.parameters.contact
-        blocks = int(load_blocks(contacts["journal"][contacts["cells"] > 0]).sum())
+        blocks = int(contacts["loads"].sum())
         state = make_state(
             np.zeros(size),
             quadratures=BALANCED + (LOAD_DIRECTIONS * blocks if loads else 0),

@@ -174,6 +174,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "read_dxf",
         "read_mjcf",
         "read_linkage2",
+        "read_slvs",
         "read_points",
         "export",
         "pin_forces",

@@ -106,6 +106,7 @@ PUBLIC = {
     "exchange.pmks": ("read_pmks",),
     "exchange.points": ("read_points",),
     "exchange.read": ("read_drawing",),
+    "exchange.slvs": ("read_slvs",),
     "identification.prediction": ("prediction",),
     "kinematics.bending": ("with_bending",),
     "laws.catalogue": ("law",),

@@ -76,6 +76,7 @@ from scissordyn.exchange.mjcf import read_mjcf as read_mjcf
 from scissordyn.exchange.pmks import read_pmks as read_pmks
 from scissordyn.exchange.points import read_points as read_points
 from scissordyn.exchange.read import read_drawing as read_drawing
+from scissordyn.exchange.slvs import read_slvs as read_slvs
 from scissordyn.identification.prediction import prediction as prediction
 from scissordyn.laws.catalogue import law as law
 from scissordyn.laws.damping.factors import Flores as Flores, LankaraniNikravesh as LankaraniNikravesh

@@ -65,7 +65,7 @@ def explore(
 
 def import_drawing(
     source: Annotated[
-        str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml, .urdf, .sdf, .linkage2 or .csv.")
+        str, Argument(help="A link of PMKS+, or a file that ends in .dxf, .xml, .urdf, .sdf, .linkage2, .slvs or .csv.")
     ],
     case: Annotated[Path, Option("--output", "-o", help="The case file to write.")],
     unit: Annotated[str, Option(help="Unit of a table, or of a DXF without unit, such as mm.")] = "",

@@ -12,7 +12,7 @@ from scissordyn.units import checked
 TABLE_ENDINGS = (".csv", ".tsv")  # File name endings of tables of points
 
 # File name endings of all formats that are read
-ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", ".linkage2", *TABLE_ENDINGS)
+ENDINGS = (".dxf", ".xml", ".mjcf", ".urdf", ".sdf", ".linkage2", ".slvs", *TABLE_ENDINGS)
 
 
 @checked
@@ -25,13 +25,13 @@ def read_drawing(
     thickness: float | None = None,
     density: float | None = None,
 ) -> Imported:
-    """Return the mechanism of a PMKS+ link, a drawing, a robot model, a file of Linkage, or a table of points.
+    """Return the mechanism of a PMKS+ link, a drawing, a robot model, a sketch, or a table of points.
 
     Parameters
     ----------
     source : str or path
-        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .sdf, .linkage2, .csv or .tsv. A file with any other ending holds
-        a link.
+        Link, or file that ends in .dxf, .xml, .mjcf, .urdf, .sdf, .linkage2, .slvs, .csv or .tsv. A file with any other
+        ending holds a link.
     unit : str
         Length unit of a DXF without one (see `read_dxf`) or of a table of points (metres if not given).
     linear_density : float
@@ -89,6 +89,11 @@ def _read(path: Path, text: str, *, unit: str, linear_density: float, of_dxf: di
 
         _no_unit(unit, "a file of Linkage")
         return read_linkage2(text, linear_density=linear_density)
+    if ending == ".slvs":
+        from scissordyn.exchange.slvs import read_slvs
+
+        _no_unit(unit, "a sketch of SolveSpace")
+        return read_slvs(text, linear_density=linear_density)
     if ending in ENDINGS:
         from scissordyn.exchange.mjcf import read_mjcf
 

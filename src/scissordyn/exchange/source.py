@@ -21,6 +21,7 @@ BYTE_ORDER_MARKS = (  # First bytes of a file, and encoding
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 
+SOLVESPACE_MARK = b"\xb1\xb2\xb3"  # First bytes of a file of SolveSpace, before its text
 XML_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]{0,200}?encoding\s*=\s*["']([\w.:-]{1,40})["']""")  # Encoding that XML declares
 DXF_VERSION = re.compile(rb"\$ACADVER\s+1\s+AC(\d{4})\b")  # Pattern of the format version in a DXF
 DXF_CODEPAGE = re.compile(rb"\$DWGCODEPAGE\s+3\s+(\w{1,40})")  # Pattern of the code page in a DXF
@@ -65,6 +66,7 @@ def decode(content: bytes, ending: str) -> tuple[str, list[str]]:
         return _decode(content, "utf-16-be" if content[:1] == b"\0" else "utf-16-le"), []
     if ending == ".dxf":
         return _decode_dxf(content), []
+    content = content.removeprefix(SOLVESPACE_MARK)
     declared = XML_ENCODING.match(content)
     if declared and ending not in (".csv", ".tsv"):
         return _decode(content, declared[1].decode()), []

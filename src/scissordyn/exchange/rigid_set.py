@@ -1,0 +1,174 @@
+"""Find the rigid bodies that lengths and directions between points form."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Hashable, Iterable, Iterator, Mapping
+from itertools import combinations, permutations
+from typing import Any, NamedTuple
+
+from scissordyn.components.place import GROUND
+from scissordyn.tolerance import DATA_TOL
+
+Pair = frozenset[int]  # Two pins
+
+
+class Slide(NamedTuple):
+    """Condition that a pin stays on a line, which is attached to any of some pins and turns with a direction."""
+
+    pin: int
+    anchors: tuple[int, ...]
+    turn: Hashable  # Member of the classes of directions
+    angle: float  # [rad]
+    label: str
+
+
+class Classes:
+    """Disjoint sets (union-find)."""
+
+    def __init__(self) -> None:
+        self.above: dict[Any, Any] = {}
+
+    def find(self, member: Any) -> Any:
+        """Return the representative of the set of a member."""
+        while (up := self.above.get(member, member)) != member:
+            member = up
+        return member
+
+    def join(self, kept: Any, other: Any) -> None:
+        """Unite the sets of two members."""
+        kept, other = self.find(kept), self.find(other)
+        self.above[other] = self.above[kept] = kept
+
+
+class RigidSets:
+    """Sets of pins that form the ground and the bodies of a sketch.
+
+    `lengths` has classes of lengths that fix each other: pairs of pins, "fixed", and other keys. `turns` has classes of
+    directions that turn together: pairs of pins and the ground.
+    """
+
+    def __init__(self, places: Mapping[int, complex]) -> None:
+        self.places = places  # Positions of the pins [m]
+        self.pins, self.lengths, self.turns = Classes(), Classes(), Classes()
+        self.bodies: list[set[int]] = [set()]  # Pins of the ground, then those of each body
+        self.slides: list[Slide] = []
+        self.middles: list[tuple[str, int, Pair]] = []  # Pins in the middle of pairs
+        self.relations: list[tuple[str, Hashable, Hashable]] = []  # Directions that turn together, by constraint
+        self.rest: list[tuple[str, set[int]]] = []  # Constraints that have no effect, and their pins
+        self.images: list[dict[int, int]] = []  # Copies of pins by their originals
+
+    def angle(self, pair: Pair) -> float:
+        """Return the direction from one pin to the other [rad]."""
+        return cmath.phase(self.places[max(pair)] - self.places[min(pair)])
+
+    def relate(self, label: str, first: Hashable, second: Hashable) -> None:
+        """Let two directions turn together; each pin of a pair then slides on a body at the other pin."""
+        self.turns.join(first, second)
+        self.relations.append((label, first, second))
+        for pair in (turn for turn in (first, second) if isinstance(turn, frozenset)):
+            for pin, anchor in permutations(sorted(pair)):
+                self.slides.append(Slide(pin, (anchor,), pair, self.angle(pair), label))
+
+    def find_bodies(self, pairs: Iterable[Pair] = ()) -> None:
+        """Add bodies for pairs of fixed length, and unite the bodies that constraints hold together."""
+        fixed = self.lengths.find("fixed")
+        for pair in dict.fromkeys((*pairs, *self.lengths.above)):
+            is_bar = isinstance(pair, frozenset) and len(pair) == 2 and self.lengths.find(pair) == fixed
+            if is_bar and not any(pair <= body for body in self.bodies):
+                self.bodies.append({*pair})
+        while self._grow():
+            pass
+
+    def _turn_of(self, body: int) -> Hashable:
+        return frozenset(sorted(self.bodies[body])[:2]) if body else GROUND
+
+    def held(self) -> dict[tuple[int, int], list[Slide]]:
+        """Return the slides of each pin on each body that holds their lines, by body and pin."""
+        for number, body in enumerate(self.bodies):
+            for pair in [pair for pair in self.turns.above if isinstance(pair, frozenset) and pair <= body]:
+                self.turns.join(self._turn_of(number), pair)
+        found: dict[tuple[int, int], list[Slide]] = {}
+        for slide in self.slides:
+            for number, body in enumerate(self.bodies):
+                turns = self.turns.find(slide.turn) == self.turns.find(self._turn_of(number))
+                if turns and slide.pin not in body and not body.isdisjoint(slide.anchors):
+                    found.setdefault((number, slide.pin), []).append(slide)
+        return found
+
+    def _grow(self) -> bool:
+        """Unite two bodies, or add a pin to a body, where constraints hold them together; return False if there are none."""
+        held = self.held()
+        for (number, pin), slides in held.items():
+            if any(abs(math.sin(a.angle - b.angle)) > DATA_TOL for a, b in combinations(slides, 2)):
+                self.bodies[number].add(pin)
+                return True
+        for _, pin, pair in self.middles:
+            for body in self.bodies:
+                if pair <= body and pin not in body:
+                    body.add(pin)
+                    return True
+        at: dict[int, list[int]] = {}
+        for number, body in enumerate(self.bodies):
+            for pin in body:
+                at.setdefault(pin, []).append(number)
+        near = {pair for numbers in at.values() for pair in permutations(numbers, 2)}
+        for first, second in sorted(near):
+            shared = self.bodies[first] & self.bodies[second]
+            same = self.turns.find(self._turn_of(first)) == self.turns.find(self._turn_of(second))
+            if len(shared) > 1 or same or any((first, pin) in held for pin in self.bodies[second] - shared):
+                return self._unite(first, second)
+        for first, second in sorted(near):
+            for third in {number for pin in self.bodies[second] for number in at[pin] if (number, first) in near}:
+                if first < second < third and not self.bodies[first] & self.bodies[second] & self.bodies[third]:
+                    return self._unite(first, second, third)
+        return self._copy()
+
+    def _unite(self, *numbers: int) -> bool:
+        first, *others = sorted(numbers)
+        for number in reversed(others):
+            self.turns.join(self._turn_of(first), self._turn_of(number))
+            self.bodies[first] |= self.bodies.pop(number)
+        return True
+
+    def _copy(self) -> bool:
+        """Add the copies of bodies and of pins on the ground."""
+        for image in self.images:
+            for number, body in enumerate(list(self.bodies)):
+                copied = {image[pin] for pin in body if pin in image}
+                if number == 0 and not copied <= body:
+                    body |= copied
+                    return True
+                if number and len(copied) > 1 and not any(copied <= other for other in self.bodies):
+                    self.bodies.append(copied)
+                    return True
+        return False
+
+    def _body_of(self, turn: Hashable) -> int | None:
+        return next((k for k, body in enumerate(self.bodies) if isinstance(turn, frozenset) and turn <= body), None)
+
+    def coupled(self) -> list[tuple[str, int, int]]:
+        """Return the numbers of the bodies that turn together without being one, with the constraint that says so."""
+        ground, found, linked = self.turns.find(GROUND), list[tuple[str, int, int]](), Classes()
+        for label, *turns in self.relations:
+            a, b = (self._body_of(turn) for turn in turns)
+            if a and b and self.turns.find(turns[0]) != ground and linked.find(a) != linked.find(b):
+                linked.join(a, b)
+                found.append((label, b, a))
+        return found
+
+    def unused(self) -> Iterator[str]:
+        """Yield the constraints that the bodies, their guides and their couplings do not keep."""
+        ground = self.turns.find(GROUND)
+        held = {slide.label for slides in self.held().values() for slide in slides}
+        for label, *turns in self.relations:
+            a, b = (0 if turn == GROUND else self._body_of(turn) for turn in turns)
+            coupled = a != b and self.turns.find(turns[0]) != ground
+            if label not in held and (a is None or b is None or not (a == b or coupled)):
+                yield label
+        related = {label for label, *_ in self.relations}
+        rest = [(slide.label, {slide.pin, *slide.anchors}) for slide in self.slides if slide.label not in {*held, *related}]
+        for label, pins in (*rest, *((label, {pin, *pair}) for label, pin, pair in self.middles), *self.rest):
+            if not any(pins <= body for body in self.bodies):
+                yield label

@@ -81,7 +81,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "integrate/crossing.py": ("integrate/test_crossing.py", *INTEGRATE),
     "integrate/dense.py": ("integrate/test_dense.py", *INTEGRATE),
     "integrate/step.py": ("integrate/test_step.py", *INTEGRATE),
-    "integrate/time_stepping.py": (*HARD, "run/test_fixed_steps.py", "run/test_cut.py"),
+    "integrate/time_stepping.py": ("integrate/test_time_stepping.py", *HARD, "run/test_fixed_steps.py", "run/test_cut.py"),
     "integrate/*": (*INTEGRATE, "test_run.py"),
     "components/port/*": ("mechanics/test_ports.py", "components/test_symbols.py"),
     "mechanics/band.py": ("mechanics/test_band.py", *MECHANICS),
@@ -89,9 +89,14 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/monitored.py": ("mechanics/test_track_deviation.py", "mechanics/test_entries_read.py", *MECHANICS),
     "mechanics/reactions.py": ("mechanics/test_reactions.py", *MECHANICS),
     "mechanics/time_function.py": ("mechanics/test_time_functions.py", *MECHANICS),
-    "mechanics/reaction_slopes.py": ("test_reference.py", "test_transmissions.py", "run/test_statics.py"),
+    "mechanics/reaction_slopes.py": (
+        "mechanics/test_reaction_slopes.py",
+        "test_reference.py",
+        "test_transmissions.py",
+        "run/test_statics.py",
+    ),
     "mechanics/hard_*": (*HARD, "test_clearance_guide.py"),
-    "mechanics/impulse_solver.py": (*HARD, "test_clearance_guide.py"),
+    "mechanics/impulse_solver.py": ("mechanics/test_impulse_solver.py", *HARD, "test_clearance_guide.py"),
     "mechanics/pivoting.py": HARD,
     "mechanics/compliant_contact.py": (*HARD, "run/test_fixed_steps.py"),
     "mechanics/flexible_bar*": ("test_heated_bars.py", "test_rollers.py", "test_bending.py", "test_modes.py"),
@@ -99,6 +104,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "mechanics/guard.py": ("mechanics/test_impulses.py", *MECHANICS),
     "mechanics/constraint_solver.py": ("run/test_singular.py", "validation/test_change_points.py", "test_run.py", *MECHANICS),
     "mechanics/*": ("test_run.py", *MECHANICS),
+    "kinematics/bending.py": ("test_kinked_bars.py", *KINEMATICS),
     "kinematics/path.py": ("kinematics/test_path.py", *KINEMATICS),
     "kinematics/*": KINEMATICS,
     "plan/*": ("mechanics/test_moving_guides.py",),
@@ -164,9 +170,13 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "np.max(np.abs(closed[:time.size] - z)) > 0.1",
     ): "a distance that is this bound to the last bit",
     (
-        *("kinematics/continuation.py", "_reaches_limit", "dropped"),
-        "meeting.a + mixed * before / bend",
-    ): "where Newton's method starts: the same limits in 3908 random linkages near their change points",
+        *("kinematics/unfolding.py", "at", "edge"),
+        "np.max(np.abs(change[:n])) < SEARCH_DISTANCE_MAX",
+    ): "a distance that is this bound to the last bit",
+    (
+        *("kinematics/continuation.py", "_extend_to", "edge"),
+        "sign * limit.slope[1] * limit.curvature[0, 0] > 0.0",
+    ): "a slope that is zero to the last bit, which is a change point and no limit",
 }
 """Reasons why no test can notice a change, by file, function, kind and expression."""
 

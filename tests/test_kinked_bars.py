@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -81,3 +82,12 @@ def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
     )
     run = sd.simulate(made.driven(speed=1.0), until=5e-3, samples=11, method=method)
     assert_balance(run, 1e-7, ("kinetic_energy",))
+
+
+def test_kinked_bar_that_is_not_uniform() -> None:
+    """Contract: legs of uniform tubes cannot stand for a kinked bar with another moment of inertia."""
+    body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
+    assert body.inertia is not None
+    heavy = dataclasses.replace(body, inertia=2.0 * body.inertia)
+    with pytest.raises(sd.InputError, match="no uniform bar"):
+        sd.with_bending(on_pin(heavy), bending_stiffness=RIGIDITY, axial_stiffness=AXIAL)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -180,8 +180,24 @@ def test_every_kind_is_drawn() -> None:
 
 
 def test_drive_that_stands_still() -> None:
-    """Limit: without a stroke there is no singular position."""
+    """Limit: without a stroke there is no singular position, with one drive or two."""
     assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
+    apart = math.acos(0.25)  # two cranks of 1 m at right angles to the ground of 1 m, and bars of 2 m between their ends
+    bars = (
+        replace(sd.bar("left", length=1.0, mass=1.0), position=(0.0, 0.0), angle=0.5 * math.pi),
+        replace(sd.bar("up", length=2.0, mass=1.0), position=(0.0, 1.0), angle=apart),
+        replace(sd.bar("down", length=2.0, mass=1.0), position=(1.0, 1.0), angle=math.pi - apart),
+        replace(sd.bar("right", length=1.0, mass=1.0), position=(1.0, 0.0), angle=0.5 * math.pi),
+    )
+    pins = (
+        sd.Revolute("O", ("left", "start"), ("ground", "O")),
+        sd.Revolute("P", ("up", "start"), ("left", "end")),
+        sd.Revolute("Q", ("up", "end"), ("down", "end")),
+        sd.Revolute("R", ("down", "start"), ("right", "end")),
+        sd.Revolute("E", ("right", "start"), ("ground", "E")),
+    )
+    both = sd.Mechanism(bars, joints=pins, ground=(("O", (0.0, 0.0)), ("E", (1.0, 0.0))))
+    assert found(both.driven(speed=0.0, body="left").driven(speed=0.0, body="right"), 1.0) == []
 
 
 def test_limit_of_a_crossed_linkage() -> None:

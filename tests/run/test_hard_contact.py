@@ -32,9 +32,8 @@ def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angl
     low = -side * math.cos(angle) - half * math.sin(abs(angle))
     place = (0.0, -(side + gap) - low)
     body = Body("block", 1.0, inertia, {"middle": (0.0, 0.0)}, position=place, velocity=velocity, angle=angle)
-    wide = GuideClearance(
-        gap, corners=((-half, -side), (half, -side), (half, side), (-half, side)), corner_radius=radius, contact="hard", **laws
-    )
+    corners = ((-half, -side), (half, -side), (half, side), (-half, side))
+    wide = GuideClearance(gap, corners=corners, corner_radius=radius, **{"contact": "hard", **laws})
     direction = -0.5 * math.pi + tilt
     one = Mechanism((body,), guides=(Guide("channel", ("block", "middle")),), output_body="block", gravity_direction=direction)
     return one.with_clearance("channel", wide)
@@ -271,3 +270,41 @@ def test_number_of_steps_with_round_off_in_time() -> None:
         run = sd.simulate(arm, until=until, step=step, events="crossed", samples=3)
         assert counts_of(run)["steps"] == count
     assert found == 3
+
+
+def test_block_in_a_moving_channel_keeps_the_momentum() -> None:
+    """Identity: a block that tumbles with friction in the channel of a free body: both keep their angular momentum."""
+    turn, place = 0.3, 0.3
+    inside = (place * math.cos(turn), place * math.sin(turn))
+    channel = dataclasses.replace(block(friction=sd.LuGre(kinetic=0.3)).guides[0], body="carrier")
+    tumbling = dataclasses.replace(
+        block().bodies[0], position=inside, velocity=(0.4, -0.8), angle=turn + 0.05, angular_velocity=1.5
+    )
+    carrier = Body("carrier", 2.0, 0.05, {"o": (0.0, 0.0), "e": (1.0, 0.0)}, angle=turn, angular_velocity=-0.7)
+    both = Mechanism((carrier, tumbling), guides=(channel,), gravity=0.0, output_body="block")
+    run = sd.simulate(both, until=0.6, start="as-placed", step=1e-3, samples=61)
+    impulse = run["velocity"].values * np.array([carrier.mass, tumbling.mass])[:, None]
+    orbit = run["position"].values[..., 0] * impulse[..., 1] - run["position"].values[..., 1] * impulse[..., 0]
+    momentum = np.sum(orbit + run["angular_velocity"].values * [carrier.inertia, tumbling.inertia], axis=1)
+    assert run.sizes["contact"] > 5
+    assert float(np.ptp(run["angular_velocity"].sel(body="carrier").values)) > 1.0
+    np.testing.assert_allclose(momentum, momentum[0], atol=1e-6)
+
+
+def test_compliant_block_slides_beside_a_hard_contact() -> None:
+    """Closed form: v = v_0 - mu g t on linear surfaces with steep friction, in a mechanism with a hard contact elsewhere."""
+    stiffness, kinetic, speed = 5e4, 0.3, 0.1
+    soft = {
+        "stiffness": sd.law("stiffness", "linear")(stiffness),
+        "damping": sd.law("damping", "kelvin-voigt")(200.0),
+        "friction": sd.law("friction", "threlfall")(kinetic, 1e-6),
+        "contact": "compliant",
+    }
+    one = block(velocity=(speed, 0.0), **soft)
+    (body,) = one.bodies
+    sunk = dataclasses.replace(body, position=(0.0, body.position[1] - body.mass * GRAVITY / (2.0 * stiffness)))
+    two = dataclasses.replace(one, bodies=(sunk, *ball().bodies), joints=ball().joints, ground=ball().ground)
+    run = sd.simulate(two, until=0.03, start="as-placed", step=1e-3, samples=4)
+    assert counts_of(run)["method"] == "moreau-jean"
+    expected = speed - kinetic * GRAVITY * run["time"].values
+    np.testing.assert_allclose(run["velocity"].sel(body="block", axis="x").values, expected, atol=1e-5)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.build import counts_of, on_pin
+from tests.build import counts_of, in_bearing, on_pin
 
 import scissordyn as sd
 from scissordyn.model.options import Options, StartKind
@@ -16,7 +16,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run import method
 from scissordyn.run.advance import tolerance as tolerance_module
 from scissordyn.run.advance.tolerance import error_weights
-from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps
+from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps, jacobian, projected_jacobian
 from scissordyn.run.trajectory import compute, make_driver
 
 # Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
@@ -257,3 +257,29 @@ def test_no_step_passes_over_a_contact(speed: float) -> None:
     assert stiff.attrs["status"] == "complete"
     np.testing.assert_allclose(stiff["contact_start"], explicit["contact_start"], atol=1e-9)
     np.testing.assert_allclose(stiff["peak_force"], explicit["peak_force"], rtol=1e-5)
+
+
+def test_step_of_a_free_rotation() -> None:
+    """Closed form: a body that rotates beside a hard contact gains a millionth of its energy in a run, by its longest step."""
+    speed, until = 200.0, 1.0
+    rotor = sd.Body("rotor", 1.0, 0.01, {"o": (0.0, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed)
+    ball = in_bearing(sd.Clearance(1.0, journal_radius=1.1, contact="hard"))
+    run = sd.simulate(
+        replace(ball, bodies=(*ball.bodies, rotor), gravity=0.0), until=until, start="as-placed", samples=3, trust=False
+    )
+    step = counts_of(run)["step"]
+    assert "fastest rotation" in counts_of(run)["reason"]
+    assert 0.75 * (speed * step) ** 4 * until / step == pytest.approx(1e-6, rel=1e-9)
+    gained = float(run["kinetic_energy"][-1] / run["kinetic_energy"][0]) - 1.0
+    assert gained == pytest.approx(1e-6, rel=0.05)
+
+
+@pytest.mark.parametrize("products", [2, 60])
+def test_modes_of_few_states(products: int) -> None:
+    """Identity: there are as many products as states at most, and then all eigenvalues."""
+    driver, prepared, _ = make_driver(plan(_array()), Options(1e-3))
+    small, whole = projected_jacobian(driver.system, prepared.y, products), jacobian(driver.system, prepared.y)
+    assert small.shape == (min(products, prepared.y.size),) * 2
+    if products > prepared.y.size:
+        rates = [np.sort_complex(np.linalg.eigvals(matrix)) for matrix in (small, whole)]
+        np.testing.assert_allclose(*rates, atol=1e-5 * np.abs(rates[1]).max())

@@ -133,8 +133,7 @@ def choose_size(t, s, w, K):
 def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     """Make one step with the contacts that close and open in it, and the other guards at its end; return a status."""
     clock, counts = s.clock[0], s.counts[0]
-    if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
-        write_present(t, s, r.samples)  # the start
+    write_present(t, s, r.samples)  # the start
     h, last = choose_size(t, s, w, K)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]

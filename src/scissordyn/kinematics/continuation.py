@@ -135,16 +135,8 @@ def _is_saddle(closure: Closure, z: np.ndarray, found: Point) -> bool:
 def _reaches_limit(closure: Closure, inputs: AtPlace, leg: Leg, place: float, longest: float) -> bool:
     """Return whether the input reaches a limit within the next two steps; if so, extend the leg to the limit."""
     here, z = leg.points[-1]
-    unfolding = Unfolding(closure, inputs, here, z, longest)
-    sign = math.copysign(1.0, place - here)
-    limits = [unfolding.limit()]
-    meeting = unfolding.meeting()
-    if meeting is not None and meeting.saddle > 0.0 and meeting.curvature[0, 0] * meeting.g > 0.0:
-        bend, mixed = meeting.curvature[0]
-        before = sign * math.sqrt(2.0 * bend * meeting.g / meeting.saddle)
-        guess = unfolding.at(meeting.a + mixed * before / bend, meeting.place - before, meeting.z)
-        limits.append(None if guess is None else unfolding.limit(guess))
-    return any(_extend_to(closure, inputs, leg, limit, place) for limit in limits if limit is not None)
+    limit = Unfolding(closure, inputs, here, z, longest).limit()
+    return limit is not None and _extend_to(closure, inputs, leg, limit, place)
 
 
 def _extend_to(closure: Closure, inputs: AtPlace, leg: Leg, limit: Point, place: float) -> bool:

@@ -108,24 +108,19 @@ class Unfolding:
 
     def meeting(self) -> Point | None:
         """Return the stationary point of g, where branches meet or come near each other; None if there is none nearby."""
-        return self._newton(lambda point: (point.slope, point.curvature), self.at(0.0, self.place, self.z))
+        return self._newton(lambda point: (point.slope, point.curvature))
 
-    def limit(self, near: Point | None = None) -> Point | None:
+    def limit(self) -> Point | None:
         """Return the limit of the input, where g = dg/da = 0; None if there is none nearby."""
 
         def equations(point: Point) -> tuple[np.ndarray, np.ndarray]:
             return np.array([point.g, point.slope[0]]), np.array([point.slope, point.curvature[0]])
 
-        return self._newton(equations, self.at(0.0, self.place, self.z) if near is None else near)
+        return self._newton(equations)
 
-    def _newton(
-        self,
-        equations: Callable[[Point], tuple[np.ndarray, np.ndarray]],
-        point: Point | None,
-        max_steps: int = 25,
-    ) -> Point | None:
+    def _newton(self, equations: Callable[[Point], tuple[np.ndarray, np.ndarray]], max_steps: int = 25) -> Point | None:
         """Solve two equations for a and the path parameter by Newton's method; return None if it does not converge nearby."""
-        unit, last = np.array([1.0, self.width]), np.inf
+        point, unit, last = self.at(0.0, self.place, self.z), np.array([1.0, self.width]), np.inf
         for _ in range(max_steps):
             if point is None or abs(point.a) > SEARCH_DISTANCE_MAX or abs(point.place - self.place) > 3.0 * self.width:
                 return None

@@ -15,7 +15,6 @@ from scissordyn.plot.style import (
     LINE_WIDTH,
     VERMILION,
     Canvas,
-    PictureAxes,
     dress,
     legend,
     literal,
@@ -89,7 +88,7 @@ def fit_correlation(fit: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """Draw the correlation matrix of the fitted parameters."""
     names = [literal(str(name)) for name in fit["parameter"].values]
     side = 1.6 + 0.55 * len(names)
-    (panel,) = panels(axes, 1, size=(side + 1.6, side))
+    (panel,) = drawn = panels(axes, 1, size=(side + 1.6, side))
     values = fit["correlation"].values
     panel.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     for row in range(len(names)):
@@ -102,4 +101,4 @@ def fit_correlation(fit: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     dress(panel)
     panel.grid(visible=False)
     panel.tick_params(length=0)
-    return PictureAxes([panel])
+    return drawn

@@ -28,7 +28,6 @@ from scissordyn.plot.style import (
     SKY,
     VERMILION,
     Canvas,
-    PictureAxes,
     legend,
     literal,
     normal,
@@ -67,7 +66,7 @@ def draw_law(
     if isinstance(law, Friction):
         return _draw_friction(law, axes, joint)
     stiffness, damping = (law, Flores()) if isinstance(law, Elastic) else (Liu(), law)
-    (panel,) = panels(axes, 1, size=(5.6, 3.6))
+    (panel,) = drawn = panels(axes, 1, size=(5.6, 3.6))
     history = impact(stiffness, damping, joint, mass=mass, speed=speed)
     depth = np.linspace(0.0, float(history.indentation.max()), 200)[1:]
     row, pointer = row_of(stiffness, joint), pointers(stiffness)["force"]
@@ -85,7 +84,7 @@ def draw_law(
     panel.set_title(literal(title), loc="left", fontsize=normal())
     _label(panel, force, length)
     panel.legend(loc="upper left", frameon=False, fontsize="small")
-    return PictureAxes([panel])
+    return drawn
 
 
 def _label(axes: Axes, force: Scale, length: Scale) -> None:

@@ -30,7 +30,6 @@ from scissordyn.plot.style import (
     SIZES,
     VERMILION,
     Canvas,
-    PictureAxes,
     legend,
     literal,
     number_decades,
@@ -146,7 +145,7 @@ def feasibility_map(
     if len(names) < 2:
         raise InputError(f"the study has {len(names)} factor(s)", "two factors or more for a map")
     x, y = x or names[0], y or next(name for name in names if name != (x or names[0]))
-    (panel,) = panels(axes, 1, size=(5.4, 4.2))
+    (panel,) = drawn_axes = panels(axes, 1, size=(5.4, 4.2))
     sx, sy = scale_of(points[x]), scale_of(points[y])
     a, b, c = points[x].values * sx.factor, points[y].values * sy.factor, points[colour].values
     sc = Scale(1.0, "") if colour == "met" else scale_of(points[colour])
@@ -184,7 +183,7 @@ def feasibility_map(
     elif colour != "met" and _is_whole(finite):
         bar.locator = MaxNLocator(integer=True)
     panel.grid(visible=False)
-    return PictureAxes([panel])
+    return drawn_axes
 
 
 def _draw_disagreement(
@@ -399,7 +398,7 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     # width of the bars and of the characters next to them [inch]
     width = 3.6 + 0.062 * max((len(line) for label in lines for line in label), default=0)
     high = max(0.24, 0.02 + 0.14 * max(map(len, lines), default=0))
-    (panel,) = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
+    (panel,) = drawn = panels(axes, 1, size=(width, 0.9 + high * len(labels)))
     places = np.arange(len(labels), dtype=float)
     panel.barh(places, 100.0 * fractions, 0.62, color=BLUE, alpha=0.75)
     finite = np.isfinite(intervals).all(axis=1)
@@ -407,14 +406,14 @@ def requirement_bars(labels: Sequence[str], fractions: np.ndarray, intervals: np
     panel.set_yticks(places, ["\n".join(map(literal, label)) for label in lines], linespacing=1.0)
     heading = literal("met by [%]" + (", line: 95 % interval" if finite.any() else ""))
     panel.set(xlim=(0.0, 100.0), ylim=(len(labels) - 0.4, -0.6), xlabel=heading)
-    return PictureAxes([panel])
+    return drawn
 
 
 def pareto_front(
     tried: xr.Dataset, goals: tuple[str, str], *, confirmed: pd.DataFrame | None = None, axes: Canvas = None
 ) -> list[Axes]:
     """Draw all evaluated points, and the Pareto front of points that no other point beats in both goals."""
-    (panel,) = panels(axes, 1, size=(5.0, 3.8))
+    (panel,) = drawn = panels(axes, 1, size=(5.0, 3.8))
     signs = [-1.0 if goal.startswith("maximise") else 1.0 for goal in goals]
     scales = [scale_of(tried[goal]) for goal in goals]
     shown = [sign * scale.factor for sign, scale in zip(signs, scales, strict=True)]
@@ -435,7 +434,7 @@ def pareto_front(
     labels = [_label(tried, goal, scale) for scale, goal in zip(scales, goals, strict=True)]
     panel.set(xlabel=labels[0], ylabel=labels[1])
     _legend([panel])
-    return PictureAxes([panel])
+    return drawn
 
 
 def _draw_confirmed(axes: Axes, confirmed: pd.DataFrame, goals: tuple[str, str], shown: Sequence[float]) -> None:

@@ -6,12 +6,14 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
+from PIL import Image
 
 from scissordyn.cli.main import status_of
 from scissordyn.errors import InputError
-from scissordyn.plot.wear import history, profile
+from scissordyn.plot.wear import film, history, profile
 from scissordyn.record.store import load
 
 # Case file with a joint that wears
@@ -63,6 +65,13 @@ def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixt
     assert said["joints"]["slider pin"]["worn_volume"] == float(kept["worn_volume"][-1, 0])
     low, life, high = (said["lives"][0][name] for name in ("life_low", "life", "life_high"))
     assert 0.0 < low <= life <= high < 1500
+    with Image.open(film(kept, folder / "life.gif", seconds=0.2, rate=10)) as frames:
+        assert frames.n_frames == 2
+        first = np.asarray(frames.convert("RGB"), int)
+        frames.seek(1)
+        moved = np.abs(np.asarray(frames.convert("RGB"), int) - first).sum(axis=2) > 0
+    for half in np.split(moved[:, : 2 * (moved.shape[1] // 2)], 2, axis=1):  # the profile and the cycle
+        assert half.any()
 
 
 def test_preview_estimates_the_life(case: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -125,6 +134,7 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
     (folder / "pairs.toml").write_text(pairs, encoding="utf-8")
     assert "joint 'slider pin': no wear coefficient for 'steel/steel'" in refused("wear", "pairs.toml")
     (folder / "oil.toml").write_text(CASE.replace("[wear]", 'slip = "contact-points"\n\n[wear]'), encoding="utf-8")
+    assert "did you mean 'gif'" in refused("wear", case, "--animate", "life.gfi")
     assert "wear of a joint with lubrication" in refused("wear", "oil.toml")
 
 

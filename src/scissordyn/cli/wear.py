@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from scissordyn.cli.option import AsJson, Changes, Quiet
-from scissordyn.cli.output import EXIT_STATUSES, PROGRESS_TEXT, bars, check_folder, check_run, print_json, say
+from scissordyn.cli.output import EXIT_STATUSES, PROGRESS_TEXT, bars, check_folder, check_movie, check_run, print_json, say
 from scissordyn.cli.parameter import Argument, Option
 from scissordyn.errors import command, printable
 
@@ -28,6 +28,10 @@ def wear(
     ] = None,
     change: Changes = None,
     plot: Annotated[Path | None, Option(help="Draw worn contours, and curves over the cycles, into this folder.")] = None,
+    film: Annotated[
+        Path | None,
+        Option("--animate", metavar="FILM", help="Animate the deepest worn profile over the cycles: .gif, .mp4 or .html."),
+    ] = None,
     report: Annotated[
         Path | None, Option(metavar="FILE", help="Write answers, tables and pictures to this .html or .pdf file.")
     ] = None,
@@ -41,6 +45,7 @@ def wear(
 
     check_run(output, case, "-o life.nc")
     check_folder(plot, PLOT_EXAMPLE)
+    check_movie(film, case, "--animate life.gif")
     read = read_case(case, change or [])
     settings = read.wear or Wear()
     if cycles is not None:
@@ -62,7 +67,7 @@ def wear(
         )
     if run.sizes["state"]:
         keep(run)
-    files = [*_draw(run, plot), *([_report(run, report)] if report is not None and run.sizes["state"] else [])]
+    files = [*_draw(run, plot, film), *([_report(run, report)] if report is not None and run.sizes["state"] else [])]
     if as_json and run.sizes["state"]:
         print_json(_record(run) | {"files": [str(file) for file in [*([] if output is None else [output]), *files]]})
     elif not quiet:
@@ -83,15 +88,19 @@ def _earlier(output: Path | None) -> xr.Dataset | None:
     return None if output is None or not output.exists() or not regular_size(output) else load(output)
 
 
-def _draw(run: xr.Dataset, folder: Path | None) -> list[Path]:
-    """Draw the worn contour of each joint, and the curves over the cycles; return the paths of the pictures."""
-    if folder is None or not run.sizes["state"]:
+def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]:
+    """Draw the worn contour of each joint, the curves over the cycles, and a film; return the paths of the files."""
+    if folder is film is None or not run.sizes["state"]:
         return []
     from scissordyn.plot.file import write
+    from scissordyn.plot.wear import film as write_film
     from scissordyn.plot.wear import history, profile
 
+    files = [] if film is None else [write_film(run, film)]
+    if folder is None:
+        return files
     folder.mkdir(parents=True, exist_ok=True)
-    files = [write(history(run), folder / "wear.png")]
+    files.append(write(history(run), folder / "wear.png"))
     for number, joint in enumerate(run["joint"].values.tolist(), start=1):
         files.append(write(profile(run, joint), folder / f"profile-{number}.png"))
     return files

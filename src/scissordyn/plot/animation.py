@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -115,20 +115,39 @@ def animate(
     scene = scene_of(run, mechanism, frames, every, guides=guides, shown=shown, on_bars=bars)
     rate = max(1, round(len(frames) / seconds))
     slower = len(frames) / rate / float(scene.time[-1] - scene.time[0])
+    if target.suffix.lower() == ".html":
+        title = film_title(target, scene)
+        return _write(target, lambda part: part.write_text(page(scene, run, seconds, title=title), encoding="utf-8"))
+    film = Film(scene, slower)
+    return write_frames(target, film.figure, film.show, len(scene.time), rate)
+
+
+def write_frames(target: Path, figure: Figure, show: Callable[[int], None], frames: int, rate: int) -> Path:
+    """Write a film of a figure, which `show` updates for each frame, at a rate [1/s]; a page shows pictures."""
+
+    def draw(part: Path) -> None:
+        with _writer(part, rate).saving(figure, str(part), SIZES.film_dpi) as writer:
+            for frame in range(frames):
+                show(frame)
+                writer.grab_frame()
+
+    return _write(target, draw)
+
+
+def _write(target: Path, draw: Callable[[Path], object]) -> Path:
+    """Write a film that `draw` writes to a file of its own, which matplotlib's writers require."""
     check_target(target, sample="film.html")
     try:
-        # matplotlib's writers require a file of their own
         with tempfile.TemporaryDirectory(prefix="scissordyn-film-") as folder:
             part = Path(folder) / f"film{target.suffix.lower()}"
-            if target.suffix.lower() == ".html":
-                part.write_text(page(scene, run, seconds, title=film_title(target, scene)), encoding="utf-8")
-            else:
-                _write_film(scene, part, rate, slower)
+            draw(part)
             film = part.read_bytes()
     except OSError as error:
         raise InputError(
             f"cannot make the film '{target}': {error.strerror or error}", "a temporary folder with free space"
         ) from None
+    except subprocess.CalledProcessError as error:
+        raise InputError(f"ffmpeg could not write the film (exit status {error.returncode})", "film.gif or film.html") from None
     return write_file(target, film, sample="film.html")
 
 
@@ -219,19 +238,10 @@ def _figure(aspect: float, joints: int) -> tuple[Figure, Axes, list[Axes]]:
     return figure, figure.add_subplot(main), [figure.add_subplot(place) for place in places]
 
 
-def _write_film(scene: Scene, path: Path, rate: int, slower: float) -> None:
-    film = Film(scene, slower)
-    writer: AbstractMovieWriter
+def _writer(path: Path, rate: int) -> AbstractMovieWriter:
+    """Return matplotlib's writer for the format of a film."""
     if path.suffix.lower() == ".mp4":
         # video players require an even width and height and this pixel format
         even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]
-        writer = FFMpegWriter(fps=rate, codec="h264", extra_args=even)
-    else:
-        writer = PillowWriter(fps=rate)
-    try:
-        with writer.saving(film.figure, str(path), SIZES.film_dpi):
-            for frame in range(len(scene.time)):
-                film.show(frame)
-                writer.grab_frame()
-    except subprocess.CalledProcessError as error:
-        raise InputError(f"ffmpeg could not write the film (exit status {error.returncode})", "film.gif or film.html") from None
+        return FFMpegWriter(fps=rate, codec="h264", extra_args=even)
+    return HTMLWriter(fps=rate, embed_frames=True) if path.suffix.lower() == ".html" else PillowWriter(fps=rate)

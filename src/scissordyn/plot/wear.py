@@ -1,8 +1,10 @@
-"""Draw worn bearings by angle, magnified, and clearances and deviations over the cycles."""
+"""Draw worn joints by angle, magnified, clearances and deviations over the cycles, and films of both."""
 
 from __future__ import annotations
 
+import os
 from itertools import cycle as repeated
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from matplotlib.figure import Figure
 
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.plot.animation import FRAME_RATES, check_film, write_frames
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import draw_limit
 from scissordyn.plot.style import (
@@ -42,6 +45,15 @@ def _check(run: xr.Dataset) -> None:
         raise InputError(f"a picture of wear of a '{run.attrs.get('title')}'", "a result of wear()", "sd.wear(mechanism, ...)")
 
 
+def _chosen(run: xr.Dataset, joint: str | None) -> str:
+    """Return the name of a worn surface, by default that of the deepest one."""
+    names = run["joint"].values.tolist()
+    chosen = str(names[int(np.argmax(run["depth_largest"].values[-1]))] if joint is None else joint)
+    if chosen not in names:
+        raise InputError(f"joint '{chosen}' does not wear{did_you_mean(chosen, names)}", "one of " + ", ".join(names))
+    return chosen
+
+
 def profile(
     run: xr.Dataset, joint: str | None = None, *, axes: Axes | None = None, contours: int = 4, depth_fraction: float = 0.3
 ) -> Axes:
@@ -70,10 +82,7 @@ def profile(
         If the joint does not wear.
     """
     _check(run)
-    names = run["joint"].values.tolist()
-    chosen = names[int(np.argmax(run["depth_largest"].values[-1]))] if joint is None else joint
-    if chosen not in names:
-        raise InputError(f"joint '{chosen}' does not wear{did_you_mean(str(chosen), names)}", "one of " + ", ".join(names))
+    chosen = _chosen(run, joint)
     if axes is None:
         figure = Figure(figsize=figure_size(5.6, 4.4), layout="constrained")
         axes = figure.add_subplot(projection="polar")
@@ -129,7 +138,7 @@ def history(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     """
     _check(run)
     mechanism = read_configuration(run).mechanism
-    tracked = bool(run.sizes["track"]) and bool(np.isfinite(run["track_deviation"].values).all())
+    tracked = _is_tracked(run)
     drawn = panels(axes, 1 + tracked, size=(7.0, 2.6 * (1 + tracked)))
     bearings = run["joint"].values[run["side"].values == "bearing"]
     clearances = [(str(name), *_pair(run, "joint", name, "worn_clearance", "clearance_error")) for name in bearings]
@@ -143,6 +152,76 @@ def history(run: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
     for panel in drawn:
         legend([panel])
     return drawn
+
+
+def film(
+    run: xr.Dataset,
+    path: str | os.PathLike[str],
+    joint: str | None = None,
+    *,
+    seconds: float = 6.0,
+    rate: int | None = None,
+) -> Path:
+    """Write a film of the worn profile of a joint, magnified, next to the clearances and deviations over the cycles.
+
+    Contours between two simulated states are interpolated.
+
+    Parameters
+    ----------
+    run : Dataset
+        Result of `wear`.
+    path : path
+        File name that ends in .gif, .mp4 (requires ffmpeg) or .html (a single-file page with a player).
+    joint : str, optional
+        Joint, or ``"JOINT/journal"`` for a worn journal; by default the deepest one.
+    seconds : float
+        Duration of the film [s].
+    rate : int, optional
+        Frames per second.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    InputError
+        If the joint does not wear, the format is unknown or the file cannot be written.
+    """
+    _check(run)
+    check_film(path)
+    depths, cycles, tracked = run["depth"].sel(joint=_chosen(run, joint)).values, run["cycle"].values, _is_tracked(run)
+    figure = Figure(figsize=figure_size(9.6, 4.4), layout="constrained")
+    grid = figure.add_gridspec(1 + tracked, 2)
+    panels = [figure.add_subplot(grid[k, 1]) for k in range(1 + tracked)]
+    polar = profile(run, joint, axes=figure.add_subplot(grid[:, 0], projection="polar"), contours=1)
+    history(run, axes=panels)
+    line, marks = polar.lines[-1], [panel.axvline(0.0, color=BLACK, linewidth=0.8) for panel in panels]
+    drawn = np.asarray(line.get_ydata())
+    at = int(np.argmax(depths[-1]))
+    gain = (drawn[at] - 1.0) / depths[-1, at] if depths[-1, at] > 0.0 else 0.0
+    if (names := polar.get_legend()) is not None:
+        names.remove()  # the frames name the cycle
+    polar.set_xlabel("cycle", fontsize=normal())
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # the panels keep their sizes
+    pace = FRAME_RATES[Path(path).suffix.lower().removeprefix(".")] if rate is None else rate
+    shown = np.linspace(cycles[0], cycles[-1], max(2, round(seconds * pace)))
+
+    def show(frame: int) -> None:
+        now = float(shown[frame])
+        contour = [np.interp(now, cycles, depths[:, k]) for k in range(depths.shape[1])]
+        line.set_ydata(1.0 + gain * np.array([*contour, contour[0]]))
+        for mark in marks:
+            mark.set_xdata([now, now])
+        polar.set_xlabel(f"cycle {now:.0f}", fontsize=normal())
+
+    return write_frames(Path(path), figure, show, len(shown), pace)
+
+
+def _is_tracked(run: xr.Dataset) -> bool:
+    """Return whether a result has deviations of tracked points."""
+    return bool(run.sizes["track"]) and bool(np.isfinite(run["track_deviation"].values).all())
 
 
 def _pair(run: xr.Dataset, dim: str, name: object, curve: str, error: str) -> tuple[xr.DataArray, xr.DataArray]:

@@ -244,7 +244,7 @@ def drag_force(x, y, cosine, sine, x_rate, y_rate, cosine_rate, sine_rate, visco
     return -viscosity * x_rate, -viscosity * y_rate, 0.0, viscosity * (x_rate * x_rate + y_rate * y_rate)
 
 
-Drag = own("Drag", "point", drag_force, {"viscosity": "N s/m"})
+Brake = own("Brake", "point", drag_force, {"viscosity": "N s/m"})
 
 
 def rail_force(travel, speed, direction, stiffness):
@@ -280,7 +280,7 @@ def test_the_other_ports(method: str) -> None:
         assert_balance(run)
         return run["time"].values, run["position"].values[:, 0] - [0.5, 0.0]
 
-    t, place = moved(Drag("drag", ENDS[1], 3.0), gravity=9.81)
+    t, place = moved(Brake("brake", ENDS[1], 3.0), gravity=9.81)
     fall = -9.81 / 1.5 * (t - (1.0 - np.exp(-1.5 * t)) / 1.5)
     np.testing.assert_allclose(place, np.stack([0.0 * t, fall], axis=1), atol=1e-9)
     t, place = moved(Rail("rail", ENDS[1], math.radians(60.0), 50.0))

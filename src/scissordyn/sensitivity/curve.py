@@ -17,11 +17,12 @@ from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.trajectory import current_trajectory
 from scissordyn.sensitivity.forward import SAMPLED_ARRAYS, Forward
+from scissordyn.tolerance import ROUND_OFF_TOL
 
-DIFFERENCE_STEP = 1e-4
-"""[parameter scales] Step of the central differences of variables along the derivatives of samples and outputs.
+DIFFERENCE_STEP = ROUND_OFF_TOL**0.25
+"""Largest relative change of samples and outputs in the central differences of variables along their derivatives.
 
-Variables are simple functions of these, so that the error of fourth order is round-off only.
+Variables are simple functions of these, so that the error of fourth order is round-off there.
 """
 
 DIFFERENCES = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}  # Weights of central differences of fourth order by place
@@ -65,21 +66,46 @@ def curve_names(found: Results) -> Iterator[str]:
             yield name
 
 
+def difference_step(run: Forward, parameter: int) -> float:
+    """Return the step of the differences [parameter scales], at which no sample or output changes by more than its part."""
+    pairs = [(getattr(run.driver.samples, name), run.samples[name]) for name in SAMPLED_ARRAYS]
+    pairs += [
+        (values, slopes) if values.dtype.names is None else (values[name], slopes[name])
+        for values, slopes in zip(*run.outputs, strict=True)
+        for name in values.dtype.names or ("",)
+    ]
+    largest = 1.0
+    for values, slopes in pairs:
+        size, slope = (np.max(np.abs(part[np.isfinite(part)]), initial=0.0) for part in (values, slopes[..., parameter]))
+        if size > 0.0:
+            largest = max(largest, float(slope / size))
+    return float(DIFFERENCE_STEP / largest)
+
+
 def weighted_results(run: Forward, parameter: int, mechanism: Callable[[float], Mechanism]) -> Iterator[tuple[float, Results]]:
     """Yield the terms of the derivatives by parameter / scale: weights, and variables of runs moved along the derivatives.
 
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
     """
+    step = difference_step(run, parameter)
     for place, weight in DIFFERENCES.items():
-        step = place * DIFFERENCE_STEP
-        yield weight / DIFFERENCE_STEP, moved_results(run, parameter, step, mechanism(step))
+        yield weight / step, moved_results(run, parameter, place * step, mechanism(place * step))
 
 
-def curve_derivatives(run: Forward, parameter: int, mechanism: Callable[[float], Mechanism]) -> dict[str, np.ndarray]:
-    """Return the derivatives of all variables over time by parameter / scale; `mechanism` as in `weighted_results`."""
+def curve_derivatives(
+    run: Forward, parameter: int, path: Results, mechanism: Callable[[float], Mechanism]
+) -> dict[str, np.ndarray]:
+    """Return the derivatives of all variables over time by parameter / scale.
+
+    `path` has the variables of the run; `mechanism` as in `weighted_results`. Outputs that are variables, such as positions,
+    keep their derivatives, which are smaller than the round-off of differences where a parameter moves bodies little.
+    """
     total: dict[str, np.ndarray] = {}
     for weight, found in weighted_results(run, parameter, mechanism):
         for name in curve_names(found):
             part = weight * found[name].values
             total[name] = total[name] + part if name in total else part
+    for name, values, slopes in zip(Record._fields, *run.outputs, strict=True):
+        if name in total and np.array_equal(path[name].values, values, equal_nan=True):
+            total[name] = slopes[..., parameter]
     return total

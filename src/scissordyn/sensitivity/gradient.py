@@ -235,7 +235,7 @@ def _derive(
         if times.size:
             path = moved_results(run, 0, 0.0, made.mechanism)
             for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
-                curves.append(curve_derivatives(run, k, parameter.moved))
+                curves.append(curve_derivatives(run, k, path, parameter.moved))
     _check_known(responses, values)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")

@@ -64,6 +64,9 @@ def test_equal_bars_are_one_row_of_the_cut_list():
     mechanism = arm()
     with pytest.raises(InputError, match="has no pin radius"):
         cut_list(mechanism)
+    soft = sd.with_bending(sd.four_bar(), "rocker", bending_stiffness=1e3, axial_stiffness=1e6, modes=2)
+    with pytest.raises(InputError, match="bar 'rocker/beam' bends: a drawing and a cut list have rigid bars only"):
+        drawing(soft, pin_radius=4e-3)
     rows = list(csv.DictReader(io.StringIO(cut_list(mechanism, pin_radius=4e-3).decode())))
     assert sum(int(row["count"]) for row in {row["bar"]: row for row in rows}.values()) == 4
     assert {row["length [mm]"] for row in rows} == {"2000"}

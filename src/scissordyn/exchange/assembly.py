@@ -58,7 +58,7 @@ def left_out(mechanism: Mechanism) -> list[str]:
     notes = [f"{what}: left out of the assembly in the DXF ({len(listed)})" for what, listed in parts.items() if listed]
     if mechanism.gravity:
         notes.append("gravity: left out of the assembly in the DXF")
-    return notes + [f"body '{body.name}': left out of the assembly in the DXF" for body in _unguided(mechanism)]
+    return notes
 
 
 def add_assembly(document: Any, mechanism: Mechanism) -> None:
@@ -88,6 +88,11 @@ def add_assembly(document: Any, mechanism: Mechanism) -> None:
         layer = {"layer": "bars"}
         line = block.add_lwpolyline(corners, dxfattribs=layer) if len(on) > 1 else block.add_point(corners[0], dxfattribs=layer)
         add(line, bar=body.name, pins=on, mass=body.mass, inertia=body.inertia, centre=[ox + x, oy + y])
+    guided = {guide.follower[0] for guide in mechanism.guides}
+    for body in mechanism.bodies:
+        if not body.rotates and body.name not in guided:
+            pin = pin_of[body.name, next(iter(body.points))]
+            add(block.add_point(mm(pins[pin]), dxfattribs={"layer": "bars"}), block=body.name, pin=pin, mass=body.mass)
     for point, place in mechanism.ground:
         add(block.add_point(mm(place), dxfattribs={"layer": "ground"}), fixed=pin_of[GROUND, point])
     for joint in mechanism.joints:
@@ -109,12 +114,6 @@ def add_assembly(document: Any, mechanism: Mechanism) -> None:
         body = mechanism.body(name)
         data |= {"follower": name} if body.rotates else {"block": name, "mass": body.mass}
         add(block.add_line(mm(here), mm(end), dxfattribs={"layer": "guide"}), **data)
-
-
-def _unguided(mechanism: Mechanism) -> list[Body]:
-    """Return the bodies that neither rotate nor follow a guide."""
-    guided = {guide.follower[0] for guide in mechanism.guides}
-    return [body for body in mechanism.bodies if not body.rotates and body.name not in guided]
 
 
 def _pins(mechanism: Mechanism, places: Mapping[str, Body]) -> tuple[dict[BodyPoint, str], dict[str, Point]]:
@@ -205,6 +204,8 @@ def _entities(block: Any, factor: float) -> Iterator[tuple[dict[str, Any], list[
 
 
 def _block(data: Mapping[str, Any], corners: list[Point]) -> Block:
+    if len(corners) == 1:
+        return Block(str(data["block"]), str(data["pin"]), None, float(data["mass"]))
     (x, y), (further_x, further_y) = corners
     direction = math.atan2(further_y - y, further_x - x)
     carrier, follower = str(data["carrier"]), str(data.get("follower", ""))

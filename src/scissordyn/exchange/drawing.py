@@ -61,7 +61,7 @@ class Block:
 
     name: str
     pin: str  # Name of the sliding pin
-    direction: float  # Direction of the line through the pin, in the plane of the drawing [rad]
+    direction: float | None  # Direction of the line through the pin in the plane of the drawing [rad]; None without a line
     mass: float = 0.0  # Mass of the block [kg]
     carrier: str = GROUND  # Bar that carries the line, or the ground
     follower: str = ""  # Bar that slides without a block; "" for a block
@@ -184,7 +184,9 @@ def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
     return Mechanism(
         bodies=tuple(bodies.values()),
         joints=tuple(joints),
-        guides=tuple(_guide(block, drawing, bodies) for block in drawing.blocks),
+        guides=tuple(
+            _guide(block, block.direction, drawing, bodies) for block in drawing.blocks if block.direction is not None
+        ),
         drives=tuple(Drive(bar, function) for bar, function in drawing.drives.items()),
         components=tuple(_force(load, bodies[load.bar]) for load in drawing.loads),
         ground=tuple((pin, drawing.pins[pin]) for pin in drawing.fixed),
@@ -236,8 +238,8 @@ def _turned(place: Point, origin: Point, angle: float) -> Point:
     return cos * x - sin * y, sin * x + cos * y
 
 
-def _guide(block: Block, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
-    through, direction = drawing.pins[block.pin], block.direction
+def _guide(block: Block, direction: float, drawing: Drawing, bodies: Mapping[str, Body]) -> Guide:
+    through = drawing.pins[block.pin]
     if block.carrier != GROUND:
         carrier = bodies[block.carrier]
         through, direction = _turned(through, carrier.placed_position, -carrier.placed_angle), direction - carrier.placed_angle

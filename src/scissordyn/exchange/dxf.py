@@ -443,8 +443,8 @@ class _Linkage:
             if not led:
                 self.notes.append(f"{where}: no pin is on it")
             for pin in led:
-                known = [block for (other, _), block in blocks.items() if other == pin]
-                if pin in fixed or any(abs(math.sin(block.direction - direction)) <= DATA_TOL for block in known):
+                known = [other_direction for other, other_direction in blocks if other == pin]
+                if pin in fixed or any(abs(math.sin(other - direction)) <= DATA_TOL for other in known):
                     continue
                 name = plain_name(pin, (block.name for block in blocks.values()))
                 blocks[pin, direction] = Block(name, pin, direction, follower=first[pin])

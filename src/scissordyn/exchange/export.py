@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange.assembly import add_assembly
@@ -211,6 +212,8 @@ def drawing(mechanism: Mechanism, *, pin_radius: float | None = None, width: flo
 
 
 def _bars(mechanism: Mechanism, pin_radius: float | None) -> list[tuple[Body, list[Hole]]]:
+    if bent := [part.name for part in mechanism.components if isinstance(part, FlexibleBar)]:
+        raise InputError(f"bar '{bent[0]}' bends: a drawing and a cut list have rigid bars only", "bars without modes")
     bodies = [(body, holes_of(mechanism, body, pin_radius)) for body in mechanism.bodies]
     bars = [(body, holes) for body, holes in bodies if holes and len(set(body.points.values())) > 1]
     if not bars:

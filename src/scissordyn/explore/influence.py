@@ -15,7 +15,6 @@ from scissordyn.casefile.quantity import unit_factor
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.explore.answers import Tangent
 from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
-from scissordyn.run.measure import parts_of
 from scissordyn.units import short
 
 if TYPE_CHECKING:
@@ -29,27 +28,25 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-TORQUE_MEASURES = {
-    "drive": "peak_drive_torque",
-    "coordinate_drive": "peak_coordinate_drive_force",
-    "coupling": "peak_coupling_force",
-    "component": "peak_component_force",
-}
-"""Measure of the largest torque or force of an actuator, by kind of part."""
-
 
 def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
     """Return the measures of the answers that have derivatives, with their labels."""
-    found, parts = dict[str, str](), parts_of(mechanism)
+    found = dict[str, str]()
+    parts: dict[str, set[str]] = {
+        "peak_drive_torque": {drive.body for drive in mechanism.drives},
+        "peak_coordinate_drive_force": {drive.name for drive in mechanism.coordinate_drives},
+        "peak_coupling_force": {coupling.name for coupling in mechanism.couplings},
+        "peak_component_force": {component.name for component in mechanism.components},
+    }
     force = summary.force and (summary.force.loose or summary.force)
     if force is not None and force.joint in {joint.name for joint in mechanism.contacts} and math.isnan(force.film):
         found[f"{force.joint}.peak_force"] = f"largest force at {force.joint}"
     found |= {f"{point.name}.peak_track_deviation": f"deviation of {point.name}" for point in summary.points}
     for actuator in summary.actuators:
-        kind = next((kind for kind in TORQUE_MEASURES if actuator.name in parts[kind]), "")
-        if kind and math.isfinite(actuator.torque):
+        measure = next((measure for measure, names in parts.items() if actuator.name in names), "")
+        if measure and math.isfinite(actuator.torque):
             quantity = "force" if actuator.unit == "N" else "torque"
-            found[f"{actuator.name}.{TORQUE_MEASURES[kind]}"] = f"largest {quantity} of {actuator.name}"
+            found[f"{actuator.name}.{measure}"] = f"largest {quantity} of {actuator.name}"
     return found
 
 

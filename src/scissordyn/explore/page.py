@@ -185,7 +185,7 @@ class Page:
         statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
         duration = f"computed in {short(statistics['seconds'], 's')}"
-        values = differences([shown.case, *(pin.case for pin in pins)])
+        values = differences([shown.case, *(pin.case for pin in pins)]) if pins else []
         legend = [[CURRENT_COLOUR, "solid", f"now: {values[0]}"]] if pins else []
         legend += [[color, "dash", f"pinned: {text}"] for color, text in zip(PINNED_COLOURS, values[1:], strict=False)]
         legend += [[CURRENT_COLOUR, "band", tangent]] if tangent else []

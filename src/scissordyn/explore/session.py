@@ -43,12 +43,12 @@ class Outcome:
     @cached_property
     def summary(self) -> Summary:
         """Summary of the run."""
-        from scissordyn.casefile.configuration import ATTRIBUTE, Configuration
+        from scissordyn.casefile.configuration import Configuration
         from scissordyn.record.summary import summary_of
 
         assert self.run is not None
-        configuration = Configuration(self.run.attrs[ATTRIBUTE], self.case.mechanism, self.case.options)
-        return summary_of(self.results or self.run, configuration)
+        # the summary does not read the text of the configuration, which takes long to write
+        return summary_of(self.results or self.run, Configuration("", self.case.mechanism, self.case.options))
 
     @property
     def has_curves(self) -> bool:
@@ -136,8 +136,9 @@ class Worker:
     def _fine(self, outcome: Outcome) -> xr.Dataset | None:
         """Return the run with samples at its contacts, for curves; None without contacts, or if a newer order exists."""
         picture = 0.5  # longest time that the computation waits for the browser's first picture of the run [s]
-        from scissordyn.casefile.configuration import write_configuration
+        from scissordyn.casefile.configuration import ATTRIBUTE, write_configuration
         from scissordyn.model.options import AUTO
+        from scissordyn.record.deferred import Deferred
 
         run, results = outcome.run, outcome.results
         if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
@@ -155,8 +156,9 @@ class Worker:
             return None
         from scissordyn.record.xarray_dataset import as_dataset
 
-        configuration = write_configuration(outcome.case.mechanism, replace(outcome.case.options, samples=AUTO))
-        return as_dataset(fine).assign_attrs(configuration=configuration)
+        mechanism, options = outcome.case.mechanism, replace(outcome.case.options, samples=AUTO)
+        fine.attrs[ATTRIBUTE] = Deferred(lambda: write_configuration(mechanism, options), threading.RLock())
+        return as_dataset(fine)
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """Yield the outcomes of a staged order, the accurate one last."""

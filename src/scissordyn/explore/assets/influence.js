@@ -36,7 +36,7 @@ export function influence(send, sorted) {
       bar.firstChild.style.cssText = `width: ${wide}%; left: ${value < 0 ? 50 - wide : 50}%; background: var(--sd-${value < 0 ? "orange" : "blue"})`;
       text.textContent = Number.isFinite(value) ? `${value < 0 ? "\u2212" : "+"}${Math.abs(value).toPrecision(3)} %` : "-";
       if (row.until) text.append(element("small", {}, `until ${row.until}`));
-      cell.title = row.why || (row.until ? `later, a change of ${100 * found.change} % is not small any more` : "");
+      cell.title = row.why || (!Number.isFinite(value) ? "no derivative: the largest value is at a kink, or the number is zero" : row.until ? `later, a change of ${100 * found.change} % is not small any more` : "");
     }
   }
   return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -79,11 +80,17 @@ def loading_warnings(
 
 def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np.ndarray:
     """Return the indentations [m] at which an elastic law has given forces [N]; 0 for none."""
+    return np.exp(np.interp(np.log(np.maximum(forces, 1e-300)), *_logarithms(contact, stiffness)))
+
+
+@lru_cache(64)  # joints of one mechanism often have equal contacts
+def _logarithms(contact: JointContact, stiffness: Elastic) -> tuple[np.ndarray, np.ndarray]:
+    """Return the logarithms of forces [N] and indentations [m] of an elastic law, at samples with a positive force."""
     at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
     depths = np.geomspace(1e-12, 2.0, LAW_SAMPLES) * contact.journal_radius
     table = elastic_forces(at, depths, row)
     positive = np.isfinite(table) & (table > 0.0)
-    return np.exp(np.interp(np.log(np.maximum(forces, 1e-300)), np.log(table[positive]), np.log(depths[positive])))
+    return np.log(table[positive]), np.log(depths[positive])
 
 
 def contact_warnings(

@@ -14,6 +14,7 @@ from scissordyn.components.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.body import Body, Track
+from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
@@ -221,7 +222,7 @@ def scene_of(
         shapes=tuple(shapes),
         pins=np.stack(pins, axis=1) if pins else np.empty((len(frames), 0, 2)),
         supports=np.array([placement.place(end)[0] for end in supported], float).reshape(-1, 2),
-        clearance_joints=tuple(_clearance_joint(run, mechanism, placement, frames, name, between=between) for name in joints),
+        clearance_joints=_clearance_joints(run, mechanism, placement, frames, joints, between=between),
         low=low,
         high=high,
         turns=placement.turns,
@@ -296,12 +297,24 @@ def _guide_lines(mechanism: Mechanism, placement: Placement, size: float) -> lis
     return shapes
 
 
-def _clearance_joint(
-    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, name: str, *, between: bool
-) -> ClearanceJoint:
+def _clearance_joints(
+    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, names: list[str], *, between: bool
+) -> tuple[ClearanceJoint, ...]:
+    """Return the magnified views of clearance joints in each frame."""
     path_points = 4000  # largest number of points of a journal's path, about the width of a screen in pixels
-    joint, read = mechanism.joint(name), run.variables
-    k = read["joint"].values.tolist().index(name)
+    last = int(frames[-1])
+    instants = np.linspace(0, last, min(last + 1, path_points)).astype(int) if between else frames
+    path = np.unique(np.concatenate([frames, instants]))
+    places = {name: k for k, name in enumerate(run.variables["joint"].values.tolist())} if names else {}
+    joints = [(mechanism.joint(name), places[name]) for name in names]
+    return tuple(_clearance_joint(run, placement, frames, joint, k, path, between=between) for joint, k in joints)
+
+
+def _clearance_joint(
+    run: xr.Dataset, placement: Placement, frames: np.ndarray, joint: Revolute, k: int, path: np.ndarray, *, between: bool
+) -> ClearanceJoint:
+    """Return the magnified view of joint k of a run in each frame; `path` are the samples at which its path is drawn."""
+    name, read = joint.name, run.variables
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run but is ideal in the mechanism", "the mechanism of the run")
     clearance = float(read["clearance"].values[k])
@@ -310,15 +323,12 @@ def _clearance_joint(
     )
     force, touching = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]), along(read["in_contact"], "joint", "time")
     touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
-    last = int(frames[-1])
-    instants = np.linspace(0, last, min(last + 1, path_points)).astype(int) if between else frames
-    fine = np.unique(np.concatenate([frames, instants]))
     return ClearanceJoint(
         name=name,
         place=placement.place(joint.bearing),
         journal=eccentricity[frames],
-        path=eccentricity[fine],
-        reached=np.searchsorted(fine, frames, side="right") if between else np.zeros(len(frames), int),
+        path=eccentricity[path],
+        reached=np.searchsorted(path, frames, side="right") if between else np.zeros(len(frames), int),
         touched=touched[:, 0],
         force=largest,
         gain=SIZES.magnified_clearance * joint.clearance.journal_radius / clearance,
@@ -336,7 +346,7 @@ def _contacts(
         return touching[frames], force[frames]
     # a contact may be shorter than a frame
     begins, last = np.concatenate([[0], frames[:-1] + 1]), int(frames[-1]) + 1
-    located = [frame_contacts(run, name, run["time"].values[frames]) for name in names]
+    located = [frame_contacts(run, name, run.variables["time"].values[frames]) for name in names]
     touched = np.logical_or.reduceat(touching[:last], begins, axis=0) | np.stack([part for part, _ in located], axis=1)
     return touched, np.max([np.maximum.reduceat(force[:last], begins), *(peaks for _, peaks in located)], axis=0)
 

@@ -32,7 +32,7 @@ def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> Conta
         nothing = np.empty(0)
         return ContactTimes(nothing, nothing, nothing, nothing, nothing.astype(bool))
     read = run.variables  # variables without coordinates: selecting by coordinate is slow for many joints
-    ours = read["contact_joint"].values.astype(str) == joint
+    ours = read["contact_joint"].values.astype(str, copy=False) == joint
     start, duration = read["contact_start"].values[ours], read["contact_duration"].values[ours]
     lasting = ~np.isfinite(duration)
     end = np.where(lasting, float(read["time"].values[-1]), start + np.where(lasting, 0.0, duration))

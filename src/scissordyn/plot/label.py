@@ -219,10 +219,12 @@ def _place_penalties(
     away = np.hypot(*(np.maximum(np.maximum(low[:, [d]] - joints[:, d], joints[:, d] - high[:, [d]]), 0.0) for d in (0, 1)))
     nearer = np.any(away[:, 1:] < away[:, :1] + PLACING.difference_min, axis=1)
     outside = np.sum(np.maximum(region[0] - low, 0.0) + np.maximum(high - region[1], 0.0), axis=1)
-    apart = (joint - middles)[:, None]
-    on = np.all(np.abs(apart + tries) < half + halves[:, None], axis=2).sum(axis=0)
-    leader = [np.all(np.abs(apart + part * tries) < halves[:, None], axis=2) for part in (0.25, 0.5, 0.75)]
-    crossed = np.any(leader, axis=0).sum(axis=0)
+    on = crossed = np.zeros(len(tries), int)
+    if len(middles):
+        apart = (joint - middles)[:, None]
+        on = np.all(np.abs(apart + tries) < half + halves[:, None], axis=2).sum(axis=0)
+        leader = [np.all(np.abs(apart + part * tries) < halves[:, None], axis=2) for part in (0.25, 0.5, 0.75)]
+        crossed = np.any(leader, axis=0).sum(axis=0)
     hidden = hidden_point * _inside(ink, low, high).sum(axis=1) + touched_joint * (away < PLACING.joint_margin).sum(axis=1)
     cost = hidden + beyond_region * outside + PLACING.covered_penalty * on + crossed_name * crossed
     return np.asarray(cost), np.asarray(nearer), np.asarray((outside == 0.0) & (on == 0))

@@ -173,15 +173,17 @@ def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None
 
 def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray, when: np.ndarray, after: np.ndarray) -> None:
     """Replace the largest forces at instants by the located ones of contacts."""
-    table, at = path.contacts, plan.places(contact.name for contact in plan.contacts)
+    at = plan.places(contact.name for contact in plan.contacts)
+    joint, force, start, after_start = (path.contacts[name] for name in ("joint", "peak_force", "start", "peak_time"))
     for j in plan.compliant_places:
-        here = table[table["joint"] == j]
+        here = np.flatnonzero(joint == j)
         size[at[j]], when[at[j]] = 0.0, 0.0
         if here.size:
-            best = int(np.argmax(here["peak_force"]))
-            size[at[j]], when[at[j]] = here["peak_force"][best], here["start"][best] + here["peak_time"][best]
-            if (late := here["start"] >= begin).any():
-                after[at[j]] = np.fmax(after[at[j]], here["peak_force"][late].max())
+            best = here[np.argmax(force[here])]
+            size[at[j]], when[at[j]] = force[best], start[best] + after_start[best]
+            late = here[start[here] >= begin]
+            if late.size:
+                after[at[j]] = np.fmax(after[at[j]], force[late].max())
     for j in plan.hard_places:
         size[at[j]] = when[at[j]] = math.nan
     oiled = at[oiled_contacts(path.system.content.model)]

@@ -110,11 +110,11 @@ class Extremes:
     def warnings(self) -> list[RunWarning]:
         """Return warnings about contact laws, friction, films, components beyond their range, and couplings."""
         plan, warnings = self.plan, list[RunWarning]()
+        table = np.concatenate([np.zeros((4, 0)), *self._contacts], axis=1)
         for j in plan.compliant_places:  # laws of hard contacts only serve an estimate
             laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
             elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
             warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
-            table = np.concatenate([np.zeros((4, 0)), *self._contacts], axis=1)
             here = dict(zip(("speed", "mass", "force"), table[1:, table[0] == j], strict=True))
             warnings += loading_warnings(plan.contacts[j].name, *elements[:3], laws.reference, **here)
         for number, (ratio, lasting) in self._friction.items():

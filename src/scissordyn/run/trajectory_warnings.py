@@ -112,7 +112,7 @@ def _painleve(path: Trajectory, run: Record) -> list[RunWarning]:
         force, friction = run.contact["normal"][:, j], run.contact["tangential"][:, j]
         touching = np.flatnonzero((path.samples.mode[:, j] == 1) & (force > 0.0) & (friction != 0.0))
         samples = touching[:: -(-touching.size // share) or 1]
-        paradox = _pressed_together(path, run, j, samples)
+        paradox = _pressed_together(path, run, j, samples) if samples.size else samples
         if paradox.size:
             first = paradox[0]
             ratio, time = abs(friction[first]) / force[first], path.samples.time[first]

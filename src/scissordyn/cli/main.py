@@ -169,11 +169,9 @@ class Commands(click.Group):
     """Group of commands that imports the file of a command when the command or its help is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context | None, cmd_name: str) -> click.Command | None:
-        """Return a command; None if there is none of that name."""
         if cmd_name not in COMMANDS:
             return None
         room, about, example = COMMANDS[cmd_name]

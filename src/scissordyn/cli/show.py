@@ -118,7 +118,6 @@ def _show_joints(joints: Sequence[JointSummary], to: Console) -> None:
 
 
 def _largest(joint: JointSummary) -> str:
-    """Return the text of the largest force at a joint."""
     if math.isnan(joint.largest):
         return "no largest force, as contact is hard"
     estimated = f", {estimate_in_words(joint.largest, joint.least)}" if joint.estimated else ""

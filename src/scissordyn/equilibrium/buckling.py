@@ -153,7 +153,6 @@ def buckling_ratios(plan: Plan, samples: Samples, record: Record, variables: Map
 
 
 def _axial_forces(bar: Bar, variables: Mapping[str, Variable]) -> AxialForces:
-    """Return the axial forces of a bar from the variables of a run."""
     names = variables["beam"].values.astype(str).tolist()
     columns = [names.index(name) for name in (part_names(bar.whole) if bar.whole else [beam.name for beam in bar.beams])]
     ends = bar.boundaries

@@ -126,7 +126,6 @@ def _is_result(path: str | os.PathLike[str], replace_broken: bool) -> bool:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as the text of a CSV file."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()

@@ -215,35 +215,26 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "configuration": write_configuration(problem.fitted_mechanism(unknowns), problem.options),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
-        "warnings": json.dumps([*_warnings(problem.free, failure, errors, values), *_difference_warning(problem)]),
+        "warnings": json.dumps(_warnings(problem, failure, errors, values)),
     }
     return data
 
 
-def _difference_warning(problem: Problem) -> list[str]:
-    """Return a warning if finite differences of runs with contacts were used, because exact derivatives do not exist."""
-    return (
-        [f"derivatives are finite differences, which are noisy for runs with contacts: {problem.exact_derivatives_failure}"]
-        if problem.exact_derivatives_failure
-        else []
-    )
-
-
 def _warnings(
-    free: Sequence[Free],
+    problem: Problem,
     failure: str,
     errors: Uncertainty,
     values: np.ndarray,
     correlation_max: float = 0.98,
     dependence: float = 2.0,
 ) -> list[str]:
-    """Return warnings about parameters: not determined, not distinguishable, at a bound, or with dependent residuals.
+    """Return warnings: parameters not determined or at a bound, dependent residuals, derivatives by differences.
 
     `correlation_max`: two parameters with a larger correlation are reported as hardly distinguishable.
 
     `dependence`: ratio of errors with and without dependent residuals above which a warning is given.
     """
-    warnings = [f"the search did not end: {failure}"] if failure else []
+    free, warnings = problem.free, [f"the search did not end: {failure}"] if failure else []
     for direction in errors.undetermined:
         names = [f"'{free[k].path}'" for k in direction]
         if len(names) == 1:
@@ -273,4 +264,8 @@ def _warnings(
         for bound in (parameter.low, parameter.high)
         if abs(value - bound) <= 1e-6 * parameter.scale
     ]
+    if problem.exact_derivatives_failure:
+        warnings.append(
+            f"derivatives are finite differences, which are noisy for runs with contacts: {problem.exact_derivatives_failure}"
+        )
     return warnings

@@ -53,7 +53,6 @@ class Inputs:
 
     @property
     def count(self) -> int:
-        """Number of inputs."""
         return len(self._rows)
 
     def at(self, time: float) -> np.ndarray:
@@ -197,7 +196,6 @@ class Closure:
         return np.asarray((self._sum(parts, 0) / self.scale)[self.chosen])
 
     def _sum(self, parts: np.ndarray, axis: int) -> np.ndarray:
-        """Sum the parts of each constraint."""
         if self.begin.size == self.weight.size:
             return parts
         return np.asarray(np.add.reduceat(parts, self.begin, axis=axis))

@@ -79,7 +79,6 @@ def _is_smooth(closure: Closure, before: np.ndarray, guess: np.ndarray, z: np.nd
 
 
 def _determinant_sign(closure: Closure, z: np.ndarray) -> float:
-    """Return the sign of the determinant of the gradients."""
     return float(np.linalg.slogdet(closure.jacobian(z))[0])
 
 

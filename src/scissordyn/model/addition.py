@@ -84,7 +84,6 @@ def with_panels(
 
 
 def payload_points(body: Body) -> list[str]:
-    """Return the names of the points at which a body carries payloads."""
     return [name for name in body.points if re.fullmatch(rf"{PAYLOAD}( \d+)?", name)]
 
 
@@ -124,7 +123,6 @@ def _with_mass(body: Body, mass: float, place: Point, inertia: float) -> Body:
 
 
 def _with_bodies(mechanism: Mechanism, changed: Iterable[Body]) -> Mechanism:
-    """Return the mechanism with changed bodies."""
     new = {body.name: body for body in changed}
     return dataclasses.replace(mechanism, bodies=tuple(new.get(body.name, body) for body in mechanism.bodies))
 
@@ -312,7 +310,6 @@ def _placed_value(mechanism: Mechanism, coordinate: Coordinate) -> float:
 
 
 def _flanks(coupling: str) -> tuple[str, str]:
-    """Return the names of the two flanks of a coupling."""
     return f"{coupling} leading flank", f"{coupling} trailing flank"
 
 

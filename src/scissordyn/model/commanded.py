@@ -98,5 +98,4 @@ def _spans(mechanism: Mechanism) -> Iterator[Span]:
 
 
 def _with_points(body: Body, points: dict[str, Point]) -> Body:
-    """Return a body with further points."""
     return dataclasses.replace(body, points={**body.points, **points})

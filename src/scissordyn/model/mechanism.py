@@ -377,12 +377,10 @@ class Mechanism:
         return changed_mechanism
 
     def _with_joints(self, changed: Iterable[Revolute]) -> Mechanism:
-        """Return the mechanism with changed joints."""
         new = {joint.name: joint for joint in changed}
         return self.with_parts({"joints": tuple(new.get(joint.name, joint) for joint in self.joints)})
 
     def _with_guides(self, changed: Iterable[Guide]) -> Mechanism:
-        """Return the mechanism with changed guides."""
         new = {guide.name: guide for guide in changed}
         return dataclasses.replace(self, guides=tuple(new.get(guide.name, guide) for guide in self.guides))
 

@@ -273,7 +273,6 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
 
 
 def _has(mechanism: Mechanism, field: str, index: int, name: str) -> bool:
-    """Return whether a part has a field."""
     part = getattr(mechanism, field)[index]
     return LAW_OF_FIELD.get(name, name) in _fields(getattr(part, INNER_FIELDS[field], None) if field in INNER_FIELDS else part)
 

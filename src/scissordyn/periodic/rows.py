@@ -69,7 +69,6 @@ CYCLE_COLUMNS: dict[str, tuple[str | int | float, dict[str, str]]] = {
 
 
 def empty_rows(cases: Sequence[CycleCase], along: str, coordinates: Mapping[str, Any]) -> xr.Dataset:
-    """Return a Dataset with an empty row for each case."""
     first = cases[0]
     return xr.Dataset(
         empty_columns(CYCLE_COLUMNS, along, len(cases)),

@@ -185,7 +185,6 @@ def _draw_gravity(axes: Axes, mechanism: Mechanism, placed: Placement) -> None:
 
 
 def _clearance(joint: Any) -> str:
-    """Return the clearance of a joint or guide as text."""
     clearance = joint.clearance.clearance
     return f"clearance {engineering('m', clearance).with_unit(clearance, 3)}"
 

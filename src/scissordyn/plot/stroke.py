@@ -190,7 +190,6 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
 
 
 def _abscissa(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
-    """Return the values on the abscissa and its label."""
     track, _, axis = over.rpartition(".")
     tracks = forces["track"].values.tolist() if "track" in forces else []
     if over == "time":

@@ -22,7 +22,6 @@ class Deferred(Generic[Value]):
         self._lock = lock
 
     def __call__(self) -> Value:
-        """Return the value."""
         with self._lock:
             if self._compute is not None:
                 self._value = self._compute()
@@ -42,7 +41,6 @@ class Attributes(dict[str, Any]):
     """Attributes of a run; those given as `Deferred` are computed when they are first read."""
 
     def __getitem__(self, name: str) -> Any:
-        """Return the value of an attribute."""
         value = super().__getitem__(name)
         if isinstance(value, Deferred):
             value = value()
@@ -87,11 +85,9 @@ class Attributes(dict[str, Any]):
         return {name: self[name] for name in self}
 
     def values(self) -> ValuesView[Any]:  # type: ignore[override]
-        """Return all values."""
         return self._plain().values()
 
     def items(self) -> ItemsView[str, Any]:  # type: ignore[override]
-        """Return names and values."""
         return self._plain().items()
 
     def copy(self) -> dict[str, Any]:

@@ -16,7 +16,6 @@ Variables = dict[str, Variable]
 
 
 def described(dims: str | tuple[str, ...], values: np.ndarray | DeferredArray, units: str, long_name: str) -> Variable:
-    """Return a variable with its unit and long name."""
     return Variable((dims,) if isinstance(dims, str) else dims, values, {"units": units, "long_name": long_name})
 
 

@@ -20,7 +20,6 @@ class Variable:
 
     @property
     def values(self) -> np.ndarray:
-        """The array."""
         array = self._array
         if isinstance(array, DeferredArray):
             array = self._array = array.compute()

@@ -50,7 +50,6 @@ class DatasetVariable(xr.Variable):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of the array."""
         source = self._source
         return self._array.shape if source is None else source.shape
 

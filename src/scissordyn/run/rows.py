@@ -64,7 +64,6 @@ def store_row(table: Mapping[str, np.ndarray], case: int, values: Mapping[str, A
 
 
 def failed_row(cause: str) -> dict[str, Any]:
-    """Return the values of a case that failed."""
     return {"status": FAILED, "cause": cause}
 
 

@@ -101,7 +101,6 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Section:
 
 
 def _values_text(study: Study, results: xr.Dataset, factor: Factor) -> str:
-    """Return the values of a factor as in a study file."""
     variation = factor.variation
     ends = [end for end in variation.ends if np.isfinite(end) and end]
     typical = variation.quantile(np.array([0.5])) if isinstance(variation, Distribution) or not ends else ends

@@ -155,8 +155,8 @@ def _settings_to_try(mechanism: Mechanism, options: Options, over: str) -> tuple
 def _level(
     mechanism: Mechanism, options: Options, setting: float, wanted: Response, members: int, threads: int | None
 ) -> Level:
-    starts, over = Perturbed(np.arange(members), CONVERGENCE_TOL), {"gravity": np.full(members, mechanism.gravity)}
-    runs = raise_if_interrupted(simulate_cases(mechanism, over, options, [wanted.measure], starts, threads=threads))
+    starts = Perturbed(np.arange(members), CONVERGENCE_TOL)
+    runs = raise_if_interrupted(simulate_cases(mechanism, {}, options, [wanted.measure], starts, threads=threads))
     values = response_values(runs, wanted)
     failed = runs["status"].values != "complete"
     cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""

@@ -155,7 +155,6 @@ class Store:
         return connection
 
     def _value(self, name: str) -> Any:
-        """Return the value of a note."""
         with self._reading() as connection:
             row = connection.execute("SELECT value, digest FROM notes WHERE name = ?", (name,)).fetchone()
         if row is None or not isinstance(row[0], bytes) or row[1] != table.digest(name, row[0].decode(errors="replace")):

@@ -156,7 +156,6 @@ def columns_of(study: Study, runs: xr.Dataset) -> Columns:
 
 
 def quoted(name: str) -> str:
-    """Return a name quoted for SQL."""
     return '"' + name.replace('"', '""') + '"'
 
 

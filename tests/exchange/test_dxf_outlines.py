@@ -214,6 +214,14 @@ def test_missing_numbers_and_holes_are_one_line(options, holes, said):
     assert "\n" not in str(caught.value)
 
 
+def test_an_arc_without_bound_is_one_line():
+    """Contract: the bulge of a full turn, which no arc has."""
+    document, space = drawing()
+    space.add_lwpolyline([(0, 0, 0), (9, 0, 1e300), (9, 9, 0)], format="xyb", close=True)
+    with pytest.raises(InputError, match="of the DXF has wrong coordinates: a bulge without bound; expected numbers"):
+        sd.read_dxf(text(document), **SHEET)
+
+
 def test_what_is_no_part_is_named():
     """Contract: open outlines, outlines without holes and circles beside all outlines, with handles and places."""
     document, space = drawing()

@@ -113,6 +113,8 @@ class Entities:
         try:
             places, bulges, closed = _geometry(entity, kind, self.curved)
             if self.curved and any(bulges):
+                if not all(abs(bulge) * DATA_TOL <= 1.0 for bulge in bulges):
+                    raise ValueError("a bulge without bound")
                 places, bulges = _arcs(entity, places, bulges, matrix, closed=closed)
             world = [place if matrix is None else matrix.transform(place) for place in places]
             scaled = [(self.factor * p.x, self.factor * p.y, self.factor * p.z) for p in world]

@@ -129,8 +129,7 @@ class _Sketch:
         self.basis = _rotation(self.entities[plane])
         self.copies: dict[tuple[int, int], dict[int, int]] = defaultdict(dict)  # Copied entities by their originals
         active = self._active()
-        points = {number: part for number, part in self.entities.items() if part["type"] <= POINT_MAX}
-        self.space = {number: 1e-3 * self.basis @ _vector(part, "actPoint", "xyz") for number, part in points.items()}
+        self.space = {n: 1e-3 * self.basis @ _place(part) for n, part in self.entities.items() if part["type"] <= POINT_MAX}
         self.rigid = RigidSets({number: complex(x, y) for number, (x, y, _) in self.space.items()})
         self._join_points()
         lines = [number for number in sorted(active) if self.entities[number]["type"] == LINE]
@@ -361,18 +360,13 @@ class _Sketch:
         return names
 
 
-def _vector(part: dict[str, Any], name: str, letters: str) -> np.ndarray:
-    """Return numbers of an entity; the file leaves out zeros."""
-    return np.array([part[f"{name}.{letter}"] or 0.0 for letter in letters])
+def _place(point: dict[str, Any]) -> np.ndarray:
+    """Return the position of a point in space [mm]; the file leaves out zeros."""
+    return np.array([point[f"actPoint.{axis}"] or 0.0 for axis in "xyz"])
 
 
 def _rotation(normal: dict[str, Any]) -> np.ndarray:
     """Return the axes of the coordinate system of a normal, as rows, from its quaternion."""
-    w, x, y, z = (normal[f"actNormal.{key}"] or 0.0 for key in ("w", "vx", "vy", "vz"))
-    return np.array(
-        [
-            [w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)],
-            [2.0 * (x * y - w * z), w * w - x * x + y * y - z * z, 2.0 * (y * z + w * x)],
-            [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z],
-        ]
-    )
+    w, *vector = (normal[f"actNormal.{key}"] or 0.0 for key in ("w", "vx", "vy", "vz"))
+    v, unit = np.array(vector), np.identity(3)
+    return np.asarray((w * w - v @ v) * unit + 2.0 * np.outer(v, v) + 2.0 * w * np.cross(v, unit))

@@ -156,7 +156,7 @@ def bending() -> None:
 
 def folding() -> None:
     """Draw the array of the page on mechanisms whose bars touch when it is folded."""
-    ends = {"length": 1.0, "half_width": 0.025, "radius": 0.025, "stiffness": 1e7}
+    ends = {"length": 1.0, "half_width": 0.025, "radius": 0.025, "stiffness": sd.law("stiffness", "power")(1e7)}
     pairs = [(f"unit {unit}/bar {layer}", f"unit {unit + 1}/bar {layer}") for unit in (1, 2) for layer in (1, 2)]
     touches = (sd.EdgeContact(f"touch {k}", (a, "start"), (b, "start"), **ends) for k, (a, b) in enumerate(pairs, start=1))
     arm = sd.scissor(units=3, angle=sd.degrees(60), bar_length=1.0, bar_mass=1.0, slider_mass=1.0, gravity=0.0)

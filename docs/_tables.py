@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.quantity import rounded_text
-from scissordyn.casefile.table import Table
+from scissordyn.casefile.table import Table, toml
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.port import AXIS
 from scissordyn.laws.catalogue import BY_KIND
@@ -35,6 +36,8 @@ def _default(field: Any, quantity: Any) -> str:
         return "required"
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, Mapping):
+        return f"`{toml(value)}`"
     if isinstance(value, int | float) and quantity is not None:
         return f"{value:g}" if quantity.unit == "1" else rounded_text(float(value), quantity.unit)
     return f'"{value}"' if isinstance(value, str) else "none"

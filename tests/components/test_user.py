@@ -14,6 +14,8 @@ import pytest
 import scissordyn as sd
 from scissordyn.components.cable import Cable
 from scissordyn.errors import InputError
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
+from scissordyn.laws.elastic.power_law import PowerLaw
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, assert_documented, ball_on, checked, phases, read
 
@@ -307,3 +309,50 @@ def test_a_line_without_length(free_length: float, refused: bool) -> None:
         return
     with pytest.raises(InputError, match="maxwell 'creep' has zero length"):
         sd.simulate(mechanism, until=0.01, samples=3)
+
+
+def pressed(travel, speed, limit):
+    """Return the indentation of a bumper, its rate and no slip."""
+    return travel - limit, speed, 0.0
+
+
+def pushed_back(normal):
+    """Return the force of a bumper on its point."""
+    return -normal
+
+
+BUMPER = {"port": "travel", "gap": pressed, "force": pushed_back, "context": ("normal",), "contact": True, "symbol": "stop"}
+
+
+@sd.component(**BUMPER)
+class Bumper:
+    """A stop with laws."""
+
+    name: str
+    point: tuple[str, str]
+    direction: Annotated[float, sd.Quantity("rad")] = 0.0
+    limit: Annotated[float, sd.Quantity("m")] = 0.6
+    stiffness: Elastic = PowerLaw(1e8)
+    damping: Damping = sd.Flores(0.5)
+    friction: Friction = sd.NoFriction()
+    surfaces = JointContact(math.inf, 0.1, 0.01, sd.STEEL, sd.STEEL)
+
+
+def test_a_stop_with_laws_moves_as_the_end_stop() -> None:
+    """Cross-check: a user-defined contact with a power law and Flores's damping is an end stop with the same numbers."""
+    ends = sd.TravelStop("end", ENDS[1], 0.0, 0.6), Bumper("end", ENDS[1])
+    runs = [sd.simulate(ball_on(end, velocity=(0.4, 0.0)), until=1.0, **TIGHT) for end in ends]
+    np.testing.assert_allclose(runs[0]["position"].values, runs[1]["position"].values, atol=1e-12)
+    np.testing.assert_allclose(runs[0]["event_time"].values, runs[1]["event_time"].values, rtol=1e-12)
+    assert_balance(runs[1])
+    assert float(runs[1]["bumper_peak_indentation"][0]) > 0.0
+
+
+def test_a_contact_without_its_parts_is_refused() -> None:
+    """Contract: laws, surfaces and the gap of a contact are needed, each in one line."""
+    fields = {"name": str, "point": tuple[str, str], "direction": Annotated[float, sd.Quantity("rad")]}
+    laws = dict.fromkeys(("stiffness", "damping", "friction"), Any)
+    for given, more, missing in (({}, BUMPER, "stiffness"), (laws, BUMPER, "surfaces"), (laws, {**BUMPER, "gap": None}, "gap")):
+        content = {"__annotations__": fields | given, **({"surfaces": None} if missing == "gap" else {})}
+        with pytest.raises(InputError, match=f"'Stump' with .* has no .*'{missing}'"):
+            sd.component(**more)(type("Stump", (), content))

@@ -215,10 +215,11 @@ def test_stiffness_that_is_refused_in_its_joint(function, says):
 
 
 def test_stiffness_is_tried_up_to_the_clearance():
-    """Contract: a pull beyond the clearance is accepted; at a guide surface the corner radius is the limit."""
+    """Contract: a pull beyond the clearance is accepted; at a plane surface the radius of corner or disc is the limit."""
     trial_forces(stiffness(pulls), replace(JOINT, clearance=1e-4, journal_radius=1e-3))
-    with one_line_error("a push at one corner radius"):
-        trial_forces(stiffness(pulls), replace(JOINT, clearance=math.inf, journal_radius=2e-3))
+    for gap, what in ((1e-4, "corner radius"), (0.0, "radius")):
+        with one_line_error(f"a push at one {what}"):
+            trial_forces(stiffness(pulls), replace(JOINT, clearance=math.inf, journal_radius=2e-3, gap=gap))
 
 
 def repelled(slip_speed, normal_force):

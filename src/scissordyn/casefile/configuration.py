@@ -133,12 +133,9 @@ def can_write_later(mechanism: Mechanism) -> bool:
 
     A mechanism with prescribed distances may fail: not every time function of a distance can be written.
     """
-    laws = [
-        law
-        for contact in mechanism.contacts
-        if contact.clearance is not None
-        for law in (contact.clearance.stiffness, contact.clearance.damping, contact.clearance.friction)
-    ]
+    contacts: list[Any] = [contact.clearance for contact in mechanism.contacts if contact.clearance is not None]
+    contacts += [part for part in mechanism.components if part.declaration.contact]
+    laws = [law for contact in contacts for law in (contact.stiffness, contact.damping, contact.friction)]
     controllers = [part.controller for part in mechanism.components if isinstance(part, Actuator)]
     timed = mechanism.coordinate_drives or any(rod.motion is not None for rod in mechanism.rods)
     return not timed and all(map(is_built_in, (*mechanism.components, *laws, *controllers)))

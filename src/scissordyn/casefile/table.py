@@ -17,7 +17,8 @@ from scissordyn.casefile.quantity import INTEGER_MAX, example, read_quantity, ro
 from scissordyn.casefile.text import Place, place_text
 from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.walk import declared, is_described
+from scissordyn.model.walk import declared, given, is_described
+from scissordyn.plugin.element import Part
 from scissordyn.units import Quantity, Sample, help_of
 
 Shape = Any  # schema of accepted values: a table class, or a JSON Schema mapping whose values may be table classes
@@ -258,8 +259,8 @@ class Table:
         values: dict[str, Any] = {}
         for name, key in keys.items():
             value = given.get(name, key.default)
-            # a default may be a value as in a case file, for example "liu"
-            if name in given or (key.reader is not None and isinstance(value, str)):
+            # a default may be a value as in a case file, for example "liu" or the table of a law
+            if name in given or (key.reader is not None and isinstance(value, str | dict)):
                 with add_place(name, given=value):
                     values[name] = key.read(value, {**context, "values": values})
             else:
@@ -310,14 +311,20 @@ def _documented(described: Callable[..., Any]) -> dict[str, str]:
 
 
 def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
-    """Return the defaults of fields or arguments as in a case file: laws and materials are given by name."""
+    """Return the defaults of fields or arguments as in a case file: materials by name, laws by name or with their numbers."""
     if not isinstance(described, type):
         parameters = inspect.signature(described).parameters.values()
         return {
             parameter.name: MISSING if parameter.default is parameter.empty else parameter.default for parameter in parameters
         }
     defaults = {name: field.default for name, field in declared(described).items()}
-    return {name: default.name if is_described(default) else default for name, default in defaults.items()}
+    return {name: _in_case_file(default) if is_described(default) else default for name, default in defaults.items()}
+
+
+def _in_case_file(described: Any) -> Any:
+    """Return the name of a material or law, or a law's table if some of its numbers differ from their defaults."""
+    numbers = {field.name: value for field, value in given(described)} if isinstance(described, Part) else {}
+    return {"law": described.name, **numbers} if numbers else described.name
 
 
 def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:

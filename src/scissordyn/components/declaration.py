@@ -17,21 +17,34 @@ from scissordyn.compiler.recipe import Recipe
 from scissordyn.components.place import GROUND
 from scissordyn.components.port import PORTS, TRAVEL, Output, Port
 from scissordyn.errors import InputError, did_you_mean
+from scissordyn.laws.evaluate import friction_states
 from scissordyn.plugin.element import Kernel as Kernel
-from scissordyn.plugin.element import arguments_of, check_names, pointer_of
+from scissordyn.plugin.element import arguments_of, check_names, pointer_of, pointers, row_of
 from scissordyn.plugin.user_file import note_origin
 from scissordyn.units import State, check_quantities, documented, quantities
 
 COMPONENT_PARAMETERS_MAX = 64  # Largest number of parameters of a component, including those of its table
 
-CONTEXT = ("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass")
+CONTEXT = (
+    *("time", "factor", "mode", "approach_speed", "factor_rate", "differences", "reaction", "effective_mass"),
+    *("normal", "tangential"),
+)
 """Arguments that a kernel may have in addition to coordinates, rates and states.
 
 time [s]; factor: the component's time function; mode: that of its guard (1 after a rise, 0 after a fall); approach_speed: rate
 of the guard's value at the last rise; factor_rate: rate of the time function [1/s]; differences: 1 while forces are differenced
 (outputs are not read then), else 0; reaction [N]: that of the ideal joint, in which friction is linear; effective_mass [kg] or
-moment of inertia [kg m^2] along the gap at the last rise.
+moment of inertia [kg m^2] along the gap at the last rise; normal and tangential [N]: the forces by the laws of a contact.
 """
+
+CONTACT_OUTPUTS = (
+    Output("normal", "N", "normal force"),
+    Output("friction", "N", "friction force, of the sign of the slip speed"),
+    Output("indentation", "m", "depth by which the surfaces overlap, 0 without contact", monitored=True),
+)
+"""Outputs of a contact with laws, which follow its energies."""
+
+LAW_KINDS = ("stiffness", "damping", "friction")  # Fields of a contact whose values are laws
 
 ENERGY = ("energy", "dissipation")
 """Results of a passive component's kernel after its forces: stored energy [J] and dissipated power [W]."""
@@ -81,6 +94,9 @@ class Declaration:
     # True if it is passive except for a power that it is given, as by a time function or the flow of a fluid. The kernel then
     # returns this power [W] after the dissipated power, and it counts as the work of a load
     supplied: bool = False
+    # True for a contact whose fields stiffness, damping and friction are laws, for its property `surfaces`. `gap` then returns
+    # indentation, its rate and the slip speed; `force` returns the port's forces for a normal and a tangential force
+    contact: bool = False
     numbers: tuple[str, ...] = ()  # Names of the values of `parameters`, except tables
 
     @property
@@ -97,8 +113,13 @@ class Declaration:
         return {name: kernel for name, kernel in named.items() if kernel is not None}
 
     @property
+    def returned(self) -> tuple[str, ...]:
+        """Names of the values that the force kernel returns."""
+        return self.port.forces if self.contact else self.results
+
+    @property
     def results(self) -> tuple[str, ...]:
-        """Names of the force kernel's results."""
+        """Names of the results of the force kernel, for a contact with those of its laws."""
         return (
             *self.port.forces,
             *self.accounts,
@@ -159,6 +180,16 @@ def _own_check(self: Any) -> None:
         self.check()
 
 
+def _law_states(part: Any) -> tuple[State, ...]:
+    """Return the states of a contact's friction, then of its damping; without a declared size that of sliding at 1 m/s."""
+    sliding = np.zeros(len(part.friction.states))
+    if sliding.size:
+        friction_states(pointers(part.friction)["start"], 1.0, sliding, row_of(part.friction, part.surfaces))
+    sized = zip(part.friction.states, np.abs(sliding).tolist(), strict=True)
+    rubbing = (dataclasses.replace(s, scale=size if s.scale is None else s.size(part.friction)) for s, size in sized)
+    return *rubbing, *(dataclasses.replace(s, scale=s.size(part.damping)) for s in part.damping.states)
+
+
 def _check_attachment(described: Any) -> None:
     """Raise `InputError` for a component between a body and itself, or on the ground alone."""
     port, label = described.declaration.port, f"{described.declaration.label} '{described.name}'"
@@ -187,6 +218,7 @@ def component(
     events: tuple[str, str] = ("left", "reached"),
     motor: bool = False,
     supplied: bool = False,
+    contact: bool = False,
     source: str = "",
 ) -> Callable[[Class], Class]:
     """Make a class a component: a frozen dataclass whose annotated fields are parameters of its kernels.
@@ -218,6 +250,10 @@ def component(
         Names of a fall and a rise of its guard.
     motor, supplied : bool
         True if its power is that of a motor (with a field `inertia`); True if a time function or a flow supplies power.
+    contact : bool
+        True if fields `stiffness`, `damping` and `friction` are laws, for the surfaces of its property `surfaces`. `gap` then
+        returns indentation, its rate and the slip speed, and `force` the port's forces for the arguments `normal` and
+        `tangential`.
     source : str
         Citations, separated by semicolons.
 
@@ -232,8 +268,10 @@ def component(
     def declare(described: Class) -> Class:
         own = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", described.__name__).lower()
         what, drawn = label or own.replace("_", " "), symbol or next(iter(chosen.symbols))
+        reported = (*CONTACT_OUTPUTS, *outputs) if contact else outputs
+        kernels, traits = (force, gap, switch), (motor, supplied, contact)
         declaration = Declaration(
-            own, what, chosen, force, gap, switch, outputs, states, context, passive, drawn, example, events, motor, supplied
+            own, what, chosen, *kernels, reported, states, context, passive, drawn, example, events, *traits
         )
         return _declared(described, declaration, source)
 
@@ -249,7 +287,7 @@ def _declared(described: Class, declaration: Declaration, source: str) -> Class:
         cls.parameters = _own_parameters
     cls.declaration = declaration
     if not hasattr(cls, "states"):  # of the class, unless its instances decide
-        cls.states = declaration.states
+        cls.states = property(_law_states) if declaration.contact else declaration.states
     _check_fields(cls)
     cls.declaration = dataclasses.replace(declaration, numbers=_numbers_of(cls))
     for key, kernel in declaration.kernels.items():
@@ -264,12 +302,15 @@ def _check_fields(described: Any) -> None:
     declaration, names = described.declaration, [field.name for field in dataclasses.fields(described)]
     port = declaration.port
     needed = ("name", *port.points, *port.turning, *port.numbers, *(("inertia",) if declaration.motor and port.turning else ()))
-    missing = [name for name in needed if name not in names]
+    needed += (*LAW_KINDS, "surfaces") if declaration.contact else ()
+    missing = [name for name in needed if name not in names and not (name == "surfaces" and hasattr(described, name))]
     if missing:
         raise InputError(
             f"component '{described.__name__}' with the port '{port.name}' has no field '{missing[0]}'",
             "the fields " + ", ".join(needed),
         )
+    if declaration.contact and declaration.gap is None:
+        raise InputError(f"component '{described.__name__}' with laws has no kernel 'gap'", "indentation, its rate, slip speed")
     if not declaration.section.isidentifier():
         raise InputError(f"component '{described.__name__}': section = {declaration.section!r}", "letters, digits, underscores")
     symbols = declaration.port.symbols
@@ -316,7 +357,8 @@ def kernels_of(described: type[Component]) -> dict[str, int]:
 def recipes_of(described: type[Component]) -> dict[str, Recipe]:
     """Return the recipes of a component class's kernels, by their names."""
     declaration = described.declaration
-    places, counts, recipes = declaration.places, {"force": len(declaration.results), "gap": 2, "switch": 1}, {}
+    places, gaps, recipes = declaration.places, 3 if declaration.contact else 2, {}
+    counts = {"force": len(declaration.returned), "gap": gaps, "switch": 1}
     for key, kernel in declaration.kernels.items():
         handed = tuple(places[name] for name in arguments_of(kernel))
         recipes[key] = Recipe(kernel, handed, tuple(f"out[{k}]" for k in range(counts[key])))
@@ -340,12 +382,12 @@ def at_rest(component: Component, start: tuple[float, ...], at: tuple[float, ...
     except Exception as error:
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel raises {type(error).__name__} ({error}) at the start",
-            f"{len(declaration.results)} numbers: {', '.join(declaration.results)}",
+            f"{len(declaration.returned)} numbers: {', '.join(declaration.returned)}",
         ) from None
     results = result if isinstance(result, tuple) else (result,)
-    if len(results) != len(declaration.results) or not all(math.isfinite(number) for number in results):
+    if len(results) != len(declaration.returned) or not all(math.isfinite(number) for number in results):
         raise InputError(
             f"{declaration.label} '{component.name}': its kernel returns {result!r} at the start",
-            f"{len(declaration.results)} finite numbers: {', '.join(declaration.results)}",
+            f"{len(declaration.returned)} finite numbers: {', '.join(declaration.returned)}",
         )
     return results

@@ -27,7 +27,7 @@ def force(x_rate, y_rate, damping, quadratic, flow_x, flow_y):
     force=force,
     supplied=True,
     symbol="arrow",
-    example={"point": "rod.end", "drag_coefficient": 1.2, "area": "0.05 m^2"},
+    example={"point": "rod.end", "drag_coefficient": 1.2, "area": "0.05 m^2", "flow": "2, 0 m/s"},
     source="Batchelor 2000, An Introduction to Fluid Dynamics, Cambridge University Press",
 )
 class Drag:

@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
+from dataclasses import field, replace
+from functools import partial
 from typing import Annotated
 
 import numpy as np
 
-from scissordyn.components.declaration import component
-from scissordyn.components.pin_friction import Static, StribeckSpeed, Transition, friction_ratio
+from scissordyn.components.declaration import TEXTBOOK, component
 from scissordyn.components.place import BodyPoint
-from scissordyn.components.port import FRAME, Output
+from scissordyn.components.port import FRAME
 from scissordyn.components.port.stroke import arc
-from scissordyn.components.stop import START_DEPTH_FRACTION, push, stop_damping
+from scissordyn.components.stop import START_DEPTH_FRACTION
 from scissordyn.errors import InputError
 from scissordyn.kernel import kernel
-from scissordyn.plugin.element import numbers
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact
+from scissordyn.laws.damping.factors import Flores
+from scissordyn.laws.elastic.power_law import PowerLaw
+from scissordyn.laws.evaluate import elastic_force, friction_limit
+from scissordyn.laws.friction.coulomb import Coulomb
+from scissordyn.laws.friction.none import NoFriction
+from scissordyn.laws.material import STEEL, Material
+from scissordyn.plugin.element import numbers, pointers, row_of
 from scissordyn.units import Meaning, Quantity
 
 UNLIMITED = -1.0  # Length of an edge without ends, in the parameters of the kernels
@@ -43,91 +51,50 @@ def indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y):
 
 
 @kernel
-def gap(
-    x,
-    y,
-    angle,
-    x_rate,
-    y_rate,
-    speed,
-    mode,
-    approach_speed,
-    effective_mass,
-    stiffness,
-    exponent,
-    damping,
-    radius,
-    reach,
-    length,
-    along_x,
-    along_y,
-    kinetic,
-    static,
-    stribeck_speed,
-    transition,
-):
-    """Return the indentation [m] and its rate [m/s]."""
-    depth, rate, _, _ = indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y)
-    return depth, rate
+def gap(x, y, angle, x_rate, y_rate, speed, radius, reach, length, along_x, along_y):
+    """Return the indentation [m], its rate, and the slip speed of the disc's nearest point, to the left of the normal [m/s]."""
+    depth, rate, nx, ny = indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y)
+    return depth, rate, nx * y_rate - ny * x_rate - radius * speed
 
 
 @kernel
-def force(
-    x,
-    y,
-    angle,
-    x_rate,
-    y_rate,
-    speed,
-    mode,
-    approach_speed,
-    effective_mass,
-    stiffness,
-    exponent,
-    damping,
-    radius,
-    reach,
-    length,
-    along_x,
-    along_y,
-    kinetic,
-    static,
-    stribeck_speed,
-    transition,
-):
-    """Return force and torque on the disc, elastic energy [J], dissipated power [W], normal force and friction [N]."""
-    depth, rate, nx, ny = indentation(x, y, x_rate, y_rate, reach, length, along_x, along_y)
-    normal, energy, lost = push(mode, approach_speed, effective_mass, depth, rate, stiffness, exponent, damping)
-    slip = nx * y_rate - ny * x_rate - radius * speed  # of the disc's lowest point, to the left of the normal
-    friction = normal * friction_ratio(slip, kinetic, static, stribeck_speed, transition)
-    across_x, across_y = normal * nx + friction * ny, normal * ny - friction * nx
-    return across_x, across_y, radius * friction, energy, lost + friction * slip, normal, friction
+def force(x, y, normal, tangential, radius, reach, length, along_x, along_y):
+    """Return the force on the disc [N] and its torque [N m]."""
+    _, nx, ny = distance(x, y, along_x, along_y, length)
+    return normal * nx + tangential * ny, normal * ny - tangential * nx, radius * tangential
 
 
 @component(
     port=FRAME,
     force=force,
     gap=gap,
-    outputs=(
-        Output("normal", "N", "force across the edge"),
-        Output("friction", "N", "friction force, positive against slip to the left of the normal"),
-    ),
-    context=("mode", "approach_speed", "effective_mass"),
+    contact=True,
+    context=("normal", "tangential"),
     symbol="edge",
-    example={"start": "ground.O", "end": "rod.end", "direction": "-90 deg", "radius": "20 mm", "stiffness": 1e6},
-    events=("left", "reached"),
-    source="Flores, Machado, Silva and Martins 2011, doi:10.1007/s11044-010-9237-4 (the factor xi)",
+    example={
+        "start": "ground.O",
+        "end": "rod.end",
+        "direction": "-90 deg",
+        "radius": "20 mm",
+        "stiffness": {"law": "power", "coefficient": 1e6},
+        "friction": {"law": "coulomb", "kinetic": 0.2},
+        "edge_material": "steel",
+    },
+    source=TEXTBOOK,
 )
 class EdgeContact:
     r"""Contact of a disc or point with a straight edge: a floor, the side of a bar, or the rim of another disc.
 
-    .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/v\right),\quad \delta = R + w - d,\quad
-        T = F\left(\mu_k + (\mu_s - \mu_k) e^{-(v_t/v_s)^2}\right)\tanh\frac{v_t}{v_0}
+    .. math:: \delta = R + w - d
 
     d is the distance of the disc's centre from the axis of the edge. An edge of given length has round ends of radius w and two
     sides, as a bar has; of length 0 it is a disc. Without a length it has no ends, and everything on its right is solid.
-    Both bodies are pushed at the same point. v is the speed at the touch, or more where the contact is loaded later.
-    Below the slip speed v_0 friction creeps: it holds nothing at rest.
+    Both bodies are pushed at the same point.
+
+    The laws are those of clearance joints with a plane surface. They get the radius of a ball on a plane with the same
+    curvature: that of the disc, or R w/(R + w) at another disc. A point has the radius w of the edge's ends. A point at an
+    edge without width needs a stiffness law that does not depend on a radius. Damping refers to the approach speed, or to
+    more in a contact that is loaded later. A friction law with internal states holds at rest.
     """
 
     name: str
@@ -143,17 +110,44 @@ class EdgeContact:
         0.0
     )
     radius: Annotated[float, Quantity("m", minimum=0.0, maximum=1e3, help="radius R of the disc, 0 for a point")] = 0.0
-    stiffness: Annotated[float, Quantity("1", above=0.0, maximum=1e18, help="K, in N/m^n with the n given here")] = 1e8
-    exponent: Annotated[float, Quantity("1", minimum=1.0, maximum=5.0, help="n")] = 1.5
-    restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient")] = 0.5
-    kinetic: Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")] = 0.0
-    static: Static = 0.0
-    stribeck_speed: StribeckSpeed = 0.01
-    transition: Transition = 1e-3
+    stiffness: Annotated[Elastic, Meaning("elastic part of the normal force", "Hertz()")] = field(
+        default_factory=partial(PowerLaw, 1e8)
+    )
+    damping: Annotated[Damping, Meaning("damping part of the normal force", "Flores(restitution=0.5)")] = field(
+        default_factory=partial(Flores, 0.5)
+    )
+    friction: Annotated[Friction, Meaning("friction law; one with internal states holds at rest", "Coulomb(kinetic=0.2)")] = (
+        field(default_factory=NoFriction)
+    )
+    thickness: Annotated[float, Quantity("m", above=0.0, help="length of the contact, normal to the plane of motion")] = 15e-3
+    material: Annotated[Material, Meaning("material of the disc; of the edge too, unless that is given", "STEEL")] = STEEL
+    edge_material: Annotated[Material | None, Meaning("material of the edge")] = None
 
     def check(self) -> None:
         if self.length is not None and self.reach == 0.0:
             raise InputError(f"edge_contact '{self.name}': a point and an edge without width", "radius or half_width above 0")
+
+    @property
+    def surfaces(self) -> JointContact:
+        """Both surfaces, for the contact laws: a ball of the same relative curvature on a plane."""
+        one, other = self.radius, self.half_width
+        radius = one * other / (one + other) if self.length == 0.0 and one * other > 0.0 else one or other
+        bearing = self.material if self.edge_material is None else self.edge_material
+        return JointContact(math.inf, radius, self.thickness, self.material, bearing)
+
+    def without_bristles(self) -> EdgeContact:
+        """Return the contact with Coulomb friction of the largest coefficient, which replaces its friction at rest."""
+        if isinstance(self.friction, NoFriction):
+            return self
+        row = row_of(self.friction, self.surfaces)
+        largest = friction_limit(pointers(self.friction)["limit"], 0.0, 1.0, row)
+        if not math.isfinite(largest):
+            raise InputError(
+                f"edge_contact '{self.name}': friction law '{self.friction.name}' has no static limit, which equilibria need",
+                "a law with a kernel `limit`",
+                'friction = "none"',
+            )
+        return replace(self, friction=Coulomb(largest))
 
     @property
     def reach(self) -> float:
@@ -161,7 +155,8 @@ class EdgeContact:
         return self.radius + self.half_width
 
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the kernel's parameters, with the direction as a unit vector; raise `InputError` for a start in the edge."""
+        """Return the kernel's parameters; raise `InputError` for a start in the edge, or a law without finite parameters."""
+        self._check_stiffness()
         along = math.cos(self.direction), math.sin(self.direction)
         length = UNLIMITED if self.length is None else self.length
         far = float(distance(start[0], start[1], *along, length)[0])
@@ -170,8 +165,21 @@ class EdgeContact:
                 f"edge_contact '{self.name}': the disc starts {1e3 * (self.reach - far):.4g} mm deep in the edge",
                 f"its centre at least {1e3 * self.reach:.4g} mm from the edge's axis, on the left of an edge without ends",
             )
-        given = {"damping": stop_damping(self.restitution), "reach": self.reach, "length": length}
-        return numbers(self, **given, along_x=along[0], along_y=along[1])
+        return numbers(self, reach=self.reach, length=length, along_x=along[0], along_y=along[1])
+
+    def _check_stiffness(self) -> None:
+        """Raise `InputError` for a stiffness law that has no force on a plane surface, or none for a point."""
+        try:
+            row = row_of(self.stiffness, self.surfaces)
+            force = elastic_force(pointers(self.stiffness)["force"], self.reach or 1.0, row)
+        except (ArithmeticError, InputError):
+            force = math.nan
+        if not 0.0 < force < math.inf:
+            at = f"a radius of {self.surfaces.journal_radius:g} m on a plane surface"
+            raise InputError(
+                f"edge_contact '{self.name}': stiffness law '{self.stiffness.name}' has no force for {at}",
+                "hertz or braendlein for a radius above 0, power, linear or a user-defined function",
+            )
 
     @property
     def outline(self) -> tuple[np.ndarray, np.ndarray]:

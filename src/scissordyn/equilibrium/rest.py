@@ -423,8 +423,12 @@ def activate_closed_gaps(handle: Handle, state: np.ndarray) -> None:
     system.state.mode[:] = value > 0.0
     system.state.mode[system.model.component_guard[system.model.latch[:, 2]]] = 0
     system.state.memory[:], system.state.mass[:] = 1.0, 0.0
-    model, laws = system.model, system.parameters.law
-    for j in np.flatnonzero(laws["settled"] * (value[: laws.size] > 0.0)):
-        states = state[2 * model.n :][model.state_start[j] + laws["bristles"][j] : model.state_start[j + 1]]
-        elastic = elastic_force(laws["stiffness"][j], value[j], system.parameters.elastic[j])
-        settled_states(laws["settled"][j], elastic, value[j], states, system.parameters.damping[j])
+    model, laws, contacts = system.model, system.parameters.law, system.parameters.contact.size
+    lawful = np.flatnonzero(model.component_law >= 0)
+    elements = np.append(np.arange(contacts), contacts + lawful)
+    depths = np.append(value[:contacts], value[model.component_guard[lawful]])
+    for j in np.flatnonzero(laws["settled"] * (depths > 0.0)):
+        first, last = model.state_start[elements[j] : elements[j] + 2]
+        states = state[2 * model.n :][first + laws["bristles"][j] : last]
+        elastic = elastic_force(laws["stiffness"][j], depths[j], system.parameters.elastic[j])
+        settled_states(laws["settled"][j], elastic, depths[j], states, system.parameters.damping[j])

@@ -59,12 +59,15 @@ TRANSITION_SPEED_MIN = 1e-30
 SENSE_PARAMETERS: dict[str, tuple[str, tuple[str, ...]]] = {
     "pin_friction": ("transition", ("kinetic", "static")),
     "guide_friction": ("transition", ("kinetic", "static")),
-    "edge_contact": ("transition", ("kinetic", "static")),
+    "edge_contact": ("ramp_speed", ("kinetic",)),
     "gas_spring": ("friction_speed", ("friction",)),
     "stroke_load": ("transition", ()),
     "angle_load": ("transition", ()),
 }
-"""Components that depend on the sense of motion, by section: name of the transition speed, names of friction parameters."""
+"""Components that depend on the sense of motion, by section: name of the transition speed, names of friction parameters.
+
+Those of a contact are parameters of its friction law.
+"""
 
 Friction = Literal["none", "forward", "backward"]
 
@@ -142,7 +145,8 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
     """Return the largest magnitude of each force, torque and bar stress, with forward friction if there is any."""
     points = max(POINTS_MIN, 1 + math.ceil(rotations(mechanism, until)[-1] / INPUT_STEP_MAX))
     parts = frictionless(mechanism.ideal()).components
-    rubbing = any(getattr(part, name) for part in parts for name in SENSE_PARAMETERS.get(part.declaration.section, ("", ()))[1])
+    names = ((part, SENSE_PARAMETERS.get(part.declaration.section, ("", ()))[1]) for part in parts)
+    rubbing = any(getattr(_rubbing(part), name, 0.0) for part, coefficients in names for name in coefficients)
     forces = static_results(mechanism, until, points, "forward" if rubbing else "none").variables
     sizes = np.maximum(np.abs(forces["least"].values), np.abs(forces["largest"].values))
     peaks = dict(zip(forces["quantity"].values.tolist(), sizes.tolist(), strict=True))
@@ -150,6 +154,11 @@ def static_peaks(mechanism: Mechanism, until: float) -> dict[str, float]:
         names, stresses = (forces[name].values.tolist() for name in ("bar", "bar_largest_stress"))
         peaks |= {f"bar stress {name}": stress for name, stress in zip(names, stresses, strict=True)}
     return peaks
+
+
+def _rubbing(part: Any) -> Any:
+    """Return the description with the friction parameters of a component: a contact's friction law, or the component itself."""
+    return part.friction if part.declaration.contact else part
 
 
 def rotations(mechanism: Mechanism, until: float) -> np.ndarray:
@@ -251,7 +260,10 @@ def _slow_motion(
     for i, part in enumerate(slow.components):
         if part.declaration.section in SENSE_PARAMETERS:
             speed, coefficients = SENSE_PARAMETERS[part.declaration.section]
-            row, numbers = content.parameters.component[i], part.declaration.numbers
+            law, numbers = content.model.component_law[i], _rubbing(part).declaration.numbers
+            row = content.parameters.component[i] if law < 0 else content.parameters.friction[law]
+            if speed not in numbers:  # a contact without friction
+                continue
             row[numbers.index(speed)] = TRANSITION_SPEED_MIN
             for name in coefficients:
                 row[numbers.index(name)] *= friction != "none"

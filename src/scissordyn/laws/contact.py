@@ -13,7 +13,7 @@ from scissordyn.units import State
 
 @dataclass(frozen=True)
 class JointContact:
-    """Both surfaces of a contact, as input of the laws: a journal in its bearing, or a rounded corner at a plane surface.
+    """Both surfaces of a contact, as input of the laws: a journal in its bearing, or a corner or disc at a plane surface.
 
     A plane surface is a bearing of infinite radius. A law for a journal in a bearing has no finite parameters there.
 
@@ -22,13 +22,13 @@ class JointContact:
     clearance : float
         Radial clearance c = R_B - R_J [m]; infinite for a plane surface.
     journal_radius : float
-        Journal radius R_J, or radius of the corner [m].
+        Journal radius R_J, or radius of the corner or disc [m].
     length : float
         Bearing length L_b, or the length of the corner's edge [m].
     journal, bearing : Material
         Materials of the two surfaces.
     gap : float
-        Gap between a corner and its plane surface [m]; 0 for a journal.
+        Gap between a corner and its plane surface [m]; 0 for a journal or a disc.
     """
 
     clearance: float
@@ -47,6 +47,13 @@ class JointContact:
     def plane(self) -> bool:
         """True if the bearing is a plane surface."""
         return math.isinf(self.clearance)
+
+    @property
+    def size(self) -> tuple[float, str]:
+        """Length that indentations are compared with [m], 0 for a point, and its name."""
+        if not self.plane:
+            return self.clearance, "clearance"
+        return self.journal_radius, "corner radius" if self.gap > 0.0 else "radius"
 
     @property
     def relative_radius(self) -> float:

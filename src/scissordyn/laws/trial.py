@@ -27,8 +27,9 @@ DEPTHS = np.unique(np.concatenate([[0.0], np.geomspace(1e-6, 1.0, 61), np.linspa
 
 
 def _largest_depth(joint: JointContact) -> tuple[float, str]:
-    """Return the largest test indentation of a law in a joint [m]: the clearance or the corner radius, and which of them."""
-    return (joint.journal_radius, "corner radius") if joint.plane else (joint.clearance, "clearance")
+    """Return the largest test indentation of a law in a joint [m] and what it is; 1 m for a point."""
+    size, what = joint.size
+    return size or 1.0, what
 
 
 @lru_cache(maxsize=256)

@@ -102,11 +102,12 @@ def contact_warnings(
     *,
     approach_speed: Sequence[float],
     indentation: float,
+    kind: str = "joint",
     plastic: float = 1e-5,
     deep: float = 0.2,
     restitution_error: float = 0.05,
 ) -> list[RunWarning]:
-    """Return warnings about the laws of one joint after a run.
+    """Return warnings about the laws of one joint, or of another kind of part, after a run.
 
     `plastic`: largest approach speed over the wave speed sqrt(E/rho) of an elastic impact; faster ones are plastic (Love's
     rule; Johnson 1985, doi:10.1017/CBO9781139171731).
@@ -118,30 +119,31 @@ def contact_warnings(
     slowest_wave = min(math.sqrt(m.youngs_modulus / m.density) for m in (contact.journal, contact.bearing))
     limit = plastic * slowest_wave
     fast = [speed for speed in approach_speed if speed > limit]
-    what, size = ("corner radius", contact.journal_radius) if contact.plane else ("clearance", contact.clearance)
-    name, warnings = stiffness.name, list[RunWarning]()
+    (size, what), name, warnings = contact.size, stiffness.name, list[RunWarning]()
     if fast:
-        warnings.append(warning("fast", joint, fast=len(fast), contacts=len(approach_speed), limit=limit, speed=max(fast)))
+        warnings.append(
+            warning("fast", joint, kind, fast=len(fast), contacts=len(approach_speed), limit=limit, speed=max(fast))
+        )
     if stiffness.small_contact and indentation > deep * size:
-        warnings.append(warning("deep", joint, fraction=indentation / size, size=what, law=name, most=deep))
+        warnings.append(warning("deep", joint, kind, fraction=indentation / size, size=what, law=name, most=deep))
     if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
         deepest = 1e3 * stiffness.deepest(contact)
-        warnings.append(warning("continued", joint, depth=1e3 * indentation, law=name, deepest=deepest))
+        warnings.append(warning("continued", joint, kind, depth=1e3 * indentation, law=name, deepest=deepest))
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}
     for slot, law in laws.items():
         if law is not None and not is_built_in(law):
-            warnings += [warning("doubt", joint, slot=slot, doubt=doubt) for doubt in doubts(law, contact)]
+            warnings += [warning("doubt", joint, kind, slot=slot, doubt=doubt) for doubt in doubts(law, contact)]
     if stiffness.caveat:
-        warnings.append(warning("caveat", joint, law=name, caveat=stiffness.caveat))
+        warnings.append(warning("caveat", joint, kind, law=name, caveat=stiffness.caveat))
     if stiffness.materials == "same" and contact.journal.compliance != contact.bearing.compliance:
-        warnings.append(warning("one material", joint, law=name))
+        warnings.append(warning("one material", joint, kind, law=name))
     if stiffness.materials == "steel" and not all("steel" in m.name for m in (contact.journal, contact.bearing)):
-        warnings.append(warning("steel", joint, law=name))
+        warnings.append(warning("steel", joint, kind, law=name))
     if isinstance(damping, DampingFactor):
         wanted, returned, claimed = damping.restitution, returned_restitution(damping.factor), damping.restitution_range
         if claimed is not None and not claimed[0] <= wanted <= claimed[1]:
             low, high = claimed
-            warnings.append(warning("restitution range", joint, law=damping.name, low=low, high=high, restitution=wanted))
+            warnings.append(warning("restitution range", joint, kind, law=damping.name, low=low, high=high, restitution=wanted))
         if abs(returned - wanted) > restitution_error:
-            warnings.append(warning("restitution", joint, law=damping.name, returned=returned, restitution=wanted))
+            warnings.append(warning("restitution", joint, kind, law=damping.name, returned=returned, restitution=wanted))
     return warnings

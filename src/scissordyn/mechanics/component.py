@@ -9,6 +9,15 @@ from __future__ import annotations
 
 from scissordyn.components.port import ACTUATOR, AXIS, RAIL
 from scissordyn.kernel import call_at, kernel
+from scissordyn.laws.evaluate import (
+    elastic_energy,
+    elastic_force,
+    friction_force,
+    friction_states,
+    normal_force,
+    reference_speed,
+    settled_states,
+)
 from scissordyn.mechanics.actuator import actuator_torque, linearise_actuator
 from scissordyn.mechanics.flexible_bar import add_flexible_bar
 from scissordyn.mechanics.flexible_bar_slopes import linearise_flexible_bar
@@ -19,7 +28,7 @@ from scissordyn.mechanics.rotation import relative_angle
 from scissordyn.mechanics.time_function import motion_at
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
-TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS = range(8)
+TIME, FACTOR, MODE, APPROACH_SPEED, FACTOR_RATE, DIFFERENCES, REACTION, EFFECTIVE_MASS, NORMAL, TANGENTIAL = range(10)
 """Indices of the values of `declaration.CONTEXT`."""
 
 ARGUMENT_STEP = 1e-7
@@ -72,6 +81,48 @@ def evaluate(i, S, z, address, result):
 
 
 @kernel
+def evaluate_forces(i, S, z, result):
+    """Write forces and further results of component i at the current coordinates, rates and context."""
+    M, x, k = S.model, S.work.context, S.model.component_law[i]
+    if k < 0:
+        evaluate(i, S, z, M.force_kernel[i], result)
+        return
+    P, forces, first = S.parameters, M.component_forces[i], M.first_rate[i]
+    evaluate(i, S, z, M.gap_kernel[i], result)
+    depth, rate, slip, law, rates = result[0], result[1], result[2], P.law[k], result[first : first + z.size]
+    rates[:] = 0.0
+    elastic = energy = 0.0
+    x[NORMAL] = x[TANGENTIAL] = 0.0
+    if x[MODE] == 1.0:
+        if depth > 0.0:
+            elastic = elastic_force(law.stiffness, depth, P.elastic[k])
+            reference, pressed = reference_speed(elastic, depth, rate, x[APPROACH_SPEED], x[EFFECTIVE_MASS]), law.bristles
+            x[NORMAL] = normal_force(
+                law.damping, elastic, depth, rate, reference, z[pressed : z.size], rates[pressed : z.size], P.damping[k]
+            )
+            if x[DIFFERENCES] == 0.0:
+                energy = elastic_energy(law.energy, law.stiffness, depth, P.elastic[k])
+        x[TANGENTIAL] = friction_force(law.friction, slip, x[NORMAL], z, rates, P.friction[k])
+    evaluate(i, S, z, M.force_kernel[i], result)
+    result[forces], result[forces + 1] = energy, (x[NORMAL] - elastic) * rate + x[TANGENTIAL] * slip
+    result[forces + 2], result[forces + 3], result[forces + 4] = x[NORMAL], x[TANGENTIAL], max(depth, 0.0) * x[MODE]
+
+
+@kernel
+def begin_laws(i, z, S, resting):
+    """Set the internal states of the laws of component i at the onset of contact; call `component_gap` first."""
+    k = S.model.component_law[i]
+    if k < 0:
+        return
+    P, law, depth, slip = S.parameters, S.parameters.law[k], S.work.answer[0], S.work.answer[2]
+    pressed = z[law.bristles : z.size]
+    friction_states(law.start, slip, z[: law.bristles], P.friction[k])
+    pressed[:] = 0.0
+    if resting and law.settled != 0 and depth > 0.0:
+        settled_states(law.settled, elastic_force(law.stiffness, depth, P.elastic[k]), depth, pressed, P.damping[k])
+
+
+@kernel
 def component_gap(t, i, z, S):
     """Return value and rate of the guard of component i."""
     sense(i, S, map_values(S.parameters.contact.size + i, S))
@@ -107,7 +158,7 @@ def add_component(t, i, S, z, dz):
         if M.force_kernel[i] == 0:
             return
         write_context(t, i, S)
-        evaluate(i, S, z, M.force_kernel[i], out)
+        evaluate_forces(i, S, z, out)
         for s in range(z.size):
             dz[s] = out[M.first_rate[i] + s]
     forces, power = M.component_forces[i], 0.0
@@ -142,7 +193,7 @@ def write_powers(i, S, out, forces, power):
 def port_slopes(t, i, S, z):
     """Write the derivatives of a component's forces and state rates by coordinates, rates, states and time."""
     M, W = S.model, S.work
-    address, forces, first = M.force_kernel[i], M.component_forces[i], M.first_rate[i]
+    forces, first = M.component_forces[i], M.first_rate[i]
     coordinates, up, down = M.component_coordinates[i], W.answer, W.other_answer
     W.context[DIFFERENCES] = 1.0
     for k in range(2 * coordinates + z.size + 1):
@@ -153,9 +204,9 @@ def port_slopes(t, i, S, z):
                 W.slope[: forces + z.size, k] = 0.0
                 continue
             write_context(t + h, i, S)
-            evaluate(i, S, z, address, up)
+            evaluate_forces(i, S, z, up)
             write_context(t - h, i, S)
-            evaluate(i, S, z, address, down)
+            evaluate_forces(i, S, z, down)
             write_context(t, i, S)
         else:
             argument, place, least = z, k - 2 * coordinates, 0.0
@@ -170,9 +221,9 @@ def port_slopes(t, i, S, z):
             # a state acts by its small difference to a coordinate, so the round-off of here + h must not enter
             apart = (here + h) - (here - h) if z.size > 0 else 2.0 * h
             argument[place] = here + h
-            evaluate(i, S, z, address, up)
+            evaluate_forces(i, S, z, up)
             argument[place] = here - h
-            evaluate(i, S, z, address, down)
+            evaluate_forces(i, S, z, down)
             argument[place] = here
         for f in range(forces):
             W.slope[f, k] = (up[f] - down[f]) / apart
@@ -202,7 +253,7 @@ def linearise_component(t, i, S, z, dt, first_state):
     elif M.force_kernel[i] != 0:
         sense(i, S, maps)
         write_context(t, i, S)
-        evaluate(i, S, z, M.force_kernel[i], W.result[i])
+        evaluate_forces(i, S, z, W.result[i])
         port_slopes(t, i, S, z)
         if port == RAIL.code:
             linearise_rail(element, i, S, W.result[i, 0], W.slope[0, 0], W.slope[0, 1])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import kernel
-from scissordyn.mechanics.component import component_gap, switch_loss
+from scissordyn.mechanics.component import begin_laws, component_gap, switch_loss
 from scissordyn.mechanics.constraint_part import part_slope
 from scissordyn.mechanics.constraint_solver import (
     engage,
@@ -81,6 +81,7 @@ def reset(t, y, guard, S, data):
         return False
     data[1] = switch_loss(t, i, y[start:stop], S)
     if C.mode[guard] == 0:
+        begin_laws(i, y[start:stop], S, False)
         C.mass[guard] = component_mass(t, i, y[start:stop], S)
     C.memory[guard] = max(data[0], APPROACH_FLOOR)
     C.mode[guard] = 1 - C.mode[guard]
@@ -98,6 +99,7 @@ def touch(t, y, guard, S, data):
     i = M.guard_component[guard]
     start, stop = state_range(i, S)
     _, data[0] = component_gap(t, i, y[start:stop], S)
+    begin_laws(i, y[start:stop], S, True)
     data[0], data[1] = max(data[0], APPROACH_FLOOR), 0.0
     C.memory[guard], C.mode[guard] = data[0], 1
     C.mass[guard] = component_mass(t, i, y[start:stop], S)

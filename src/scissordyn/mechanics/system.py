@@ -106,6 +106,7 @@ class Model(NamedTuple):
     component_motor: I1  # whether its power counts as a motor's, not a load's
     component_timed: I1  # whether it depends on time
     component_guard: I1  # guard of the component, or -1
+    component_law: I1  # row of its laws in `Parameters.law`, after those of the contacts, or -1
     travel_direction: F2  # (components, 2) unit vector of a port "travel"
     first_rate: I1  # index of the first state rate among its results
     force_kernel: I1  # addresses, or 0
@@ -151,11 +152,11 @@ class Parameters(NamedTuple):
     breaks: F1  # instants at which a time function has a jump in a low derivative
     value: F1  # (m,) values of the constraints at t = 0
     contact: ContactArray  # (contacts,)
-    law: LawArray  # (contacts,)
+    law: LawArray  # (laws,) of the contacts, then of the components with laws
     contour: F3  # (contacts, angles, 3) depth of a worn bearing [m], cosine and sine of the angle in the frame of its body
     journal: F2  # (contacts, angles) depth of a worn journal [m] in the frame of its body; no angles if all journals are round
     foundation: F3  # (contacts, pieces, 5) pressure by indentation, see `laws.foundation`
-    elastic: F2  # (contacts, PARAMETERS)
+    elastic: F2  # (laws, PARAMETERS)
     damping: F2
     friction: F2
     component: F2  # (components, PARAMETERS)

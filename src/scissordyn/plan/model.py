@@ -215,6 +215,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
     kernels = [_kernels(part, start_coordinates(mechanism, part)) for part in components]
     function, feed_forward, _ = time_functions(mechanism, len(mechanism.drives))
     guarded = [i for i, kind in enumerate(declared) if kind.gap is not None]
+    lawful = [i for i, kind in enumerate(declared) if kind.contact]
     angular = [i for i, kind in enumerate(declared) if kind.port.angle]
     recorded = [i for i, part in enumerate(components) if isinstance(part, Actuator) and part.controller.delay > 0.0]
 
@@ -233,6 +234,7 @@ def _components(mechanism: Mechanism, rotations: int) -> dict[str, np.ndarray]:
         "component_motor": _integers(kind.motor for kind in declared),
         "component_timed": _integers("time" in kind.context or at >= 0 for kind, at in zip(declared, function, strict=True)),
         "component_guard": numbered(guarded, contacts),
+        "component_law": numbered(lawful, contacts),
         "travel_direction": np.array([_travel(part) for part in components], float).reshape(-1, 2),
         "first_rate": _integers(len(kind.results) - len(kind.states) for kind in declared),
         "force_kernel": _integers(kernel["force"] for kernel in kernels),

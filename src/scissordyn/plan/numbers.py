@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.declaration import COMPONENT_PARAMETERS_MAX as COMPONENT_PARAMETERS
-from scissordyn.components.declaration import Component
+from scissordyn.components.declaration import LAW_KINDS, Component
 from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
@@ -34,9 +34,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
     listed += [(constraint.motion, constraint.start) for constraint in coordinates.constraints if constraint.motion]
     rows = [function_rows(motion, start) for motion, start in listed]
 
-    surfaces, law = np.zeros(len(contacts), CONTACT), np.zeros(len(contacts), LAW)
-    tables = np.zeros((3, len(contacts), ELEMENT_PARAMETERS_MAX))
-    contour, journal, foundation = worn_contours(contacts)
+    surfaces, (contour, journal, foundation) = np.zeros(len(contacts), CONTACT), worn_contours(contacts)
     for j, contact in enumerate(contacts):
         clearance = contact.clearance
         assert clearance is not None
@@ -52,20 +50,8 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         if isinstance(contact, ContactPoint):
             p["plane"], p["level"] = 1, contact.distance - joint.journal_radius
             p["normal_x"], p["normal_y"] = contact.normal
-        if clearance.contact == "hard":
-            if isinstance(clearance, Clearance) and clearance.wears:
-                p["loads"] = 2 if clearance.journal_wear is None else 8
-            continue  # `plan.hard_contact` holds its tables
-        law[j]["bristles"], law[j]["loaded"] = len(clearance.friction.states), clearance.reference == "loaded"
-        for which, kind in enumerate(("stiffness", "damping", "friction")):
-            chosen: Any = getattr(clearance, kind)
-            if not is_built_in(chosen) and not getattr(chosen, "states", None):
-                trial_forces(chosen, joint)
-            tables[which, j] = row_of(chosen, joint)
-            for name, pointer in pointers(chosen).items():
-                if name != "steady":
-                    law[j][kind if name == "force" else name] = pointer
-
+        if clearance.contact == "hard" and isinstance(clearance, Clearance) and clearance.wears:
+            p["loads"] = 2 if clearance.journal_wear is None else 8
     described: list[tuple[float, ...]] = [()] * len(components)
     control, torque = np.zeros((len(components), ELEMENT_PARAMETERS_MAX)), np.zeros(len(components), np.int64)
     actuator = np.zeros((len(components), 3))
@@ -77,6 +63,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
             actuator[i] = controller.delay, recorded, controller.recursion_gain
         else:
             described[i] = component.parameters(start_coordinates(mechanism, component))
+    law, tables = _laws([contact.clearance for contact in contacts], [part for part in components if part.declaration.contact])
     numbers_of = np.zeros((len(components), max([COMPONENT_PARAMETERS, *map(len, described)])))
     for i, row in enumerate(described):
         numbers_of[i, : len(row)] = row
@@ -103,6 +90,27 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         ideal=np.zeros((0, 6 * len(mechanism.tracks))),
         ideal_step=np.zeros(1),
     )
+
+
+def _laws(clearances: Sequence[Any], parts: Sequence[Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the laws of contacts and components, and their parameters by kind, shape (3, laws, parameters)."""
+    law, tables = (
+        np.zeros(len(clearances) + len(parts), LAW),
+        np.zeros((3, len(clearances) + len(parts), ELEMENT_PARAMETERS_MAX)),
+    )
+    for j, part in enumerate((*clearances, *parts)):
+        if getattr(part, "contact", "") == "hard":
+            continue  # `plan.hard_contact` holds its tables
+        law[j]["bristles"], law[j]["loaded"] = len(part.friction.states), getattr(part, "reference", "loaded") == "loaded"
+        for which, kind in enumerate(LAW_KINDS):
+            chosen: Any = getattr(part, kind)
+            if not is_built_in(chosen) and not getattr(chosen, "states", None):
+                trial_forces(chosen, part.surfaces)
+            tables[which, j] = row_of(chosen, part.surfaces)
+            for name, pointer in pointers(chosen).items():
+                if name != "steady":
+                    law[j][kind if name == "force" else name] = pointer
+    return law, tables
 
 
 def contour_table(depths: Sequence[float]) -> np.ndarray:

@@ -258,7 +258,7 @@ def _gap_entries(gap: Clearance | None) -> Any:
 
 
 def _component_entries(part: Any) -> tuple[Any, ...]:
-    """Return the class and attachment of a component, and whether it has a time function.
+    """Return the class, attachment and internal states of a component, and whether it has a time function.
 
     A motor is returned whole, as its rotor is part of the mass matrix, and so is a bar by modes, which the coordinates hold.
     """
@@ -266,4 +266,5 @@ def _component_entries(part: Any) -> tuple[Any, ...]:
     if part.declaration.motor or isinstance(part, FlexibleBar):
         return type(part), part
     timed = getattr(part, "time_function", None) is not None
-    return type(part), timed, *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))
+    states = tuple(state.name for state in part.states)
+    return type(part), timed, states, *(getattr(part, name) for name in (*port.points, *port.turning, *port.numbers))

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.lugre import GuideLuGre, PinLuGre
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import Polynomial, TimeFunction
@@ -26,11 +27,12 @@ NO_TURNS: Mapping[str, float] = MappingProxyType({})  # Angles by which bodies h
 
 
 def frictionless(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism without friction in clearance joints, without bristles, and with compliant contacts.
+    """Return the mechanism without friction in clearance joints, without bristles in components, and with compliant contacts.
 
     It is the mechanism itself if all joints are ideal and have no bristles.
     """
-    parts = tuple(part.without_bristles() if isinstance(part, PinLuGre | GuideLuGre) else part for part in mechanism.components)
+    rubbing = PinLuGre | GuideLuGre | EdgeContact
+    parts = tuple(part.without_bristles() if isinstance(part, rubbing) else part for part in mechanism.components)
     if parts != mechanism.components:
         mechanism = mechanism.with_parts({"components": parts}, check=False)
     if not mechanism.contacts:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 
@@ -223,6 +224,10 @@ def component_variables(plan: Plan, path: Trajectory, record: Record) -> Variabl
             text = f"{state.name.replace('_', ' ')}, an internal state ({declared.label})"
             internal = described(("time", section), path.samples.state[:, first + s], state.unit, text)
             variables.setdefault(f"{section}_{state.name}", internal)
+        for place, i in enumerate(index if declared.contact else ()):
+            for s, state in enumerate(parts[i].states):
+                named, values = replace(state, name=f"{section}_{state.name}"), path.samples.state[:, first[place] + s]
+                _enter_state(variables, named, ("time", section), len(index), place, values)
     variables.update(bar_variables(path, record, variables))
     variables.update(film_variables(plan, path, variables))
     return variables

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Self
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -75,7 +75,7 @@ class Extremes:
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
-        self._speeds: list[list[float]] = [[] for _ in plan.contacts]
+        self._speeds = dict[int, list[float]]()  # Approach speeds of each guard
         self._indentation = np.zeros(len(plan.contacts))
         self._contacts: list[np.ndarray] = []  # Joint, approach speed, effective mass and largest normal force of each contact
         self._friction = dict[int, tuple[float, float]]()  # Largest friction ratio, and time above its limit [s]
@@ -84,9 +84,9 @@ class Extremes:
 
     def add(self, path: Trajectory) -> Self:
         """Add the extreme values of a trajectory."""
-        log, count = path.log, len(self._speeds)
-        for guard, speed in log[(log["mode"] == RISE) & (log["guard"] < count)][["guard", "rate"]].tolist():
-            self._speeds[int(guard)].append(speed)
+        log, count = path.log, len(self._indentation)
+        for guard, speed in log[log["mode"] == RISE][["guard", "rate"]].tolist():
+            self._speeds.setdefault(int(guard), []).append(speed)
         if count:
             table = path.contacts
             columns = ("joint", "approach_speed", "effective_mass", "peak_normal_force")
@@ -112,11 +112,14 @@ class Extremes:
         plan, warnings = self.plan, list[RunWarning]()
         table = np.concatenate([np.zeros((4, 0)), *self._contacts], axis=1)
         for j in plan.compliant_places:  # laws of hard contacts only serve an estimate
-            laws, speeds, depth = plan.clearances[j], self._speeds[j], float(self._indentation[j])
+            laws, speeds, depth = plan.clearances[j], self._speeds.get(j, []), float(self._indentation[j])
             elements = laws.surfaces, laws.stiffness, laws.damping, laws.friction
             warnings += contact_warnings(plan.contacts[j].name, *elements, approach_speed=speeds, indentation=depth)
             here = dict(zip(("speed", "mass", "force"), table[1:, table[0] == j], strict=True))
             warnings += loading_warnings(plan.contacts[j].name, *elements[:3], laws.reference, **here)
+        for i, part in [(i, part) for i, part in enumerate(plan.components) if part.declaration.contact]:
+            speeds, (depth, _) = self._speeds.get(int(plan.model.component_guard[i]), []), self._output(i, "indentation")
+            warnings += lawful_warnings(part, speeds, depth)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
@@ -147,6 +150,12 @@ class Extremes:
             if least < MIXED_RATIO_MAX * oil.roughness:
                 warnings.append(warning("thin film in a case", joint.name, roughness=oil.roughness, least=least))
         return list(dict.fromkeys(map(str, warnings + self.warnings())))
+
+
+def lawful_warnings(part: Any, speeds: Sequence[float], depth: float) -> list[RunWarning]:
+    """Return warnings about the laws of a component that is a contact, from its approach speeds and largest indentation."""
+    elements = part.surfaces, part.stiffness, part.damping, part.friction
+    return contact_warnings(part.name, *elements, approach_speed=speeds, indentation=depth, kind=part.declaration.label)
 
 
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -48,9 +49,15 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     # Films of rigid bars are stiff if pressing a journal through its film takes more explicit steps, for stability alone.
     film_steps_max = 30.0
     hard = [plan.contacts[j].name for j in plan.hard_places]
+    lawful: list[Any] = [part for part in plan.components if part.declaration.contact]
+    bristles = [(f"{part.declaration.label} '{part.name}'", part.friction) for part in lawful if part.friction.states]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
         raise InputError(f"method = '{options.method}' with {what}", f"auto, {TIME_STEPPING}" if hard else "auto")
+    if hard and bristles:
+        name, friction = bristles[0]
+        what = f"{name} has friction law '{friction.name}' with internal states, next to hard contact in joint '{hard[0]}'"
+        raise InputError(what, "a law without internal states, or compliant contacts", 'contact = "compliant"')
     if hard:
         step, why = time_step(plan, system, y, options, tolerances)
         if plan.compliant_places:
@@ -59,12 +66,15 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         return Choice(TIME_STEPPING, why, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "requested")
-    frictions = [(contact.name, laws.friction) for contact, laws in zip(plan.contacts, plan.clearances, strict=True)]
+    frictions = [
+        (f"joint '{contact.name}'", laws.friction) for contact, laws in zip(plan.contacts, plan.clearances, strict=True)
+    ]
     stiff = [(name, friction) for name, friction in frictions if friction.stiff]
+    stiff += bristles
     if stiff and not (bends(plan.mechanism) and y.size > implicit_states_max):
         name, friction = stiff[0]
         why = "has internal states that relax within microseconds" if friction.states else "is steep about zero slip speed"
-        return Choice(STIFF, f"the friction law of joint '{name}' {why}")
+        return Choice(STIFF, f"the friction law of {name} {why}")
     if plan.lubricated and any(part.declaration.section == "beam" for part in plan.components):
         return Choice(
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"

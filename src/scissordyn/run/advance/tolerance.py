@@ -126,6 +126,8 @@ def _internal_weights(
         for _ in component.states:
             if i in controlled:
                 absolute[k], relative[k] = rtol * min(declared[k], torque), rtol
+            elif component.declaration.contact:
+                absolute[k], relative[k] = FRICTION_STATE_FACTOR * rtol * declared[k], FRICTION_STATE_FACTOR * rtol
             else:  # a small difference of a large state may act, as in a spring
                 absolute[k], relative[k] = state_tolerance(rtol, atol) * declared[k], POSITION_RTOL
             k += 1

@@ -96,7 +96,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
         "free_coordinates": planned.coordinates.free,
         "constraints": len(planned.coordinates.constraints),
         "drives": [*(drive.body for drive in mechanism.drives), *(drive.name for drive in mechanism.coordinate_drives)],
-        "degrees_of_freedom": _mobility(planned),
+        "degrees_of_freedom": planned.coordinates.mobility,
         "couplings": [coupling.name for coupling in mechanism.couplings],
         "components": [part.name for part in components],
         "until": until,
@@ -117,7 +117,7 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
         f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
         f"{len(mechanism.clearance_joints)} clearance joints, "
         f"{coordinates.free} free coordinates with {len(coordinates.constraints)} constraints: "
-        f"{counted(_mobility(planned), 'degree')} of freedom besides the drives.",
+        f"{counted(planned.coordinates.mobility, 'degree')} of freedom besides the drives.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
         *(
             f"Drive {drive.name} of the {coordinate_words(drive.coordinate)}: {_in_words(drive.motion, drive.coordinate.unit)}."
@@ -128,11 +128,6 @@ def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
         *_clearances("Joint", mechanism.joints),
         *_clearances("Guide", mechanism.guides),
     ]
-
-
-def _mobility(planned: Plan) -> int:
-    """Return the number of degrees of freedom with drives, couplings and open latches."""
-    return planned.coordinates.free - sum(not constraint.latch for constraint in planned.coordinates.constraints)
 
 
 def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:

@@ -35,7 +35,7 @@ from scissordyn.integrate.control import (
     first_step,
 )
 from scissordyn.integrate.crossing import end_inactive, log_crossings, step_across
-from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
+from scissordyn.integrate.dense import complete, dense_value, integral_error, integrals_at, step_integral
 from scissordyn.integrate.event import find_crossings, sign_of
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
@@ -120,6 +120,9 @@ def advance_step(problem, T, t, s, w, S, r):
     to_fall = guard >= 0
     ok = to_fall or attempt(problem, T, t, h, s, w, S)
     error = error_norm(T, h, s, w) if ok else math.nan
+    if error == error and clock.integral > 0.0:
+        integral = integral_error(T, h, s, w)
+        error = error if integral <= error else integral
     if not (error <= 1.0 or (clock.fixed > 0.0 and error < math.inf)):
         failed = after_rejection(T, t, h, error, to_fall, s, w)
         if clock.stalled > STALLED_MAX:

@@ -18,7 +18,7 @@ FALL_STEP_FACTOR = 1.3  # Largest ratio of a step that ends on a contact's relea
 FALL_APPROACH_FRACTION = 0.6  # Largest fraction of the time to a contact's release that a step with even time covers
 ATTEMPTS_MAX = 8  # Largest number of attempts to end a step on an event; Newton's method needs two or three
 
-STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes of a problem without states, which has no error estimate
+STATELESS_FACTOR_MAX = 1.5  # Largest ratio of successive step sizes of a problem without states, whose motion has no error
 
 STEP_MIN_FRACTION = 4e-16  # Least step size as a fraction of its instant: the clock does not resolve smaller ones
 
@@ -155,7 +155,7 @@ def after_acceptance(T, h, error, s, w):
     if error > 1e-12:
         grow = min(STEP_FACTOR_MAX, max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order)))
     if s.y.size == 0:
-        grow = STATELESS_FACTOR_MAX
+        grow = min(grow, STATELESS_FACTOR_MAX)
     if clock.rejected == 1:
         grow = min(grow, 1.0)
     # towards the end of a contact steps shrink at a constant ratio (Gustafsson 1994, doi:10.1145/198429.198437)

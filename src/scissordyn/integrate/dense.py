@@ -6,6 +6,8 @@ the integrals of the powers; the other methods integrate powers on Gauss nodes.
 
 from __future__ import annotations
 
+import math
+
 from scissordyn.integrate.step import add_rows, explicit_stage, fraction, stage_state
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import kernel
@@ -124,6 +126,31 @@ def step_integral(T, h, w, which):
         for node in range(T.gauss.size):
             total += T.weight[node] * w.power[node, which]
     return h * total
+
+
+@kernel
+def integral_error(T, h, s, w):
+    """Return the weighted error of the integrals over an explicit step.
+
+    The weight refers to the largest integral so far, and to the energy of a mass that moves by its size in the time of the run:
+    round-off in the power of a start from rest may be as large as that power.
+    """
+    worst = 0.0
+    if s.clock[0].monitors == 0 or T.kind != EXPLICIT:
+        return 0.0
+    size = s.clock[0].inertia / s.clock[0].end ** 2
+    for q in range(s.total.size):
+        first = second = 0.0
+        for stage in range(T.stages + 1):
+            first += T.error[0, stage] * w.power[stage, q]
+            second += T.error[T.combined, stage] * w.power[stage, q]
+        error = abs(h * first)
+        if T.combined == 1 and error > 0.0:
+            error *= error / math.sqrt(error * error + 0.01 * h * h * second * second)
+        if not error <= worst:
+            worst = error
+        size = max(size, abs(s.total[q]) + abs(step_integral(T, h, w, q)))
+    return worst / (s.clock[0].integral * size) if worst > 0.0 else worst
 
 
 @kernel

@@ -50,6 +50,8 @@ CLOCK = np.dtype(
         ("longest", "f8"),  # longest step that the problem allows now
         ("first", "f8"),  # size of the first step
         ("fixed", "f8"),  # size of every step, 0 for error control
+        ("integral", "f8"),  # relative tolerance of integrals, 0 if the motion shows their errors
+        ("inertia", "f8"),  # scale of the integrals times the square of the end, [kg m^2] of energies
         ("last_event", "i8"),  # kind of event before the next step: `NO_EVENT`, `FALL` or `RISE`
         ("touching", "i8"),  # 1 if the method is explicit and a guard is in mode 1
         ("rejected", "i8"),  # 1 if the last trial was rejected
@@ -219,11 +221,14 @@ def make_state(y: np.ndarray, *, quadratures: int, monitors: int, band: np.ndarr
     return state
 
 
-def reset_state(state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0) -> None:
+def reset_state(
+    state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0, integral: tuple[float, float] = (0.0, 0.0)
+) -> None:
     """Restart at the state y and t = 0; arrays of the problem stay as they are."""
     state.clock[:], state.counts[:] = 0, 0
     state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
     state.clock["crosses"], state.clock["fixed"], state.clock["monitors"] = crosses, fixed, 1
+    state.clock["integral"], state.clock["inertia"] = integral
     state.y[:] = y
     state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
     state.band[:, LAST_ABOVE:] = np.nan

@@ -251,6 +251,11 @@ class Coordinates:
         changed.__dict__.update({name: value for name, value in self.__dict__.items() if name not in fields})
         return changed
 
+    @property
+    def mobility(self) -> int:
+        """Number of degrees of freedom with drives, couplings and open latches."""
+        return self.free - sum(not constraint.latch for constraint in self.constraints)
+
     def place(self, point: BodyPoint) -> PointMap:
         """Return the position of a point of a body."""
         return self.at(*point)

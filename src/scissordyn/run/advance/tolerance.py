@@ -44,6 +44,8 @@ class Tolerances:
     delays: tuple[float, ...]  # delays of controllers [s]
     vibration: np.ndarray  # (ny,) factors that multiply the weights: `BENDING_FACTOR` or 1
     time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
+    # relative tolerance of integrals where the drives alone determine the motion, else 0, and mass times size squared [kg m^2]
+    integral: tuple[float, float]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return absolute and relative error weights, and weights of round-off over the step size, for a kind of method.
@@ -74,6 +76,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     rates(system, 0.0, y.copy())
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
+    mass = sum(body.mass for body in plan.bodies)
     internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
     position = atol * scale / reach
     rounding = np.zeros(y.size)  # times 1/h: error of a velocity in a linearly implicit step by a quarter rounding of positions
@@ -100,6 +103,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
         vibration=vibration,
         time_scale=duration,
+        integral=(rtol if plan.coordinates.mobility == 0 else 0.0, mass * plan.coordinates.size**2),
     )
 
 

@@ -123,6 +123,18 @@ def test_reason_why_there_is_no_influence(case: Case) -> None:
     assert found["reason"] == "the run is not complete; expected a run that reaches its end"
 
 
+def test_estimated_force_is_no_answer() -> None:
+    """Contract: hard contact has influences, but not on the force of an impact, which is an estimate."""
+    from scissordyn.casefile.code import Code
+
+    hard = Case("case.toml", SHORT.replace(' mm"', ' mm"\ncontact = "hard"'), Code(Path()))
+    outcome = ran(hard)
+    assert list(measures(outcome.summary, hard.mechanism)) == ["unit 1/bar 1.peak_drive_torque"]
+    found = last(Order(outcome, (SPEED,), ""))
+    exact = sd.gradient(hard.mechanism, of=["unit 1/bar 1.peak_drive_torque"], by=["drive.speed"], until=UNTIL)
+    assert found.plain()["rows"][SPEED]["elasticity"] == pytest.approx(exact["elasticity"].values[:, 0], rel=1e-9)
+
+
 def test_number_without_effect_is_left_out(case: Case) -> None:
     """Contract: beside numbers that act, one that does not has its reason in its row."""
     rows = last(Order(ran(case), (SPEED, "structure.units", "run.until"), "")).plain()["rows"]

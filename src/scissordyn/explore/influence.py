@@ -39,7 +39,8 @@ def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
         "peak_component_force": {component.name for component in mechanism.components},
     }
     force = summary.force and (summary.force.loose or summary.force)
-    if force is not None and force.joint in {joint.name for joint in mechanism.contacts} and math.isnan(force.film):
+    located = {joint.name for joint in mechanism.contacts}
+    if force is not None and force.joint in located and not force.estimated and math.isnan(force.film):
         found[f"{force.joint}.peak_force"] = f"largest force at {force.joint}"
     found |= {f"{point.name}.peak_track_deviation": f"deviation of {point.name}" for point in summary.points}
     for actuator in summary.actuators:
@@ -174,8 +175,9 @@ def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.nda
     from scissordyn.sensitivity.gradient import compute_gradient
 
     case, tight = order.outcome.case, 1e-11
-    run = case.options
-    options = Options(run.until, run.start, 2, tight, tight, run.method, run.most_steps, "located")
+    run, hard = case.options, any(joint.clearance and joint.clearance.contact == "hard" for joint in case.mechanism.contacts)
+    step = run.step if hard else None  # compliant contacts need error control
+    options = Options(run.until, run.start, 2, tight, None, run.method, run.most_steps, "located", step=step)
     by = [parameter_of_field(case, key) for key in keys if case.field(key).range is not None]
     return compute_gradient(case.mechanism, of, by, options, order.change, times)
 

@@ -238,6 +238,42 @@ def test_a_run_whose_contacts_only_graze() -> None:
     assert found["derivative"].item() == pytest.approx(slope, rel=1e-6)
 
 
+def test_a_contact_that_nearly_happens() -> None:
+    """Closed form: a ball turns back 2e-4 of its clearance below its bearing at v/g, and a change of v by 1e-4 reaches it."""
+    balls = journals()
+    speed = math.sqrt(2.0 * 9.81 * CLEARANCE) * (1.0 - 1e-4)
+    ball = dataclasses.replace(balls.bodies[0], velocity=(0.0, speed))
+    thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
+    wanted = {"by": ["body.Flores.velocity.y", "body.Flores.mass"], "until": 0.02, "start": "as-placed", "trajectory": True}
+    for change, limits in ((1.01e-4, ["near", ""]), (0.99e-4, ["", ""])):
+        found = gradient(thrown, **wanted, samples=2, change=change)
+        assert found["limit"].values.tolist() == limits
+        assert found["valid_until"].values == pytest.approx([speed / 9.81 if limits[0] else 0.02, 0.02], rel=1e-4)
+
+
+def test_a_contact_that_grazes() -> None:
+    """Closed form: the change of the speed that removes a contact, by the derivative of the approach speed."""
+    balls = journals()
+    ball = dataclasses.replace(balls.bodies[0], velocity=(0.0, math.sqrt(2.0 * 9.81 * CLEARANCE) * (1.0 + 1e-4)))
+    thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
+    wanted = {"of": ["first_contact"], "by": ["body.Flores.velocity.y"], "until": 0.0145, "start": "as-placed"}
+    with pytest.raises(sd.InputError, match="only grazes"):
+        gradient(thrown, **wanted, change=1.01e-4)
+    found = gradient(thrown, **wanted, change=0.99e-4)
+    assert found["limit"].item() == ""
+
+
+def test_a_second_peak_within_the_change() -> None:
+    """Contract: the largest of two forces is not smooth if a change of the parameter makes the other one larger."""
+    balls = journals()
+    pair = [dataclasses.replace(joint, clearance=balls.joints[0].clearance) for joint in balls.joints[:2]]
+    bodies = (balls.bodies[0], dataclasses.replace(balls.bodies[1], velocity=(SPEED * (1.0 + 5e-4), 0.0)))
+    both = dataclasses.replace(balls, bodies=bodies, joints=tuple(pair))
+    wanted = {"of": ["peak_force"], "by": [f"body.{bodies[1].name}.velocity.x"], "until": 2.4e-3, "start": "as-placed"}
+    assert not gradient(both, **wanted, change=1e-3)["smooth"].item()
+    assert gradient(both, **wanted, change=3e-4)["smooth"].item()
+
+
 def test_derivatives_of_the_start_by_a_small_offset() -> None:
     """Cross-check: a length of zero, whose effect bends over much less than the mechanism's size, by other differences."""
     arm, path, step = sd.scissor(units=4).driven(speed=1.0), "body.unit 1/bar 1.points.start.x", 1e-5

@@ -65,6 +65,7 @@ class Forward:
     outputs: tuple[Record, Record]  # Outputs at the samples, and their derivatives
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for accurate derivatives
+    nearby: np.ndarray  # (parameters,) first instant at which a change may add or remove an event that nearly occurs [s]
     doubt: np.ndarray  # (parameters,) first instant at which a change may change the mode of a hard contact in an impact [s]
 
 
@@ -83,7 +84,8 @@ class _Pass:
         change: float,
     ) -> None:
         self.driver, _, _ = make_driver(plan, options)
-        self.change, self.doubt = np.array([change]), np.full(len(seeds), np.inf)
+        self.change, self.doubt, self.nearby = np.array([change]), *np.full((2, len(seeds)), np.inf)
+        self.gap = np.zeros((self.driver.state.mode.size, 3 + len(seeds)))
         if ideal is not None:
             self.driver.compare_with(ideal.table, ideal.step)
         self.driver.sample_at(times)
@@ -123,16 +125,14 @@ class _Pass:
         self.watched = Watched(
             state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
             integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
-            self.parameters, self.tolerance, self.parts,
+            self.parameters, self.tolerance, self.parts, self.change, self.gap, self.nearby,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
         if self.driver.stepping is not None:
             contacts, touching = self.driver.stepping.content, self.driver.stepping.touching.content
             duals = self.watching, self.twin.address(contacts), self.twin.address(touching)
             work, kept = contacts.work, contacts.state
-            self.watching = self.twin.address(
-                HardWatched(*duals, work.size, work.was, kept.mode, kept.ahead, self.change, self.doubt)
-            )
+            self.watching = self.twin.address(HardWatched(*duals, work.size, work.was, kept.mode, kept.ahead, self.doubt))
         self.run = np.array(self.driver.addresses, np.int64)
 
     def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:
@@ -227,7 +227,7 @@ class _Pass:
         samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED_ARRAYS}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
-            self.outputs(count), float(self.misfit[0]), int(self.parts[0]), self.doubt,
+            self.outputs(count), float(self.misfit[0]), int(self.parts[0]), self.nearby, self.doubt,
         )  # fmt: skip
 
 
@@ -257,7 +257,7 @@ def forward(
     """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails.
 
     Integrals of powers have derivatives only with `integrals`, outputs at the samples those by parameters with maps (`Start`).
-    `change` is the relative change of a parameter for which `Forward.doubt` is written.
+    `change` is the relative change of a parameter for which `Forward.nearby` and `Forward.doubt` are written.
     """
     if options.step is not None and not plan.hard_places:
         raise InputError("steps of a fixed size have no derivatives", "a run with error control, without 'step'")

@@ -111,7 +111,7 @@ def gradient(
         Step of time stepping with hard contacts [s], as for `simulate`.
     change : float
         Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
-        not small: it moves a journal by a tenth of its clearance, removes a contact, or changes the mode of a hard contact.
+        not small: it moves a journal by a tenth of its clearance, adds or removes a contact, or changes the mode of a hard one.
     trajectory : bool
         Also return all variables over time that `simulate` has, and their derivatives.
     samples : int
@@ -123,9 +123,9 @@ def gradient(
     -------
     Dataset
         Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (relative
-        change per relative change), `valid_until` [s], and `smooth`, which is False if another part has nearly the same
-        largest value. With `trajectory` also the variables over time, such as `normal_force`, and their derivatives in SI
-        units, such as `normal_force_derivative`, with the dimension `parameter` at the end.
+        change per relative change), `valid_until` [s], and `smooth`, which is False if another part has the same largest
+        value, now or after a change by `change`. With `trajectory` also the variables over time, such as `normal_force`, and
+        their derivatives in SI units, such as `normal_force_derivative`, with the dimension `parameter` at the end.
 
     Raises
     ------
@@ -246,7 +246,7 @@ def _rows(run: Forward, parameters: Sequence[Parameter], responses: Sequence[Res
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
     for k, parameter in enumerate(parameters):
-        pairs = [derivative_of(run, k, response, parameter.moved) for response in responses]
+        pairs = [derivative_of(run, k, response, parameter.moved, change) for response in responses]
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
         rows.append((slopes, smooth, _limit(run, k, change)))
     return rows
@@ -318,7 +318,10 @@ def _check_contacts(parameters: Sequence[Parameter], changes: Sequence[float], c
 
 
 def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Limit:
-    """Return the first event at which a change of the parameter moves a journal too far or may remove a contact.
+    """Return the first event at which a change of the parameter moves a journal too far, or may add or remove a contact.
+
+    The approach speed of a contact that grazes is a square root of the parameter, so that half the change that its derivative
+    requires removes the contact.
 
     `far`: [clearances] Displacement of a journal at an event up to which the gradient counts as valid.
     """
@@ -327,19 +330,17 @@ def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Li
     later = log["time"] > 0.0
     log, slope = log[later], slope[later]
     with np.errstate(divide="ignore"):
-        removing = np.abs(log["rate"]) / np.abs(slope[:, 3])
+        removing = 0.5 * np.abs(log["rate"]) / np.abs(slope[:, 3])
     onsets = removing[log["mode"] == RISE]
     largest = float(np.max(onsets)) if onsets.size else math.inf
-    doubt = float(run.doubt[parameter])
+    limits = [(run.driver.time, ""), (float(run.nearby[parameter]), "near"), (float(run.doubt[parameter]), "mode")]
     for row, by, least in zip(log, slope, removing.tolist(), strict=True):
         guard, time = int(row["guard"]), float(row["time"])
-        if time > doubt:
-            break
         if guard < clearance.size and abs(row["rate"] * by[0]) * change > far * clearance[guard]:
-            return _Limit(time, "far", largest)
-        if least < change:
-            return _Limit(time, "grazing", largest)
-    return _Limit(min(doubt, run.driver.time), "mode" if doubt <= run.driver.time else "", largest)
+            limits.append((time, "far"))
+        elif least < change:
+            limits.append((time, "grazing"))
+    return _Limit(*min(limits, key=lambda limit: limit[0]), largest)
 
 
 def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
@@ -360,7 +361,11 @@ def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
             "parameter_unit": ("parameter", [parameter.unit for parameter in parameters]),
             "derivative": (both, derivative, {"long_name": "derivative, in the unit of the measure per unit of the parameter"}),
             "elasticity": (both, elasticity, {"units": "1", "long_name": "relative change per relative change"}),
-            "smooth": (both, smooth, {"long_name": "False if another part has nearly the same largest value"}),
+            "smooth": (
+                both,
+                smooth,
+                {"long_name": "False if another part has the same largest value, now or changed"},
+            ),
             "valid_until": (
                 "parameter",
                 [limit.time for limit in limits],
@@ -392,6 +397,7 @@ def _curves(derived: _Derived) -> xr.Dataset:
 LIMIT_REASONS = {
     "far": "moves a journal by more than a tenth of its clearance",
     "grazing": "may remove a contact",
+    "near": "may begin or end a contact, stop or latch that nearly does so",
     "mode": "may change whether surfaces separate, stick or slip in an impact",
 }
 """Reasons why a gradient is valid only until an instant, as the end of the sentence "a change of 1 % ..."."""

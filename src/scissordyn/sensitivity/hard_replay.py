@@ -33,6 +33,7 @@ from scissordyn.sensitivity.replay import (
     open_watched,
     take_event,
     take_values,
+    watch_gaps,
     with_value,
 )
 
@@ -49,7 +50,6 @@ class HardWatched(NamedTuple):
     was: I1  # (k,) modes with which the last step or impact was solved
     mode: I1  # (k,) `HardState.mode`
     ahead: F1  # (2,) `HardState.ahead`
-    change: F1  # (1,) relative change of each parameter for which the derivatives are used
     doubt: F1  # (parameters,) first instant at which this change may change the mode of a contact in an impact [s]
 
 
@@ -104,6 +104,8 @@ def follow_time_step(problem, jumps, own, run, address, system):
     if take_guards(problem, run, s, w, system, K, r):
         strike(problem, jumps, own, run, s, w, system, K, r)
     counts.steps = run.counts[0].steps
+    if run.change[0] > 0.0:
+        watch_gaps(problem, after > first, run, s, w, system)
     return take_hard_values(first, own, run, s, w, r.log)
 
 
@@ -228,7 +230,7 @@ def strike(problem, jumps, own, run, s, w, system, K, r):
 def doubt_mode(margin, own, run):
     """Store the present instant for each parameter whose change brings a margin, which is zero between two modes, to zero."""
     for k in range(own.doubt.size):
-        if abs(value_of(margin)) < own.change[0] * abs(derivative(margin, k)):
+        if abs(value_of(margin)) < run.change[0] * abs(derivative(margin, k)):
             own.doubt[k] = min(own.doubt[k], run.clock[0].time)
 
 

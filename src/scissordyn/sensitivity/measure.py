@@ -77,14 +77,34 @@ def _moved(run: Forward, parameter: int, change: float) -> Iterator[None]:
 
 
 def derivative_of(
-    run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism], step: float = 1e-4
+    run: Forward,
+    parameter: int,
+    response: Response,
+    mechanism: Callable[[float], Mechanism],
+    change: float = 0.0,
+    step: float = 1e-4,
 ) -> tuple[float, bool]:
     """Return the derivative of a response by parameter / scale, and True if the one-sided derivatives agree.
 
-    `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
+    `mechanism` returns the mechanism with the parameter changed by a fraction of its scale. The one-sided derivatives agree if
+    no other part has the same largest value, now or after the relative change `change` along the derivatives.
 
     `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only.
     """
+    values = _values(run, parameter, response, mechanism, step)
+    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * step)
+    smooth = True
+    for size in {step, max(step, 0.5 * change)}:
+        here = values if size == step else _values(run, parameter, response, mechanism, size)
+        sides = [(here[2 * side] - 4.0 * here[side] + 3.0 * here[0]) / (-2.0 * side * size) for side in (-1, 1)]
+        smooth = smooth and bool(abs(sides[1] - sides[0]) <= DATA_TOL * max(abs(slope), abs(here[0])))
+    return slope, smooth
+
+
+def _values(
+    run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism], step: float
+) -> dict[int, float]:
+    """Return the response at places in steps along the derivatives of a run."""
     made, values = run.driver.plan, {}
     for place in (-2, -1, 0, 1, 2):
         with _moved(run, parameter, place * step):
@@ -92,7 +112,4 @@ def derivative_of(
                 run.driver.plan = plan(mechanism(place * step))
             values[place] = value_of_response(Ended(run.driver), response)
             run.driver.plan = made
-    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * step)
-    sides = [(values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * step) for side in (-1, 1)]
-    scale = max(abs(slope), abs(values[0]))
-    return slope, bool(abs(sides[1] - sides[0]) <= DATA_TOL * scale)
+    return values

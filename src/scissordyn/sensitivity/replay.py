@@ -12,6 +12,7 @@ import math
 from typing import Any, NamedTuple
 
 from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
+from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
     DATA,
@@ -97,6 +98,9 @@ class Watched(NamedTuple):
     parameters: I1  # (1,) number of derivatives whose errors are controlled
     tolerance: F1  # (1,) relative error of the derivatives that is allowed in a step
     parts: I1  # (1,) number of steps that were halved for the derivatives
+    change: F1  # (1,) relative change of each parameter for which the derivatives are used; 0 to watch no gaps
+    gap: F2  # (guards, 3 + parameters) instant, value, rate and derivatives of each guard at the end of the last step
+    nearby: F1  # (parameters,) first instant at which this change may add or remove an event of a guard that nearly acts [s]
 
 
 open_watched = opener(Watched)
@@ -181,7 +185,35 @@ def follow_step(problem, watched, address, system, seed):
     if after > first or run.clock[0].prepared != EVERYTHING:
         clock.prepared = 0
     counts.steps = run.counts[0].steps
+    if run.change[0] > 0.0:
+        watch_gaps(problem, after > first, run, s, w, system)
     return take_values(run, s, w)
+
+
+@kernel
+def watch_gaps(problem, starts, run, s, w, system):
+    """Find guards that come close to zero within a step and turn back; `starts` after an event, where modes change."""
+    t = s.clock[0].time
+    problem.forget(system)
+    problem.guards(t, s.y, system, w.value, w.rate)
+    problem.forget(system)
+    for guard in range(s.mode.size):
+        old, sign = run.gap[guard], sign_of(s.mode[guard])
+        value, rate = sign * w.value[guard], sign * w.rate[guard]
+        now, before, size = value_of(t), old[2], value_of(t) - old[0]
+        if not starts and before > 0.0 and rate <= 0.0:
+            part = before / (before - value_of(rate))  # of the step, where the linear rate is zero
+            rest = 1.0 - part
+            # cubic through values and rates at both ends
+            largest = old[1] * rest * rest * (1.0 + 2.0 * part) + value_of(value) * part * part * (1.0 + 2.0 * rest)
+            largest += size * part * rest * (before * rest - value_of(rate) * part)
+            for k in range(run.nearby.size):
+                slope = rest * old[3 + k] + part * (derivative(value, k) - value_of(rate) * derivative(t, k))
+                if largest <= 0.0 and largest + run.change[0] * abs(slope) > 0.0:
+                    run.nearby[k] = min(run.nearby[k], old[0] + part * size)
+        old[0], old[1], old[2] = now, value_of(value), value_of(rate)
+        for k in range(run.nearby.size):
+            old[3 + k] = derivative(value, k) - value_of(rate) * derivative(t, k)
 
 
 @kernel

@@ -163,8 +163,10 @@ HEADINGS = ("case", "reference by", "checks met", "error nearest to what is allo
 OTHERS = """Other codes: scipy, numbalsoda 0.3 (built by a Fortran compiler) and Exudyn 1.13 (its variant without range checks)
 install with pip and take part where they have a model of the case; one that was not installed when a case was run is
 called so. Chrono does not install with pip: `pychrono` and `projectchrono` on PyPI are other packages. Siconos 4.4.0
-installs from Debian 12 by `apt-get install --no-install-recommends python3-siconos` (tried on 2026-11-29). Its records below
-are those in commit b6c9bfd of its tutorials, which need not be of this release. Each model of another code is first compared
+installs from Debian 12 by `apt-get install --no-install-recommends python3-siconos` (tried on 2026-11-30). Its records below
+are of another release: commit b6c9bfd of its tutorials has the records of the development after 4.4.0, last changed on
+2024-05-31. Those of its tag 4.4.0 differ: the crank ends at 3.054338 rad instead of 3.054328 rad. Each model of another code is
+first compared
 with an exact solution, alone, at tight settings, in a motion in which errors do not grow. A table of codes has the fastest
 setting of each that reaches the goal, or else the most accurate one, with its ratio to the fastest of all; the list below it
 has the whole scan, as setting: error, time.

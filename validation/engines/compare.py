@@ -13,21 +13,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from benchmarks.measure import machine, table
 
+from validation.engines.convergence import convergence
 from validation.engines.problem import CLEARANCE, Problem, problems
 from validation.page import stamp
 
 HERE = Path(__file__).parent
 PAGE = HERE.parents[1] / "docs" / "decisions" / "measured" / "engines.md"
-TIMEOUT = 300.0  # [s] for one problem and setting
+TIMEOUT = 600.0  # [s] for one problem and setting
 
 
 class Engine(NamedTuple):
     """Engine, its pinned package, and what its settings are."""
 
     name: str
-    package: str  # Requirement for pip; "npm:" and "apt:" are other installers
+    package: str  # Requirement for pip, after "npm:" for npm, after "apt:" for Debian; "this:" is the running environment
     default: str = ""
-    careful: str = ""
+    careful: str = ""  # Empty if there is nothing to choose
     reason: str = ""  # Reason why it is not run, if there is one
 
 
@@ -39,12 +40,18 @@ ENGINES = (
     Engine("planck", "npm:planck@1.4.2", "1/60 s, 8 and 3 iterations", "0.1 ms, 200 and 50 iterations, slop 1 um"),
     Engine("rapier", "npm:@dimforge/rapier2d-compat@0.21.0", "1/60 s, 4 iterations", "0.1 ms, 50 iterations, length unit 1 cm"),
     Engine("pybullet", "pybullet==3.2.7 numpy==1.26.4", "1/240 s, 50 iterations", "0.1 ms, 500 iterations, erp 1"),
-    Engine("drake", "drake==1.51.1", reason="installs; not set up here"),
-    Engine("pinocchio", "pin==4.1.0", reason="installs; not set up here"),
-    Engine("dart", "dartpy==6.20.0", reason="installs; not set up here"),
-    Engine("newton", "newton==1.8.0", reason="installs; not set up here"),
-    Engine("siconos", "apt:python3-siconos 4.4.0", reason="installs; not set up here"),
-    Engine("chrono", "pychrono==1.1.0", reason="the package of this name on PyPI is a library for delays and timers"),
+    Engine("drake", "drake==1.51.1", "1 ms", "0.1 ms, rigid SAP (hole: 10 us)"),
+    Engine("dart", "dartpy==6.20.0", "1 ms", "0.1 ms, error reduction 0.2"),
+    Engine("pinocchio", "pin==4.1.0", "1 ms, semi-implicit Euler (ours)", "0.1 ms, RK4 (ours), Baumgarte 1 ms"),
+    Engine("newton xpbd", "newton==1.8.0", "1/600 s, 2 iterations", "1 ms, 20 iterations"),
+    Engine("newton kamino", "newton==1.8.0", "2.5 ms"),
+    Engine("siconos", "apt:python3-siconos", "0.5 ms, theta 0.50001", "0.1 ms, theta 0.5, projection to 1e-10"),
+    Engine("kimech", "kimech==0.7.0", "kinematics"),
+    Engine("pylinkage", "pylinkage==1.3.0", "kinematics"),
+    Engine("pyondsel", "pyondsel==0.0.3 numpy==2.4.6", "kinematics"),
+    Engine("solvespace", "python-solvespace==3.0.8", "kinematics"),
+    Engine("scissordyn", "this:", "defaults", "tolerance 1e-10 (hole: 10 us)"),
+    Engine("chrono", "pychrono==1.1.0", reason="not Chrono: a library for delays and timers"),
 )
 
 
@@ -53,7 +60,7 @@ def main(given: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m validation engines", description="Compare engines on four mechanisms.")
     parser.add_argument("names", nargs="*", metavar="ENGINE", help="engines; all if left out")
     parser.add_argument("--folder", type=Path, help="keep the environments of the engines in this folder")
-    parser.add_argument("--write", action="store_true", help="write docs/decisions/measured/engines.md")
+    parser.add_argument("--write", action="store_true", help="write the page; rows of engines that are not named stay")
     options = parser.parse_args(given)
     known = {engine.name: engine for engine in ENGINES}
     if unknown := [name for name in options.names if name not in known]:
@@ -68,12 +75,12 @@ def main(given: list[str]) -> int:
         for engine in [known[name] for name in options.names] or [engine for engine in ENGINES if not engine.reason]:
             command, failure = _install(engine, folder)
             for name, problem in wanted.items():
-                for setting in ("default", "careful"):
-                    row = [failure, "", "", ""] if failure else _measured(command, folder, name, setting, problem)
+                for setting in ("default", "careful") if engine.careful else ("default",):
+                    row = ["", "", "", "", failure] if failure else _measured(command, folder, name, setting, problem)
                     rows[name].append([engine.name, setting, *row])
                     print(name, *rows[name][-1], sep=" | ", flush=True)
-    if options.write:
-        PAGE.write_text(_page(rows), encoding="utf-8")
+        if options.write:
+            PAGE.write_text(_page(_with_kept(rows), convergence(folder)), encoding="utf-8")
     return 0
 
 
@@ -81,21 +88,29 @@ def _install(engine: Engine, folder: Path) -> tuple[list[str], str]:
     """Return the command that runs an engine, and the reason if it cannot run."""
     if engine.reason:
         return [], engine.reason  # wanted by name
-    place = folder / engine.name
+    file, *solver = engine.name.split()
+    place = folder / file
     kind, _, package = engine.package.rpartition(":")
     if kind == "npm":
         place.mkdir(exist_ok=True)
         steps = [["npm", "install", "--silent", "--prefix", str(place), package]]
-        for file in (f"run_{engine.name}.mjs", "shared.mjs"):  # Node looks for packages next to the file
-            (place / file).write_text((HERE / file).read_text())
-        command = ["node", str(place / f"run_{engine.name}.mjs")]
+        for name in (f"run_{file}.mjs", "shared.mjs"):  # Node looks for packages next to the file
+            (place / name).write_text((HERE / name).read_text())
+        command = ["node", str(place / f"run_{file}.mjs")]
+    elif kind in ("apt", "this"):
+        python = "/usr/bin/python3" if kind == "apt" else sys.executable
+        place.mkdir(exist_ok=True)
+        steps = [[python, "-c", f"import {file}"]]
+        command = [python, str(HERE / f"run_{file}.py")]
     else:
         python = str(place / "bin" / "python")
         steps = [[sys.executable, "-m", "venv", str(place)], [python, "-m", "pip", "install", "-q", *package.split()]]
-        command = [python, str(HERE / f"run_{engine.name}.py")]
+        command = [python, str(HERE / f"run_{file}.py"), *solver]
     marker = place / "installed"
     for step in () if marker.exists() else steps:
         made = subprocess.run(step, capture_output=True, text=True, check=False)
+        if made.returncode and kind == "apt":
+            return [], f"needs `apt-get install --no-install-recommends {package}`"
         if made.returncode:
             return [], f"does not install: {(made.stderr.strip().splitlines() or ['no message'])[-1][:100]}"
     marker.touch()
@@ -103,25 +118,26 @@ def _install(engine: Engine, folder: Path) -> tuple[list[str], str]:
 
 
 def _measured(command: list[str], folder: Path, name: str, setting: str, problem: Problem) -> list[str]:
-    """Return loop error, energy error, angle error and time of an engine, or what it said."""
-    file = str(folder / f"{name.replace(' ', '-')}.json")
+    """Return gap, energy error, angle error and time of an engine, and what it said."""
+    file, solver = str(folder / f"{name.replace(' ', '-')}.json"), command[2:]
     try:
         made = subprocess.run(
-            [*command, file, setting], capture_output=True, text=True, timeout=TIMEOUT, check=False, cwd=folder
+            [*command[:2], file, setting, *solver], capture_output=True, text=True, timeout=TIMEOUT, check=False, cwd=folder
         )
     except subprocess.TimeoutExpired:
-        return [f"not finished after {TIMEOUT:g} s", "", "", ""]
+        return ["", "", "", "", f"not finished after {TIMEOUT:g} s"]
     lines = made.stdout.strip().splitlines()
     if made.returncode or not lines or not lines[-1].startswith("{"):
         said = (made.stderr.strip() or made.stdout.strip() or f"status {made.returncode}").splitlines()[-1]
-        return [f"not run: {said[:110]}", "", "", ""]
+        return ["", "", "", "", f"not run: {said[:110]}"]
     found = json.loads(lines[-1])
     states = np.array(found["states"], float)
     lines = [line.strip() for line in made.stderr.splitlines() if "arning" in line or "rror" in line]
-    said = "; ".join(line for line in lines if "Deprecation" not in line)[:80]
-    if not np.all(np.isfinite(states)):
-        return [f"not finite {said}", "", "", f"{found['seconds']:.2g}"]
-    return [*(f"{value:.1e}" for value in errors(states, problem)), f"{found['seconds']:.2g}{' ' * bool(said)}{said}"]
+    said = "; ".join(line for line in lines if "Deprecation" not in line and "CUDA" not in line)[:80]
+    if not np.all(np.isfinite(states[..., :3])):
+        return ["not finite", "", "", f"{found['seconds']:.2g}", said]
+    values = [f"{value:.1e}" if np.isfinite(value) else "" for value in errors(states, problem)]
+    return [*values, f"{found['seconds']:.2g}", said]
 
 
 def errors(states: np.ndarray, problem: Problem) -> tuple[float, float, float]:
@@ -157,30 +173,24 @@ def _gap(states: np.ndarray, problem: Problem) -> float:
     return float(max(gaps))
 
 
-TEXTS = {
-    "slider-crank": "Crank 0.3 m, rod 0.8 m, free under gravity for 1 s from 2 rad/s.",
-    "scissor array": "30 units of bars of 0.5 m between 60 deg and the axis, gravity along the axis, free for 0.4 s.",
-    "parallelogram": "Cranks of 0.3 m, coupler of 0.6 m, without gravity, 6 rad/s: through both change points in 1 s. "
-    "Exact solution: constant speed.",
-    "pin in a hole": "A bar of 1 m with a hole on a fixed pin of 10 mm, radial clearance 0.2 mm, restitution 0.7, without "
-    "friction, from rest for 0.5 s. The gap is the depth of the pin in the hole, or how far it left the hole.",
-}
+def _with_kept(rows: dict[str, list[list[str]]]) -> dict[str, list[list[str]]]:
+    """Return the rows in the order of the engines; rows of engines that were not run are those of the page."""
+    sections = PAGE.read_text(encoding="utf-8").split("\n## ")[1:]
+    order = [engine.name for engine in ENGINES]
+    for (name, found), text in zip(rows.items(), sections, strict=False):
+        fresh = {row[0] for row in found}
+        old = [[cell.strip() for cell in line[1:-1].split("|")] for line in text.splitlines() if line.startswith("| ")]
+        rows[name] = [row for row in [*found, *old] if row[0] in order and (row in found or row[0] not in fresh)]
+        rows[name].sort(key=lambda row: order.index(row[0]))
+    return rows
 
 
-def _page(rows: dict[str, list[list[str]]]) -> str:
-    """Return the page of measurements."""
-    settings = [[engine.name, engine.package, engine.default, engine.careful or engine.reason] for engine in ENGINES]
-    parts = [
-        "# Engines\n",
-        "The same four planar mechanisms in other engines, at their defaults and at settings that a careful user would choose. "
-        "`python -m validation engines --write` installs each engine in an environment of its own and writes this page.\n",
-        table(["engine", "package", "default", "careful"], settings),
-        "Errors are the largest over 51 samples, against a run of scissordyn at a tolerance of 1e-11 or a closed form. "
-        "The gap is how far a joint opens; the energy is that of the bodies. "
-        "Times are orders of magnitude: the machine runs other programs. What an engine prints when it "
-        "fails, or as a warning, is in its row.\n",
-    ]
-    head = ["engine", "setting", "gap [m]", "energy [J]", "angle [rad]", "time [s]"]
-    for name, found in rows.items():
-        parts += [f"## {name[0].upper()}{name[1:]}\n\n{TEXTS[name]}\n", table(head, found)]
+def _page(rows: dict[str, list[list[str]]], order: str) -> str:
+    """Return the page of measurements: the texts of README.md with their tables; `order` is its last section."""
+    head, *texts = (HERE / "README.md").read_text(encoding="utf-8").split("\n## ")
+    settings = [[engine.name, engine.package.strip(":"), engine.default, engine.careful or engine.reason] for engine in ENGINES]
+    parts = [head, table(["engine", "package", "default", "careful"], settings)]
+    columns = ["engine", "setting", "gap [m]", "energy [J]", "angle [rad]", "time [s]", "message"]
+    for text, found in zip(texts, [*rows.values(), []], strict=True):
+        parts.append(f"## {text.strip()}\n\n{table(columns, found) if found else order}")
     return "\n".join([*parts, stamp(machine())]) + "\n"

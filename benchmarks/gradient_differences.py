@@ -1,6 +1,7 @@
 """Exact derivatives of the runs of all examples beside extrapolated differences of runs, by every parameter of each.
 
-``python -m benchmarks.gradient_differences --write`` writes the page, in about an hour; ``--quick`` takes two examples.
+``python -m benchmarks.gradient_differences --write`` writes the page, in about twenty minutes, two examples at once, and
+continues where it was interrupted; ``--quick`` takes two examples.
 """
 
 from __future__ import annotations
@@ -8,12 +9,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 import scissordyn as sd
+from benchmarks.kept import Kept
 from benchmarks.measure import command, paragraph, table
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate.integration import LARGEST, TIME
@@ -39,7 +42,7 @@ ENDS: Mapping[str, float] = {
     "lift_table": 0.1,
     "long": 0.09,
     "mast": 0.006,
-    "mast_twenty": 0.1,
+    "mast_twenty": 0.15,
     "paper": 0.01,
     "periodic": 0.01,
     "press": 0.02,
@@ -53,7 +56,9 @@ ENDS: Mapping[str, float] = {
 
 QUICK = ("paper", "slider_crank")
 
-PARAMETERS_MAX = 80  # [parameters] Of an example with more, as many are taken, spread evenly over the list
+PROCESSES = 2  # Number of examples at once
+
+PARAMETERS_MAX = 16  # [parameters] Of an example with more, as many are taken, spread evenly over the list
 
 TOLERANCE = 1e-13
 LOOSER = {"lift": 1e-11, "solar_array": 1e-11, "lift_table": 1e-11}
@@ -101,6 +106,9 @@ class Found:
     left_out: dict[str, str] = field(default_factory=dict)
     events: int = 0
     refused: str = ""
+
+    def __post_init__(self) -> None:
+        self.rows = [row if isinstance(row, Row) else Row(**row) for row in self.rows]
 
 
 def scheme(places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -163,8 +171,18 @@ class Comparison:
         case = sd.read_case(EXAMPLES / f"{name}.toml")
         self.name, self.mechanism, self.start = name, case.mechanism, case.run.start
         tolerance = LOOSER.get(name, TOLERANCE)
-        self.options = sd.Options(ENDS[name], self.start, 2, tolerance, tolerance, "dop853", events="located")
         self.tables, self.found = plan(case.mechanism), Found()
+        hard = bool(self.tables.hard_places)
+        self.options = sd.Options(
+            ENDS[name],
+            self.start,
+            2,
+            tolerance,
+            tolerance,
+            "auto" if hard else "dop853",
+            events="located",
+            step=case.run.step if hard else None,
+        )
 
     def compare(self) -> Found:
         """Compare both kinds of derivatives by each parameter."""
@@ -259,7 +277,20 @@ def _estimate(row: Row) -> float:
 
 def measure(quick: bool) -> str:
     """Differences of both kinds of derivatives: a table of examples, one of the worst, and what is left out."""
-    return page({name: Comparison(name).compare() for name in (QUICK if quick else ENDS)})
+    names, kept = QUICK if quick else tuple(ENDS), Kept("gradient_differences", Found, __file__)
+    missing = [name for name in names if name not in kept.done]
+    with ProcessPoolExecutor(PROCESSES) as pool:
+        for done in as_completed([pool.submit(compare, name) for name in missing]):
+            kept.add(*done.result())
+    return page({name: kept.done[name] for name in names})
+
+
+def compare(name: str) -> tuple[str, Found]:
+    """Return the name of an example and its comparison, or the reason why it has none."""
+    try:
+        return name, Comparison(name).compare()
+    except ScissordynError as refused:
+        return name, Found(refused=str(refused))
 
 
 def page(comparisons: Mapping[str, Found]) -> str:
@@ -278,7 +309,8 @@ def page(comparisons: Mapping[str, Found]) -> str:
         heads.append([name, f"{ENDS[name]:g}", str(found.events), str(count), *(f"{n:.0e}" for n in numbers), str(beyond)])
     rows.sort(key=lambda row: -row.error)
     text = paragraph(
-        f"Runs with dop853 at rtol = atol = {TOLERANCE:g}, of {' and '.join(LOOSER)} at {max(LOOSER.values()):g}.",
+        f"Runs with dop853 at rtol = atol = {TOLERANCE:g}, of {' and '.join(LOOSER)} at {max(LOOSER.values()):g}; with hard",
+        "contact time steps of the case, with located impacts.",
         "Derivatives of coordinates and rates at the end, of all instants of events and of largest values, by every",
         "parameter that acts, exact and by differences of eighth order with events located to",
         f"{PRECISION_FACTOR:g} of their usual precision; of examples with more than {PARAMETERS_MAX} parameters by as many.",
@@ -307,7 +339,9 @@ def page(comparisons: Mapping[str, Found]) -> str:
     if missing := [name for name in ENDS if name not in comparisons]:
         parts.append(f"Not compared: {', '.join(missing)}.\n")
     left = [f"* {count}: {reason}" for reason, count in reasons.most_common()]
-    return "\n".join([*parts, "Parameters that are left out:\n", *left, "\nExamples without derivatives:\n", *refused, ""])
+    if refused:
+        refused = ["\nExamples that cannot be compared:\n", *refused]
+    return "\n".join([*parts, "Parameters that are left out:\n", *left, *refused, ""])
 
 
 def _is_beyond(row: Row) -> bool:

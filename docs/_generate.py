@@ -53,6 +53,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "Teeth",
         "Belt",
         "Screw",
+        "FurtherInput",
         "CoordinateDrive",
         "RelativeAngle",
         "Slide",

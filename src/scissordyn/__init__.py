@@ -147,6 +147,7 @@ PUBLIC = {
         "Coupling",
         "Distance",
         "Drive",
+        "FurtherInput",
         "RelativeAngle",
         "Screw",
         "Slide",

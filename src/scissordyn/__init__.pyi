@@ -102,6 +102,7 @@ from scissordyn.model.coupling import (
     Coupling as Coupling,
     Distance as Distance,
     Drive as Drive,
+    FurtherInput as FurtherInput,
     RelativeAngle as RelativeAngle,
     Screw as Screw,
     Slide as Slide,

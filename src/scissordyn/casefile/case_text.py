@@ -33,7 +33,7 @@ from scissordyn.laws.material import Material
 from scissordyn.laws.oil import OILS, Oil
 from scissordyn.model.addition import without_backlash
 from scissordyn.model.body import Body, bar_points, uniform_inertia
-from scissordyn.model.coupling import Coordinate, Coupling, Distance, Slide
+from scissordyn.model.coupling import Coordinate, Coupling, Distance, FurtherInput, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.record import first_difference, to_plain
@@ -172,6 +172,12 @@ def _components(mechanism: Mechanism, code: Code) -> Entries:
 
 def _coupling(part: Coupling, backlashes: Mapping[str, Mapping[str, float]], code: Code) -> Entries:
     entries = _fields(part, code) | {"ratio": _quantity((part.ratio,), ratio_unit(part.output, part.input))}
+    if part.further:
+        units = [ratio_unit(part.output, more.coordinate) for more in part.further]
+        ratios = [_quantity((more.ratio,), unit) for more, unit in zip(part.further, units, strict=True)]
+        entries["further"] = [
+            {**_coordinate(more.coordinate, code), "ratio": ratio} for more, ratio in zip(part.further, ratios, strict=True)
+        ]
     entries |= {} if part.offset is None else {"offset": _quantity((part.offset,), part.output.unit)}
     if (transmission := entries.pop("transmission", None)) is not None:
         entries[next(name for name, kind in TRANSMISSIONS.items() if isinstance(part.transmission, kind))] = transmission
@@ -246,6 +252,8 @@ def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:
         return value
     if field.hint == tuple[float, ...]:
         return _quantity(value, unit)
+    if field.hint == tuple[FurtherInput, ...]:
+        return []  # `_coupling` writes them, with the units of their ratios
     if field.hint == tuple[Point, ...]:
         return [_quantity(place, "m") for place in value]
     if isinstance(value, tuple) and len(value) == 2:

@@ -19,6 +19,7 @@ from scissordyn.casefile.table import (
     Reader,
     Shape,
     Table,
+    add_place,
     dataclass_reader,
     keys_of,
     make_table,
@@ -26,6 +27,7 @@ from scissordyn.casefile.table import (
     reader,
     table_of,
     table_reader,
+    toml,
 )
 from scissordyn.casefile.time_function import time_function
 from scissordyn.casefile.value import BODY_POINT
@@ -42,6 +44,7 @@ from scissordyn.model.coupling import (
     CoordinateDrive,
     Coupling,
     Distance,
+    FurtherInput,
     RelativeAngle,
     Screw,
     Slide,
@@ -105,6 +108,25 @@ def _read_offset(given: Any, context: Context) -> float:
     return read_quantity(given, Quantity(context["values"]["output"].unit, help="offset"))
 
 
+@reader(lambda: {"type": "array", "items": {"type": "object", "required": ["ratio"]}})
+def _read_further(given: Any, context: Context) -> tuple[FurtherInput, ...]:
+    if not isinstance(given, list):
+        raise InputError("not a list of further inputs", "a list of coordinates with their ratios", toml(_FURTHER_EXAMPLE))
+    parts, output = list[FurtherInput](), context["values"]["output"]
+    for index, item in enumerate(given):
+        with add_place(index, given=item):
+            if not isinstance(item, Mapping) or "ratio" not in item:
+                raise InputError("a further input without a ratio", "a coordinate with its ratio", toml(_FURTHER_EXAMPLE))
+            coordinate = CoordinateTable.read(
+                {key: value for key, value in item.items() if key != "ratio"}, context
+            ).coordinate()
+            ratio = _read_ratio.read(item["ratio"], {**context, "values": {"output": output, "input": coordinate}})
+            parts.append(FurtherInput(coordinate, ratio))
+    return tuple(parts)
+
+
+_FURTHER_EXAMPLE = [{"distance": ["block.pulley", "ground.P"], "ratio": -1}]  # further inputs, as help shows them
+
 # Reader of the motion of a coordinate, an angle or a distance over time
 _READ_MOTION = Reader(
     lambda given, context: time_function(context["values"]["coordinate"].unit).read(given, context), lambda: {"type": "object"}
@@ -131,6 +153,7 @@ COUPLING_KEYS: Hints = (
         "offset",
         Annotated[float | None, _read_offset, About("output for a zero input; by default that of the assembled mechanism")],
     ),
+    ("further", Annotated[tuple[FurtherInput, ...], _read_further, About("further inputs, each a coordinate with its ratio")]),
     ("transmission", None),  # replaced by the keys `teeth`, `belt` and `screw`
 )
 TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
@@ -157,7 +180,14 @@ _BACKLASH_EXAMPLE = {"angle": "0.5 deg", "stiffness": 1e5, "restitution": 0.5}  
 
 class CouplingTable(
     table_of(  # type: ignore[misc]
-        Coupling, COUPLING_KEYS, name="mesh", output={"angle": "wheel"}, input={"angle": "crank"}, ratio=-0.5, offset="5 deg"
+        Coupling,
+        COUPLING_KEYS,
+        name="mesh",
+        output={"angle": "wheel"},
+        input={"angle": "crank"},
+        ratio=-0.5,
+        offset="5 deg",
+        further=_FURTHER_EXAMPLE,
     )
 ):
     """Coupling: a linear relation of two coordinates."""
@@ -204,9 +234,14 @@ def coupling_lines(mechanism: Mechanism) -> list[str]:
     for part in bare.couplings:
         unit, name = ratio_unit(part.output, part.input), part.name
         ratio = rounded_text(part.ratio, unit) if unit == "1" else exact_text((part.ratio,), unit)
+        inputs = f"{ratio} x {coordinate_words(part.input)}"
+        for more in part.further:
+            unit = ratio_unit(part.output, more.coordinate)
+            by = rounded_text(more.ratio, unit) if unit == "1" else exact_text((more.ratio,), unit)
+            inputs += f" + {by} x {coordinate_words(more.coordinate)}"
         offset = f" + {rounded_text(part.offset, part.output.unit)}" if part.offset else ""
-        sense = "in opposite senses" if part.ratio < 0.0 else "in the same sense"
-        text = f"Coupling {name}: {coordinate_words(part.output)} = {ratio} x {coordinate_words(part.input)}{offset}, {sense}"
+        sense = "as a sum" if part.further else "in opposite senses" if part.ratio < 0.0 else "in the same sense"
+        text = f"Coupling {name}: {coordinate_words(part.output)} = {inputs}{offset}, {sense}"
         text += transmission_words(part)
         lines.append(
             f"{text}, backlash {rounded_text(backlashes[name]['backlash'], 'rad')}." if name in backlashes else f"{text}."

@@ -147,6 +147,8 @@ class _Writer:
         ET.SubElement(self.equality, "connect" if revolute else "weld", name=loop.name, **pair)
 
     def _couple(self, part: Coupling) -> None:
+        if part.further:
+            raise InputError(f"coupling '{part.name}' has further inputs, which the export to MJCF leaves out", "one input")
         ends = [self._weights(coordinate, f"coupling '{part.name}'") for coordinate in (part.output, part.input)]
         single = [next(iter(end.items())) for end in ends if end and len(end) == 1]
         if len(single) == 2:

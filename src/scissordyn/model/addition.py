@@ -218,6 +218,8 @@ def with_backlash(
     if coupling not in named:
         raise InputError(f"no coupling '{coupling}'", "one of " + (", ".join(named) or "none"))
     part = named[coupling]
+    if part.further:
+        raise InputError(f"backlash in coupling '{coupling}', which has further inputs", "a coupling of two coordinates")
     end = next((end for end in ("output", "input") if isinstance(getattr(part, end), RelativeAngle)), None)
     angle = getattr(part, end) if end else None
     if not isinstance(angle, RelativeAngle) or angle.body == GROUND:

@@ -241,7 +241,7 @@ def loose_bodies(mechanism: Mechanism) -> list[str]:
         *(joint.bodies for joint in mechanism.joints),
         *((guide.follower[0], guide.body) for guide in mechanism.guides),
         *((weld.start[0], weld.end[0]) for weld in mechanism.welds),
-        *(part.bodies for coupling in mechanism.couplings for part in (coupling.output, coupling.input)),
+        *(coordinate.bodies for coupling in mechanism.couplings for _, coordinate in coupling.terms),
         *(drive.coordinate.bodies for drive in mechanism.coordinate_drives),
         *(_bodies_in(component, names) for component in (*mechanism.components, *mechanism.rods)),
     ]

@@ -152,8 +152,25 @@ Transmission = Teeth | Belt | Screw
 
 @documented
 @dataclass(frozen=True)
+class FurtherInput:
+    """Further input of a coupling, such as the length of the next span of a tendon, with its ratio."""
+
+    coordinate: Annotated[Coordinate, Meaning("a coordinate", 'Distance(("ground", "P"), ("block", "pulley"))')]
+    ratio: Annotated[float, Quantity("1", help="ratio of output over this input, in SI units")]
+
+    def __post_init__(self) -> None:
+        check_quantities(self, "a further input")
+        if self.ratio == 0.0:
+            raise InputError("a further input with ratio = 0", "a ratio that is not zero", "ratio = -1")
+
+
+@documented
+@dataclass(frozen=True)
 class Coupling:
     """Relation output = ratio * input + offset between two coordinates: gears, belts, racks, screws, synchronised units.
+
+    Products of further inputs and their ratios add to the output, as the spans of a tendon over pulleys of negligible radius,
+    or its joint angles. The relation holds both ways: a tendon may also push.
 
     It acts on both coordinates with forces or torques that do no work together. Its `transmission` determines where the force
     acts. Without one, the coupling relates coordinates only, and bearings carry only its torques.
@@ -167,13 +184,20 @@ class Coupling:
     transmission: Annotated[
         Transmission | None, Meaning("teeth, a belt or a screw that transmit the force", "Teeth(degrees(20))")
     ] = None
+    further: Annotated[
+        tuple[FurtherInput, ...], Meaning("further inputs with their ratios", 'FurtherInput(RelativeAngle("wheel"), -1.0)')
+    ] = ()
 
     def __post_init__(self) -> None:
         check_quantities(self, f"coupling '{self.name}'")
         if self.ratio == 0.0:
             raise InputError(f"coupling '{self.name}': ratio = 0", "a ratio that is not zero", "ratio = -0.5")
-        if self.output == self.input:
-            raise InputError(f"coupling '{self.name}' relates a coordinate to itself", "two different coordinates")
+        coordinates = [coordinate for _, coordinate in self.terms]
+        if any(coordinate in coordinates[:k] for k, coordinate in enumerate(coordinates)):
+            raise InputError(f"coupling '{self.name}' relates a coordinate to itself", "different coordinates")
+        if self.further and self.transmission is not None:
+            what = f"coupling '{self.name}': further inputs of teeth, a belt or a screw"
+            raise InputError(what, "one input, or no teeth, belt and screw")
         self._check_transmission()
 
     def _check_transmission(self) -> None:
@@ -199,7 +223,7 @@ class Coupling:
     @property
     def terms(self) -> tuple[tuple[float, Coordinate], ...]:
         """Factors and coordinates whose weighted sum is constant."""
-        return (1.0, self.output), (-self.ratio, self.input)
+        return (1.0, self.output), (-self.ratio, self.input), *((-part.ratio, part.coordinate) for part in self.further)
 
 
 @documented

@@ -91,7 +91,7 @@ class _Start:
                 f"{'it' if drive else 'them'} already",
                 "bodies that can move relative to each other",
             )
-        for coordinate in () if drive else (part.output, part.input):
+        for _, coordinate in () if drive else part.terms:
             if not _can_move(self.coordinates, coordinate):
                 raise InputError(
                     f"{subject}: one coordinate cannot move, so that it holds the other one", "two coordinates that can move"

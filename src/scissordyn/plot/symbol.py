@@ -16,7 +16,7 @@ from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.place import GROUND
 from scissordyn.components.port import AXIS
 from scissordyn.components.port.stroke import Strokes, turned
-from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
+from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAngle, Slide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.style import SIZES
 from scissordyn.record.placement import Placement
@@ -113,6 +113,10 @@ def coupling_strokes(part: Coupling, placement: Placement, size: float) -> tuple
     middle = 0.5 * (ends[0] + ends[1])
     distance = float(np.max(np.linalg.norm(ends[1] - ends[0], axis=-1)))
     angles = [coordinate if isinstance(coordinate, RelativeAngle) else None for coordinate in (part.output, part.input)]
+    if part.further:
+        spans = [(coordinate.start, coordinate.end) for _, coordinate in part.terms if isinstance(coordinate, Distance)]
+        lines = [np.stack([placement.place(start), placement.place(end)], axis=1) for start, end in spans]
+        return tuple(lines) or (np.stack([_anchor(coordinate, placement) for _, coordinate in part.terms], axis=1),), middle
     if angles[0] and angles[1] and distance > 0.0:
         ratio, moving = part.ratio, GROUND not in (angles[0].base, angles[1].base)
         meshes = ratio < 0.0 or (moving and ratio != 1.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.text import Text
+from scipy.optimize import brentq
 
 from scissordyn.casefile.case import Case
 from scissordyn.components.time_function import Harmonic
@@ -70,7 +71,8 @@ def test_worn_in_profile():
     """Closed form: V = k F w R t (integration at 1e-6), and the profile of a round journal where elasticity is negligible.
 
     c = 0.05 mm, R = 10 mm, L = 15 mm, V = 1 mm^3: depth 8.98746112485 um (1e-4) over a half arc of 32.044338 deg. The cells of
-    the contour cause the error: 4.9e-4 at 180 angles, 9.7e-5 at 360, 1.1e-5 at 720, for all numbers of cycles and steps.
+    the contour cause most of the error, as the ends of the arc lie at the worst place of a cell: the sum of 180 cells has the
+    volume V at a depth that is 5.6e-4 larger, of 720 cells 2.1e-5. Elasticity reduces it by 8e-5 and 1e-5.
     """
     coarse, run = (worn(rotor(1e-9, 200), 200, angles=angles) for angles in (180, 720))
     assert run.attrs["status"] == "complete"
@@ -80,7 +82,10 @@ def test_worn_in_profile():
     assert math.degrees(math.acos(GAP / (GAP + np.max(depths)))) == pytest.approx(32.044338, rel=1e-4)
     exact = np.maximum(0.0, (GAP + 8.98746112485e-6) * np.cos(run["angle"].values - 1.5 * np.pi) - GAP)
     assert np.max(np.abs(depths - exact)) < 5e-3 * np.max(depths)  # 98 N indent the edges by 0.3 % of the depth
-    assert abs(float(coarse["depth_largest"][-1, 0]) / 8.98746112485e-6 - 1.0) < 5e-4
+    cells = np.cos(coarse["angle"].values - 1.5 * np.pi)
+    area = 2.0 * math.pi * RADIUS * LENGTH / cells.size
+    e = brentq(lambda e: area * np.sum(np.maximum(0.0, e * cells - GAP)) - 1e-9, GAP, 2.0 * GAP)
+    assert float(coarse["depth_largest"][-1, 0]) == pytest.approx(e - GAP, rel=1.5e-4)
 
 
 def test_worn_volume_is_the_friction_path_of_all_loads():

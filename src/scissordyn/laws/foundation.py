@@ -28,8 +28,10 @@ from scissordyn.plugin.element import pointers, row_of
 
 # [clearances] smallest and largest indentation of the table; its first and last power laws continue beyond them
 INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX = 1e-8, 2.0
-PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION = range(5)
-"""Columns of the table: p at the start of a piece, exponent of p in the piece, first and second integral of p, w there."""
+PRESSURE, EXPONENT, FIRST, SECOND, INDENTATION, STEP = range(6)
+"""Columns of the table: p at the start of a piece, exponent of p in the piece, first and second integral of p, w there, and the
+change of log(w) in the piece.
+"""
 
 # Gauss's rule of 16 points on [-1, 1]
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -39,7 +41,7 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 def pressure_table(law: Elastic, joint: JointContact, density: int = 8) -> np.ndarray:
     """Return the pressure of an elastic law by indentation, as pieces of power laws with equal ratios of indentations.
 
-    Shapes: returns (pieces, 5) with the columns above [Pa, 1, Pa m, Pa m^2, m].
+    Shapes: returns (pieces, 6) with the columns above [Pa, 1, Pa m, Pa m^2, m, 1].
 
     Raises
     ------
@@ -57,9 +59,10 @@ def pressure_table(law: Elastic, joint: JointContact, density: int = 8) -> np.nd
             "a law whose force grows faster than the square root of the indentation",
             'stiffness = "liu"',
         )
-    table = np.zeros((pieces, 5))
+    table = np.zeros((pieces, 6))
     exponent = np.diff(np.log(p)) / np.diff(np.log(w))
     table[:, PRESSURE], table[:, EXPONENT], table[:, INDENTATION] = p[:-1], exponent, w[:-1]
+    table[:, STEP] = math.log(INDENTATION_RATIO_MAX / INDENTATION_RATIO_MIN) / pieces
     table[0, FIRST] = p[0] * w[0] / (exponent[0] + 1.0)
     table[0, SECOND] = table[0, FIRST] * w[0] / (exponent[0] + 2.0)
     for k in range(pieces - 1):

@@ -318,16 +318,16 @@ def lateral_slopes(j, S, z, up, down, by_state):
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     maps, pressed, rising, falling = map_values(j, S), z[first:states], up[first:states], down[first:states]
     scale = 1.0 / (2.0 * h)
-    _, _, _, out, out_lever = displaced_force(j, S, maps, h, 0.0, 0.0)
-    _, _, _, back, back_lever = displaced_force(j, S, maps, -h, 0.0, 0.0)
-    left, left_depth, _, left_turn, left_lever = displaced_force(j, S, maps, 0.0, h, 0.0)
-    right, right_depth, _, right_turn, right_lever = displaced_force(j, S, maps, 0.0, -h, 0.0)
+    left, left_depth, left_normal, left_turn, left_lever = displaced_force(j, S, maps, 0.0, h, 0.0)
+    right, right_depth, right_normal, right_turn, right_lever = displaced_force(j, S, maps, 0.0, -h, 0.0)
     left = damped_force(j, S, left, left_depth, contact.rate, pressed, rising)
     right = damped_force(j, S, right, right_depth, contact.rate, pressed, falling)
     n_a = (left - right) * scale
     for s in range(first, states):
         by_state[states + 1, s] = (up[s] - down[s]) * scale
     if S.parameters.contact[j].journal == 1:
+        _, _, _, _, out_lever = displaced_force(j, S, maps, h, 0.0, 0.0)
+        _, _, _, _, back_lever = displaced_force(j, S, maps, -h, 0.0, 0.0)
         g_d, g_a = (out_lever - back_lever) * scale, (left_lever - right_lever) * scale
         turn = h / S.parameters.contact[j].radius
         high, deep, _, high_turn, high_lever = displaced_force(j, S, maps, 0.0, 0.0, turn)
@@ -338,7 +338,8 @@ def lateral_slopes(j, S, z, up, down, by_state):
         turn_p = 0.5 * (high_turn - low_turn) / turn / contact.elastic
         for s in range(first, states):
             by_state[states + 6, s] = 0.5 * (up[s] - down[s]) / turn
-    turn_d, turn_a = (out - back) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
+    # df_t/de_n = df_n/de_t, because the force is the gradient of the energy
+    turn_d, turn_a = (left_normal - right_normal) * scale / contact.elastic, (left_turn - right_turn) * scale / contact.elastic
     return n_a, n_p, turn_d, turn_a, turn_p, g_d, g_a, g_p
 
 

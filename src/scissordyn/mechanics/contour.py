@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.kernel import F1, F2, F3, entry, kernel
-from scissordyn.laws.foundation import EXPONENT, FIRST, INDENTATION, PRESSURE, SECOND
+from scissordyn.laws.foundation import EXPONENT, FIRST, INDENTATION, PRESSURE, SECOND, STEP
 from scissordyn.tolerance import EVENT_TOL, NEWTON_STEPS_MAX
 
 DEPTH, COS, SIN = range(3)  # columns of a contour
@@ -40,10 +40,10 @@ Euler's method is stable below 2 for a pressure proportional to the indentation.
 @kernel
 def pressure(w, table):
     """Return the pressure p at an indentation w > 0, and its integrals P and Q."""
-    k = int(math.log(w / table[0, INDENTATION]) / math.log(table[1, INDENTATION] / table[0, INDENTATION]))
-    k = max(0, min(k, table.shape[0] - 1))
+    logarithm = math.log(w / table[0, INDENTATION])
+    k = max(0, min(int(logarithm / table[0, STEP]), table.shape[0] - 1))
     start, m, first = table[k, INDENTATION], table[k, EXPONENT], table[k, PRESSURE]
-    p = first * math.exp(m * math.log(w / start))
+    p = first * math.exp(m * (logarithm - k * table[0, STEP]))
     part = (p * w - first * start) / (m + 1.0)
     low = table[k, FIRST] - first * start / (m + 1.0)
     double = (p * w * w - first * start * start) / ((m + 1.0) * (m + 2.0))

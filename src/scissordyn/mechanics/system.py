@@ -155,7 +155,7 @@ class Parameters(NamedTuple):
     law: LawArray  # (laws,) of the contacts, then of the components with laws
     contour: F3  # (contacts, angles, 3) depth of a worn bearing [m], cosine and sine of the angle in the frame of its body
     journal: F2  # (contacts, angles) depth of a worn journal [m] in the frame of its body; no angles if all journals are round
-    foundation: F3  # (contacts, pieces, 5) pressure by indentation, see `laws.foundation`
+    foundation: F3  # (contacts, pieces, 6) pressure by indentation, see `laws.foundation`
     elastic: F2  # (laws, PARAMETERS)
     damping: F2
     friction: F2

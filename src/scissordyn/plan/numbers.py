@@ -125,7 +125,7 @@ def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
         j: part.clearance for j, part in enumerate(contacts) if isinstance(part.clearance, Clearance) and part.clearance.is_worn
     }
     if not worn:
-        return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0)), np.zeros((len(contacts), 0, 5))
+        return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0)), np.zeros((len(contacts), 0, 6))
     both = [depths for clearance in worn.values() for depths in (clearance.contour, clearance.journal_contour) if depths]
     counts = {len(depths) for depths in both}
     if len(counts) > 1:

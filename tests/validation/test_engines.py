@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from validation.engines.compare import _with_kept
 from validation.engines.convergence import CLEARANCE, JOURNAL, START, energy, ours
 from validation.engines.exact_pin import Pin, motion
 
@@ -36,3 +37,15 @@ def test_contact_without_loss_keeps_the_energy():
     assert np.abs(energy(pin, ours(pin, 1e-4, "located")[0])).max() < 1e-6
     states, _ = motion(pin, np.linspace(0.0, 0.2, 5)[1:], np.array(START))
     assert np.abs(energy(pin, states)).max() < 1e-12
+
+
+def test_rows_of_named_engines_replace_those_of_the_page():
+    """Contract: rows of engines that are not run again stay, and each row is there once."""
+    names = ("slider-crank", "scissor array", "parallelogram", "pin in a hole")
+    before = _with_kept({name: [] for name in names})
+    fresh = [["drake", setting, "1", "2", "3", "4", ""] for setting in ("default", "careful")]
+    after = _with_kept({name: [*fresh] for name in names})
+    for name in names:
+        assert [row[:2] for row in after[name]] == [row[:2] for row in before[name]]
+        assert [row for row in after[name] if row[0] == "drake"] == fresh
+        assert [row for row in after[name] if row[0] != "drake"] == [row for row in before[name] if row[0] != "drake"]

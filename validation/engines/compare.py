@@ -180,8 +180,8 @@ def _with_kept(rows: dict[str, list[list[str]]]) -> dict[str, list[list[str]]]:
     for (name, found), text in zip(rows.items(), sections, strict=False):
         fresh = {row[0] for row in found}
         old = [[cell.strip() for cell in line[1:-1].split("|")] for line in text.splitlines() if line.startswith("| ")]
-        rows[name] = [row for row in [*found, *old] if row[0] in order and (row in found or row[0] not in fresh)]
-        rows[name].sort(key=lambda row: order.index(row[0]))
+        kept = [row for row in old if row[0] in order and row[0] not in fresh]
+        rows[name] = sorted([*found, *kept], key=lambda row: order.index(row[0]))
     return rows
 
 

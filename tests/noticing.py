@@ -118,6 +118,7 @@ NOTICING: dict[str, tuple[str, ...]] = {
     "run/simulate.py": ("run/test_checkpoint.py", "test_run.py"),
     "run/batch.py": ("run/test_batch.py", "studies/test_part_unit.py"),
     "run/rows.py": ("run/test_batch.py", "studies/test_study.py"),
+    "run/bristle_recoil.py": ("run/test_bristle_recoil.py",),
     "run/measure.py": ("run/test_batch.py", "kinematics/test_path.py"),
     "run/trajectory_warnings.py": ("components/test_state.py", "run/test_warn.py", *HARD),
     "run/method.py": ("run/test_method.py", "run/test_fixed_steps.py", "run/test_cut.py", "test_run.py"),
@@ -148,6 +149,10 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "min(full, remembered)",
     ): "how long the first try after an event is; its error decides which step is taken",
     ("run/rows.py", "size", "factor", "CALL_SECONDS / self.seconds"): GROUPED,
+    (
+        *("run/rows.py", "_together", "factor"),
+        "sum((driver.steps_tried for driver in drivers)) * CALL_SECONDS / max(seconds, 1e-09)",
+    ): GROUPED,
     ("run/trajectory.py", "_advance", "dropped", "clocks.perf_counter() - began"): "the computing time, which no test compares",
     (
         "run/engine.py",

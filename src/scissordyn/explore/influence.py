@@ -66,7 +66,7 @@ class Influence:
     """Derivatives of a run by numbers of its case: of its answers by all of them, of its curves by the one that is drawn."""
 
     order: Order
-    error: str = ""  # Reason why there are no derivatives
+    error: str = ""  # Reason for missing derivatives
     answers: xr.Dataset | None = None
     left_out: dict[str, str] = field(default_factory=dict)  # Reason by key of each number without derivatives
     curves: xr.Dataset | None = None

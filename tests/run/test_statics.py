@@ -388,3 +388,13 @@ def test_modes_along_the_motion() -> None:
     modes = sd.modes(driven, times=[2.0, 5.0])
     np.testing.assert_allclose(modes["angular_frequency"].values[:, 0], math.sqrt(4.0 / 0.01), rtol=1e-12)
     np.testing.assert_allclose(modes["angle"].sel(body="third"), [-6.0, -15.0], atol=1e-9)
+
+
+def test_a_mechanism_without_joints() -> None:
+    """A weight on a rod that a drive lengthens."""
+    ball = sd.Body("ball", mass=2.0, inertia=1e-3, points={"eye": (0.0, 0.0)})
+    hoist = sd.Rod("hoist", ("ball", "eye"), ("ground", "hook"), motion=sd.Cycloidal(1.0, 1.2, 1.0))
+    hanging = sd.Mechanism((ball,), rods=(hoist,), ground=(("hook", (0.0, 1.0)),))
+    still = sd.statics(hanging, until=1.0, points=5)
+    np.testing.assert_allclose(still["rod_force"].values, 2.0 * G, rtol=1e-12)
+    assert still["quantity"].values.tolist() == ["rod force hoist"]

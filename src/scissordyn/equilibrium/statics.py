@@ -308,7 +308,7 @@ def _envelope(variables: Variables, times: np.ndarray, turned: list[str]) -> Var
             kind = name.replace("force", "torque").replace("torques", "torque") if of == "N m" else name
             names.append(f"{kind.replace('_', ' ')} {label}".strip())
             units.append(of)
-        vectors = part.values.reshape(times.size, len(parts), -1)
+        vectors = part.values.reshape(times.size, len(parts), math.prod(part.shape[2:]))
         columns += [vectors[:, k] for k in chosen]
     force = np.stack([_magnitude(column) for column in columns], axis=1) if columns else np.zeros((times.size, 0))
     least, largest = (np.array([_extreme(times, column, sign) for column in columns]).reshape(-1, 2) for sign in (-1.0, 1.0))

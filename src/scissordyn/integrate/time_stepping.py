@@ -246,7 +246,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     impact inside the step makes the function jump, the step ends before it.
     """
     high, above = h, penetration_at_end(jumps, t + h, s, w, S, H, K)
-    low, below, deep = 0.0, 0.0, above
+    low, below, deep, half = 0.0, 0.0, above, above
     near = CONVERGENCE_TOL * h if K.locate[0] == 1 else EVENT_TOL * h
     # halve until nothing is crossed
     while high > near:
@@ -255,9 +255,12 @@ def first_event(jumps, t, h, s, w, S, H, K):
         if beyond <= 0.0:
             low, below = tried, beyond
             break
+        if high == h:
+            half = beyond
         high, above = tried, beyond
-    # the step starts on the surface, and the surface's curvature keeps it there
-    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:
+    # The step starts on the surface. Over it the penetration is v h + a h^2, with 4 half - deep = v h: if a prevails, the
+    # surface's curvature keeps the step there, else the surfaces approach and strike at its start.
+    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0 and 2.0 * (4.0 * half - deep) < deep:
         jumps.restore(H)
         for k in range(s.mode.size):
             s.mode[k] = w.saved_mode[k]

@@ -231,6 +231,8 @@ def candidates(described: type, name: str) -> list[list[Any]]:
         elif origin is tuple and inside[1:] == (Ellipsis,) and inside[0] is float:
             row = tuple(DRAW.uniform(-1.0, 1.0) for _ in range(4))
             found += [row, tuple(map(abs, row))]
+        elif origin is tuple and inside[1:] == (Ellipsis,) and dataclasses.is_dataclass(inside[0]):
+            found += [(each,) for each in instances(inside[0])]
         elif origin is tuple:
             found += TAPE_CURVES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
         elif isinstance(origin, type) and issubclass(origin, Mapping):

@@ -167,8 +167,7 @@ class PaperCase:
             self.start if self.clearance is None or self.constrained or self.start != "concentric" else choice.start,
             choice.samples or 1 + round(self.until / SAMPLE_SPACING),
             choice.tolerance,
-            choice.tolerance,
-            "auto" if frictional else choice.method,
+            method="auto" if frictional else choice.method,
             step=None if frictional else choice.step or None,
         )
 

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import scissordyn as sd
+
 mujoco = pytest.importorskip("mujoco")
 
 
@@ -27,3 +29,9 @@ def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any],
 def centres(data: Any) -> np.ndarray:
     """Return the mass centres of the bodies in the plane of x and z."""
     return np.asarray(data.xipos[1:, [0, 2]])
+
+
+def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mass centres of a model in the plane of x and z over 0.5 s, by this package and by MuJoCo."""
+    run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6, rtol=1e-10, atol=1e-12)
+    return run["position"].values, by_mujoco(text, 0.5, 6, centres)

@@ -326,7 +326,7 @@ def test_foreign_elements_of_a_urdf(more, said):
             '<actuator><motor joint="j" nsample="1000000000"/></actuator>',
             "attribute 'nsample' of 1 <motor> left out (line 2)",
         ),
-        ('<tendon><fixed name="t"><joint joint="j" coef="1"/></fixed></tendon>', "1 <fixed> left out: 't' (line 2)"),
+        ('<tendon><spatial name="t"><site site="s"/></spatial></tendon>', "1 <spatial> left out: 't' (line 2)"),
         ('<sensor><jointpos joint="j"/></sensor>', "1 <jointpos> left out: line 2"),
         ('<keyframe><key/><key ctrl="1"/></keyframe>', "start: positions and velocities of keyframe '0', the first of 2"),
         (

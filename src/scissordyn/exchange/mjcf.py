@@ -27,7 +27,7 @@ from scissordyn.exchange.robot_xml import Source, remove_unused
 from scissordyn.exchange.xml_element import EXAMPLE, VALUE_MAX
 from scissordyn.lookup import library
 from scissordyn.model.body import Body
-from scissordyn.model.coupling import Coordinate, Coupling, RelativeAngle, Slide
+from scissordyn.model.coupling import Coordinate, Coupling, FurtherInput, RelativeAngle, Slide
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.tolerance import ASSEMBLY_TOL
@@ -108,6 +108,8 @@ class _Reader(MotorReader):
         for k in range(self.model.neq):
             self._equality(k)
         self._add_motors()
+        for t in np.flatnonzero(self.model.tendon_limited):
+            self.notes.append(f"limits of tendon '{self.model.tendon(t).name or t + 1}': left out")
         touching = int(np.sum((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0)))
         if touching:
             self.notes.append(f"{touching} geoms with contact: only their masses are kept, because bodies do not collide here")
@@ -301,16 +303,19 @@ class _Reader(MotorReader):
         model, kinds, equality = self.model, self.mujoco.mjtEq, self.model.equality(k)
         name = plain_name(equality.name or f"connection {k + 1}", ())
         kind, a, b = (int(part[0]) for part in (equality.type, equality.obj1id, equality.obj2id))
-        if kind not in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD, kinds.mjEQ_JOINT) or not equality.active0[0]:
-            self.notes.append(
-                f"equality '{name}': left out; it is inactive, or not a connection, a weld or an equality of joints"
-            )
+        read = kinds.mjEQ_CONNECT, kinds.mjEQ_WELD, kinds.mjEQ_JOINT, kinds.mjEQ_TENDON
+        if kind not in read or not equality.active0[0]:
+            what = "it is inactive, or not a connection, a weld or an equality of joints or tendons"
+            self.notes.append(f"equality '{name}': left out; {what}")
             return
         if self._disabled("EQUALITY", "CONSTRAINT"):
             self.notes.append(f"equality '{name}': left out, as <flag equality='disable'> says")
             return
-        if kind == kinds.mjEQ_JOINT:
-            self._couple(equality, a, b)
+        if kind in (kinds.mjEQ_JOINT, kinds.mjEQ_TENDON):
+            output, driver = (
+                {} if part < 0 else {part: 1.0} if kind == kinds.mjEQ_JOINT else self._tendon_joints(part) for part in (a, b)
+            )
+            self._couple(equality, output, driver)
             return
         if model.eq_objtype[k] == self.mujoco.mjtObj.mjOBJ_SITE:
             places = self.data.site_xpos[a], self.data.site_xpos[b]
@@ -396,32 +401,44 @@ class _Reader(MotorReader):
             first, second = self.data.xmat[a].reshape(3, 3) @ pose.reshape(3, 3), self.data.xmat[b].reshape(3, 3)
         return first, second
 
-    def _couple(self, equality: Any, output: int, driver: int) -> None:
-        """Add the coupling q1 - q1_0 = c0 + c1 (q2 - q2_0) of two joints, where q_0 is the model's reference position."""
+    def _couple(self, equality: Any, output: dict[int, float], driver: dict[int, float]) -> None:
+        """Add the coupling l1 - l1_0 = c0 + c1 (l2 - l2_0) of two joints or tendons, or of one tendon without l2.
+
+        Each length l is a weighted sum of joint positions, and l_0 its value at the model's reference position. Both sides map
+        joints to weights.
+        """
         constant, factor, *further = equality.data[:5].tolist()
+        weights = output | {j: output.get(j, 0.0) - factor * weight for j, weight in driver.items()}
+        weights = {j: weight for j, weight in weights.items() if weight}
+        entries = [self._coordinate(j) for j in weights]
         parts: tuple[Any, ...] = (*self.joints, *self.guides, *self.welds, *self.couplings)
-        label = equality.name or f"coupling of {self.model.joint(output).name or equality.id + 1}"
+        label = equality.name or f"coupling of {self.model.joint(next(iter(output))).name or equality.id + 1}"
         name = plain_name(label, [part.name for part in parts])
-        pair = [self._coordinate(j) for j in (output, driver) if j >= 0]
         reason = (
             "its polynomial is not linear"
-            if any(further)
-            else "it holds a single joint"
-            if len(pair) < 2 or factor == 0.0
+            if driver and any(further)
+            else "it relates fewer than two joints"
+            if len(weights) < 2
             else "a slide of a body that slides in two directions"
-            if None in pair
+            if None in entries
             else ""
         )
         if reason:
             self.notes.append(f"equality '{name}': left out; {reason}")
             return
-        (first, sense1, here1), (second, sense2, here2) = (entry for entry in pair if entry)
-        q1, q2 = (float((self.data.joint(j).qpos - self.model.joint(j).qpos0)[0]) for j in (output, driver))
-        gap = constant + factor * q2 - q1
+        moved = sum(weight * float((self.data.joint(j).qpos - self.model.joint(j).qpos0)[0]) for j, weight in weights.items())
+        (first, sense, here), *others = (entry for entry in entries if entry)
+        scale, *factors = weights.values()
+        gap = (constant - moved) / scale
         if abs(gap) > 1e-9:
             self.notes.append(f"equality '{name}' is open by {gap:.3g} {first.unit} at the start")
-        ratio = sense1 * factor * sense2
-        self.couplings.append(Coupling(name, first, second, ratio, here1 + sense1 * gap - ratio * here2))
+        offset, inputs = here + sense * gap, []
+        for weight, (coordinate, sign, value) in zip(factors, others, strict=True):
+            ratio = -sense * weight * sign / scale
+            offset -= ratio * value
+            inputs.append(FurtherInput(coordinate, ratio))
+        second, *more = inputs
+        self.couplings.append(Coupling(name, first, second.coordinate, second.ratio, offset, further=tuple(more)))
 
     def _coordinate(self, j: int) -> tuple[Coordinate, float, float] | None:
         """Return the coordinate of a joint, its sign and its value at the start; None for one of two slides of a body."""

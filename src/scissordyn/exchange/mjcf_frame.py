@@ -110,6 +110,12 @@ class ModelFrames:
         first = int(self.model.body_jntadr[index])
         return range(first, first + int(self.model.body_jntnum[index]))
 
+    def _tendon_joints(self, tendon: int) -> dict[int, float]:
+        """Return the coefficients of a fixed tendon by joint; they multiply the joint positions in its length."""
+        first = int(self.model.tendon_adr[tendon])
+        part = slice(first, first + int(self.model.tendon_num[tendon]))
+        return dict(zip(self.model.wrap_objid[part].tolist(), self.model.wrap_prm[part].tolist(), strict=True))
+
     def _parent(self, index: int) -> int:
         return self.host[int(self.model.body_parentid[index])]
 

@@ -1,7 +1,8 @@
 """Convert the actuators of a MuJoCo model on hinges and slides, and the motors of a URDF, to torques, forces and servos.
 
 Source: MuJoCo's documentation, "Actuation model". The force of an actuator is affine in its input, length and speed.
-The length is gear times the position of the joint, and gear times the force acts on the joint.
+The length is gear times the position of the joint, and gear times the force acts on the joint. On a fixed tendon, the gear of
+each joint is that of the actuator times the coefficient of the joint.
 """
 
 from __future__ import annotations
@@ -54,13 +55,20 @@ class MotorReader(ModelFrames):
         """Add the actuators of the model, and the motors of a URDF, to the components."""
         for k in range(self.model.nu):
             name = plain_name(self.model.actuator(k).name or f"actuator {k + 1}", [part.name for part in self.components])
-            j = int(self.model.actuator_trnid[k, 0])
-            if reason := self._reason_left_out(k, j):
+            gears = self._gears(k)
+            if reason := self._reason_left_out(k, list(gears)):
                 self.notes.append(f"actuator '{name}': left out; {reason}")
-            elif j in self.hinged:
-                self._add_hinge_motor(j, self._actuator_force(k, j, name))
-            else:
-                self._add_slide_motor(self._slide_line(j), self._actuator_force(k, j, name))
+                continue
+            for j in gears:
+                if len(gears) > 1:
+                    label = plain_name(f"{name} on {self._joint_name(j)}", [part.name for part in self.components])
+                else:
+                    label = name
+                force = self._actuator_force(k, j, label)
+                if j in self.hinged:
+                    self._add_hinge_motor(j, force)
+                else:
+                    self._add_slide_motor(self._slide_line(j), force)
         hinges, torques = {self._joint_name(j): j for j in self.hinged}, dict[str, str]()
         for motor in self.motors:
             if motor.joint not in hinges:
@@ -80,14 +88,21 @@ class MotorReader(ModelFrames):
         index = int(self.model.jnt_bodyid[j])
         return self.names[index], self.names[self._parent(index)]
 
-    def _reason_left_out(self, k: int, j: int) -> str:
-        """Return the reason why actuator k on joint j is left out; empty if it is read."""
+    def _gears(self, k: int) -> dict[int, float]:
+        """Return the gear of actuator k by joint; on a tendon each joint has its coefficient as a factor."""
+        target, gear = int(self.model.actuator_trnid[k, 0]), float(self.model.actuator_gear[k, 0])
+        if self.model.actuator_trntype[k] != int(self.mujoco.mjtTrn.mjTRN_TENDON):
+            return {target: gear}
+        return {j: gear * coefficient for j, coefficient in self._tendon_joints(target).items()}
+
+    def _reason_left_out(self, k: int, joints: list[int]) -> str:
+        """Return the reason why actuator k on these joints is left out; empty if it is read."""
         model, trn, gain, bias, dyn = (
             self.model,
             *(getattr(self.mujoco, f"mjt{kind}") for kind in ("Trn", "Gain", "Bias", "Dyn")),
         )
         read = {
-            "it does not act on a joint": ("trntype", (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT)),
+            "it does not act on a joint": ("trntype", (trn.mjTRN_JOINT, trn.mjTRN_JOINTINPARENT, trn.mjTRN_TENDON)),
             "its gain is not affine": ("gaintype", (gain.mjGAIN_FIXED, gain.mjGAIN_AFFINE)),
             "its bias is not affine": ("biastype", (bias.mjBIAS_NONE, bias.mjBIAS_AFFINE)),
             "its input is integrated over time": ("dyntype", (dyn.mjDYN_NONE, dyn.mjDYN_FILTER, dyn.mjDYN_FILTEREXACT)),
@@ -97,18 +112,21 @@ class MotorReader(ModelFrames):
         for reason, (name, kinds) in read.items():
             if int(getattr(model, f"actuator_{name}")[k]) not in map(int, kinds):
                 return reason
-        if j not in self.hinged and j not in self.sliding:
-            return "its joint is not a hinge or a slide"
-        actuator = self._actuator_force(k, j, "")
-        if min(actuator.stiffness, actuator.damping) < 0.0:
-            return "its force grows with the position or the speed"
-        if j in self.sliding and self._parent(int(model.jnt_bodyid[j])) and self._slide_line(j).has_hinge:
-            return "it pushes a turning body along a moving one"
+        for j in joints:
+            if j not in self.hinged and j not in self.sliding:
+                return "its joint is not a hinge or a slide"
+            actuator = self._actuator_force(k, j, "")
+            if min(actuator.stiffness, actuator.damping) < 0.0:
+                return "its force grows with the position or the speed"
+            if len(joints) > 1 and (actuator.stiffness or actuator.damping):
+                return "its force depends on the length or speed of a tendon of several joints"
+            if j in self.sliding and self._parent(int(model.jnt_bodyid[j])) and self._slide_line(j).has_hinge:
+                return "it pushes a turning body along a moving one"
         return ""
 
     def _actuator_force(self, k: int, j: int, name: str) -> ActuatorForce:
         """Return the force of actuator k on joint j, with the actuator's input at the start."""
-        model, gear = self.model, float(self.model.actuator_gear[k, 0])
+        model, gear = self.model, self._gears(k)[j]
         value = float(self.data.ctrl[int(getattr(model, "actuator_ctrladr", range(model.nu))[k])])
         if model.actuator_ctrllimited[k] and not self._disabled("CLAMPCTRL"):
             value = min(max(value, float(model.actuator_ctrlrange[k, 0])), float(model.actuator_ctrlrange[k, 1]))
@@ -122,7 +140,7 @@ class MotorReader(ModelFrames):
             low, high = sorted((gear * model.actuator_forcerange[k]).tolist())
         if model.jnt_actfrclimited[j]:
             low, high = max(low, float(model.jnt_actfrcrange[j, 0])), min(high, float(model.jnt_actfrcrange[j, 1]))
-            if np.sum(model.actuator_trnid[:, 0] == j) > 1 and name:
+            if name and sum(j in self._gears(other) for other in range(model.nu)) > 1:
                 self.notes.append(f"actuator '{name}': the force range of its joint limits each actuator there, not their sum")
         if name and model.actuator_dyntype[k] != int(self.mujoco.mjtDyn.mjDYN_NONE):
             self.notes.append(f"actuator '{name}': the filter of its input is left out")

@@ -35,7 +35,8 @@ BLANK_TABLE = bytes(byte if byte in b"\r\n" else 32 for byte in range(256))
 
 TEXT_ATTRIBUTES = frozenset({"name", "class", "childclass", "model", "mesh", "link", "joint", "jointinparent", "file"}) | {
     "filename",
-    *(f"{part}{number}" for part in ("body", "joint", "site") for number in "12"),
+    "tendon",
+    *(f"{part}{number}" for part in ("body", "joint", "site", "tendon") for number in "12"),
 }
 """Attributes of MJCF whose values are texts, not numbers."""
 
@@ -46,8 +47,8 @@ ACTUATORS = ("motor", "position", "velocity", "damper", "general")
 
 # Attributes that are read of an actuator in MJCF
 ACTUATOR_ATTRIBUTES = (
-    "name class group joint jointinparent gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv dampratio "
-    "timeconst gaintype gainprm biastype biasprm dyntype dynprm"
+    "name class group joint jointinparent tendon gear ctrllimited ctrlrange forcelimited forcerange inheritrange kp kv "
+    "dampratio timeconst gaintype gainprm biastype biasprm dyntype dynprm"
 )
 
 ATTRIBUTES = {
@@ -61,7 +62,7 @@ ATTRIBUTES = {
     "replicate": "count offset euler sep",
     "inertial": f"{PLACE_ATTRIBUTES} mass diaginertia fullinertia",
     "joint": "name class type axis pos ref range limited damping stiffness springref springdamper frictionloss armature "
-    "actuatorfrcrange actuatorfrclimited joint1 joint2 polycoef active",
+    "actuatorfrcrange actuatorfrclimited joint1 joint2 polycoef active joint coef",
     "freejoint": "name align",
     "geom": f"{PLACE_ATTRIBUTES} type size fromto mass density contype conaffinity mesh shellinertia fitscale",
     "site": "name class pos fromto type size",
@@ -69,6 +70,8 @@ ATTRIBUTES = {
     "equality": "active",
     "connect": "name class active body1 body2 anchor site1 site2",
     "weld": "name class active body1 body2 anchor relpose site1 site2",
+    "fixed": "name class limited range",
+    "tendon": "name class active tendon1 tendon2 polycoef",
     "key": "name qpos qvel ctrl",
     **dict.fromkeys(ACTUATORS, ACTUATOR_ATTRIBUTES),
 }
@@ -85,7 +88,9 @@ CHILDREN = {
     "body": TREE_ELEMENTS,
     "frame": TREE_ELEMENTS,
     "replicate": TREE_ELEMENTS,
-    "equality": "connect weld joint",
+    "equality": "connect weld joint tendon",
+    "tendon": "fixed",
+    "fixed": "joint",
     "keyframe": "key",
     "asset": "mesh",
 }
@@ -183,6 +188,7 @@ class _XmlCleaner:
         self.motors: list[NamedMotor] = []
         self.actuators: list[tuple[int, bool]] = []  # First byte of each actuator's element, and True if it is read
         self.joints: set[str] = set()  # Names of the joints in the model
+        self.tendons: set[str] = set()  # Names of the tendons that are read
         self.first_key: Element | None = None
         self.has_copies = False  # True if the model has <replicate>
 
@@ -204,9 +210,11 @@ class _XmlCleaner:
                 raise InputError(f"the model has more than {BODIES_MAX} bodies", "fewer bodies", EXAMPLE)
             if element.tag == "joint":
                 self.joints.add(element.attributes.get("name", ""))
+            elif element.tag == "fixed":
+                self.tendons.add(element.attributes.get("name", ""))
             allowed = self.children.get(element.tag, "").split()
-            # the last element is visited first, so assets come after geoms, and actuators and keyframes after joints
-            order = ("keyframe", "actuator", "asset")
+            # the last element is visited first, so assets come after geoms, and what refers to joints or tendons after these
+            order = ("keyframe", "actuator", "equality", "tendon", "asset")
             last = [child for tag in order for child in reversed(element.children) if child.tag == tag]
             for child in (*last, *(child for child in reversed(element.children) if child.tag not in order)):
                 is_used = child.tag in allowed and not self._is_unused(child, element)
@@ -231,8 +239,14 @@ class _XmlCleaner:
             return child is not self.first_key
         if parent.tag == "actuator":
             joint = child.attributes.get("joint", child.attributes.get("jointinparent"))
+            if joint is None:
+                return child.attributes.get("tendon", "") not in self.tendons
             # copies of joints in <replicate> have other names
-            return joint is None or (joint not in self.joints and not self.has_copies)
+            return joint not in self.joints and not self.has_copies
+        if child.tag == "fixed":
+            return not (self.has_copies or self.joints.issuperset(part.attributes.get("joint", "") for part in child.children))
+        if child.tag == "tendon" and parent.tag == "equality":
+            return any(key in child.attributes and child.attributes[key] not in self.tendons for key in ("tendon1", "tendon2"))
         if child.tag == "geom" and parent.tag != "default":
             kind, masses = child.attributes.get("type", ""), [child.attributes.get(name) for name in ("mass", "density")]
             weightless = given or "0" in masses

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from benchmarks.measure import machine, table
 
-from validation.engines.convergence import convergence
+from validation.engines.convergence import COLUMNS, convergence
+from validation.engines.picture import draw, sections, table_rows
 from validation.engines.problem import CLEARANCE, Problem, problems
 from validation.page import stamp
 
@@ -56,15 +57,21 @@ ENGINES = (
 
 
 def main(given: list[str]) -> int:
-    """Print the table; with --write replace the page of measurements."""
+    """Print the table; with --write replace the page of measurements, with --draw its texts and pictures."""
     parser = argparse.ArgumentParser(prog="python -m validation engines", description="Compare engines on four mechanisms.")
     parser.add_argument("names", nargs="*", metavar="ENGINE", help="engines; all if left out")
     parser.add_argument("--folder", type=Path, help="keep the environments of the engines in this folder")
     parser.add_argument("--write", action="store_true", help="write the page; rows of engines that are not named stay")
+    parser.add_argument("--draw", action="store_true", help="write texts and pictures of the page again, without runs")
     options = parser.parse_args(given)
     known = {engine.name: engine for engine in ENGINES}
     if unknown := [name for name in options.names if name not in known]:
         parser.error(f"unknown: {', '.join(unknown)}; expected {', '.join(known)}")
+    if options.draw:
+        if given != ["--draw"]:
+            parser.error("--draw takes no other arguments")
+        _write(rewritten())
+        return 0
     wanted = problems()
     with tempfile.TemporaryDirectory() as temporary:
         folder = (options.folder or Path(temporary)).resolve()
@@ -80,7 +87,7 @@ def main(given: list[str]) -> int:
                     rows[name].append([engine.name, setting, *row])
                     print(name, *rows[name][-1], sep=" | ", flush=True)
         if options.write:
-            PAGE.write_text(_page(_with_kept(rows), convergence(folder)), encoding="utf-8")
+            _write(_page(_with_kept(rows), convergence(folder), stamp(machine())))
     return 0
 
 
@@ -175,22 +182,36 @@ def _gap(states: np.ndarray, problem: Problem) -> float:
 
 def _with_kept(rows: dict[str, list[list[str]]]) -> dict[str, list[list[str]]]:
     """Return the rows in the order of the engines; rows of engines that were not run are those of the page."""
-    sections = PAGE.read_text(encoding="utf-8").split("\n## ")[1:]
+    kept = sections(PAGE.read_text(encoding="utf-8")).values()
     order = [engine.name for engine in ENGINES]
-    for (name, found), text in zip(rows.items(), sections, strict=False):
+    for (name, found), text in zip(rows.items(), kept, strict=False):
         fresh = {row[0] for row in found}
-        old = [[cell.strip() for cell in line[1:-1].split("|")] for line in text.splitlines() if line.startswith("| ")]
-        kept = [row for row in old if row[0] in order and row[0] not in fresh]
-        rows[name] = sorted([*found, *kept], key=lambda row: order.index(row[0]))
+        old = [row for row in table_rows(text) if row[0] in order and row[0] not in fresh]
+        rows[name] = sorted([*found, *old], key=lambda row: order.index(row[0]))
     return rows
 
 
-def _page(rows: dict[str, list[list[str]]], order: str) -> str:
-    """Return the page of measurements: the texts of README.md with their tables; `order` is its last section."""
+def rewritten() -> str:
+    """Return the page with new texts; its numbers, date and machine are those that it has."""
+    before = PAGE.read_text(encoding="utf-8")
+    *mechanisms, order = sections(before)
+    run = next(line for line in before.splitlines() if line.startswith("*Run:*"))
+    return _page(_with_kept({name: [] for name in mechanisms}), table_rows(sections(before)[order])[2:], f"{run}\n")
+
+
+def _page(rows: dict[str, list[list[str]]], order: list[list[str]], run: str) -> str:
+    """Return the page: the texts of README.md with their tables, of which `order` is the last; `run` is date and machine."""
     head, *texts = (HERE / "README.md").read_text(encoding="utf-8").split("\n## ")
     settings = [[engine.name, engine.package.strip(":"), engine.default, engine.careful or engine.reason] for engine in ENGINES]
     parts = [head, table(["engine", "package", "default", "careful"], settings)]
-    columns = ["engine", "setting", "gap [m]", "energy [J]", "angle [rad]", "time [s]", "message"]
-    for text, found in zip(texts, [*rows.values(), []], strict=True):
-        parts.append(f"## {text.strip()}\n\n{table(columns, found) if found else order}")
-    return "\n".join([*parts, stamp(machine())]) + "\n"
+    columns = ["engine", "setting", "gap [m]", "energy error [J]", "angle error [rad]", "time [s]", "message"]
+    tables = [*(table(columns, found) for found in rows.values()), table(COLUMNS, order)]
+    for text, found in zip(texts, tables, strict=True):
+        parts.append(f"## {text.strip()}\n\n{found}")
+    return "\n".join([*parts, run]) + "\n"
+
+
+def _write(page: str) -> None:
+    """Write the page and draw its pictures."""
+    PAGE.write_text(page, encoding="utf-8")
+    draw(page, PAGE.parent)

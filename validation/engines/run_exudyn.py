@@ -12,7 +12,7 @@ from shared import read
 
 problem, setting = read()
 if "hole" in problem:
-    sys.exit("no contact of a circle inside a circle among the items that are used here")
+    sys.exit("the objects used here have no contact of a circle inside a circle")
 careful = setting == "careful"
 system = exu.SystemContainer()
 mbs = system.AddSystem()

@@ -9,7 +9,7 @@ from shared import read, run, start_of, tree
 
 problem, setting = read()
 if "hole" in problem:
-    sys.exit("accelerations of closed constraints only: contacts that open and close need a solver of one's own around it")
+    sys.exit("constraints stay closed: a contact that opens needs a solver that the user adds")
 careful = setting == "careful"
 model = pin.Model()
 model.gravity.linear = np.array([*problem["gravity"], 0.0])

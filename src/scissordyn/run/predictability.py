@@ -103,6 +103,29 @@ def predictability(
     }
 
 
+def agreement_end(options: Options, path: Trajectory, compared: Comparable, factor: float = 100.0) -> float:
+    """Return the last compared time before a run and a run at a looser tolerance diverge, or infinity [s].
+
+    Their difference is about the error of the looser run, so that the horizon of the first run is usually later. The second run
+    ends at the divergence or at the last compared time. Its step of time stepping is half that of the first run. It has a
+    tighter tolerance instead of a looser one that exceeds the bounds of `Options`.
+
+    `factor`: tolerances of the second run divided by those of the first run. Of 40 horizons of chaotic cranks one was later
+    than that of `predictability` with 100, by 14 %, and six with 10; the medians are 0.8 and 0.9 of it.
+    """
+    times = compared[0]
+    if factor * max(options.rtol, options.position_tolerance) > 1e-2:
+        factor = 1.0 / factor
+    rtol, atol = (max(factor * tolerance, 1e-14) for tolerance in (options.rtol, options.position_tolerance))
+    other = dataclasses.replace(options, until=float(times[-1]), rtol=rtol, atol=atol)
+    if (step := path.statistics.get("step", options.step)) is not None:
+        other = dataclasses.replace(other, step=0.5 * float(step))
+    agreement, until, _ = _repeat_run(other, path, compared, None, None)
+    if agreement == INTERRUPTED:
+        raise KeyboardInterrupt
+    return until if until == math.inf else float(times[max(int(np.searchsorted(times, until)) - 1, 0)])
+
+
 def _repeat_run(
     options: Options,
     path: Trajectory,
@@ -110,7 +133,7 @@ def _repeat_run(
     progress: Callable[[float], None] | None,
     keeper: Keeper | None,
 ) -> tuple[str, float, int]:
-    """Repeat a run at a tighter tolerance, piece by piece, until both differ by more than the limits of divergence.
+    """Repeat a run at another tolerance, piece by piece, until both differ by more than the limits of divergence.
 
     Return how far both agree ("diverged", "to the end", ...), the time of divergence [s], and the number of steps tried.
     """

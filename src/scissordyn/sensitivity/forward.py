@@ -25,7 +25,7 @@ from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import Twin
 
-CHECK_STEPS = 2_000  # [steps] number of steps between two checks for Ctrl-C, and two reports of progress
+CHECK_STEPS = 100  # [steps] number of steps between two checks for Ctrl-C, reports of progress, and kept states
 
 # [steps] Smallest length of the history of delayed signals: where steps are halved, more of them are stored than in the run
 HISTORY_STEPS = 16_384
@@ -67,6 +67,7 @@ class Forward:
     parts: int  # Number of steps that were halved for accurate derivatives
     nearby: np.ndarray  # (parameters,) first instant at which a change may add or remove an event that nearly occurs [s]
     doubt: np.ndarray  # (parameters,) first instant at which a change may change the mode of a hard contact in an impact [s]
+    passed: tuple[np.ndarray, np.ndarray]  # Times at most `CHECK_STEPS` steps apart [s], and the states there
 
 
 class _Pass:
@@ -112,6 +113,7 @@ class _Pass:
         dual = self.twin.copy_of(self.driver.state.clock)
         dual["monitors"] = int(integrals or stepping is not None)
         self._put(seeds)
+        self.passed = {self.driver.time: self.driver.state.y.copy()}
 
     def _rows(self, content: Any) -> np.ndarray:
         """Return the indices of the monitored values whose maxima get derivatives: all values."""
@@ -172,6 +174,7 @@ class _Pass:
                 self.seed.ctypes.data,
                 min(CHECK_STEPS, left),
             )
+            self.passed[driver.time] = driver.state.y.copy()
             if status < 0:
                 raise ScissordynError(f"no derivatives at t = {driver.time:.9g} s: {REPLAY_FAILURES[-status]}")
             if status == loop.LOG_FULL:
@@ -228,6 +231,7 @@ class _Pass:
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
             self.outputs(count), float(self.misfit[0]), int(self.parts[0]), self.nearby, self.doubt,
+            (np.array(list(self.passed)), np.array(list(self.passed.values()))),
         )  # fmt: skip
 
 

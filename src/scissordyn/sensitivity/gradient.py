@@ -8,7 +8,7 @@ import re
 import time as clocks
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -22,9 +22,12 @@ from scissordyn.model.parameter_path import every_number
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.results import Results
 from scissordyn.record.xarray_dataset import as_dataset
+from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended
+from scissordyn.run.predictability import agreement_end
 from scissordyn.run.response import Response, check_part, read_response
+from scissordyn.run.trajectory import current_trajectory
 from scissordyn.sensitivity.curve import curve_derivatives, curve_names, moved_results
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
@@ -112,6 +115,7 @@ def gradient(
     change : float
         Relative change of a parameter for which the gradient will be used. From the instant `valid_until` on, this change is
         not small: it moves a journal by a tenth of its clearance, adds or removes a contact, or changes the mode of a hard one.
+        A limit for any change is the instant at which a second run, at another tolerance or half the step, diverges.
     trajectory : bool
         Also return all variables over time that `simulate` has, and their derivatives.
     samples : int
@@ -236,6 +240,8 @@ def _derive(
             path = moved_results(run, 0, 0.0, made.mechanism)
             for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
                 curves.append(curve_derivatives(run, k, path, parameter.moved))
+    if change:
+        rows = _within_horizon(run, options, rows)
     _check_known(responses, values)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
@@ -250,6 +256,21 @@ def _rows(run: Forward, parameters: Sequence[Parameter], responses: Sequence[Res
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
         rows.append((slopes, smooth, _limit(run, k, change)))
     return rows
+
+
+def _within_horizon(run: Forward, options: Options, rows: Sequence[_Row]) -> list[_Row]:
+    """Return the rows with limits no later than the horizon; a second run goes on only until the latest limit."""
+    times, states = run.passed
+    kept = int(np.searchsorted(times, max(row[2].time for row in rows))) + 1
+    statistics: dict[str, Any] = count_steps(run.driver.state)
+    if run.driver.stepping is not None:
+        statistics |= run.driver.stepping.statistics(run.driver.time)
+    path = current_trajectory(run.driver, statistics=statistics)
+    horizon = agreement_end(options, path, (times[:kept], states[:kept]))
+    return [
+        (slopes, smooth, limit._replace(time=horizon, reason="horizon") if horizon < limit.time else limit)
+        for slopes, smooth, limit in rows
+    ]
 
 
 def check_derivable(made: Plan) -> None:
@@ -408,7 +429,12 @@ def _warnings(found: xr.Dataset, change: float) -> list[str]:
     for path, limit, time in zip(
         found["parameter"].values.tolist(), found["limit"].values.tolist(), found["valid_until"].values.tolist(), strict=True
     ):
-        if limit:
+        if limit == "horizon":
+            warnings.append(
+                f"'{path}': from t = {time:.6g} s on, a run at another tolerance or step diverges: "
+                "the derivatives may be those of this computed trajectory only"
+            )
+        elif limit:
             warnings.append(
                 f"'{path}': from t = {time:.6g} s on, a change of {100.0 * change:g} % {LIMIT_REASONS[limit]}: "
                 "the derivatives are valid only for smaller changes"

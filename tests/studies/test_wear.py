@@ -21,7 +21,7 @@ from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
 from scissordyn.lifetime.ideal import ideal_loads
-from scissordyn.lifetime.life import first_crossing, life_lines, without_repetitions
+from scissordyn.lifetime.life import first_crossing, life_lines, warning_lines, without_repetitions
 from scissordyn.lifetime.loads import CycleRunner, Loads, WornSurface, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import WornJoint
 from scissordyn.lifetime.wear import wear, wear_out
@@ -409,6 +409,12 @@ def test_a_warning_is_given_once_for_each_joint() -> None:
     """Contract: warnings that differ in their numbers are one, those about joints whose names differ in a number are not."""
     texts = [f"joint 'unit {k}/pivot': began at {speed} m/s" for k in (1, 2) for speed in ("0.007", "6.58e-05")]
     assert without_repetitions(texts) == texts[::2]
+
+
+def test_warnings_of_alike_joints_are_one_line():
+    told = [f"joint '{name}': {k} of 24 contacts are fast" for k, name in enumerate(("A", "unit 2/pivot", "B"), start=1)]
+    run = xr.Dataset(attrs={"warnings": json.dumps([*told, "cycles do not repeat"])})
+    assert warning_lines(run) == [f"{told[0]}; alike at 'unit 2/pivot', 'B'.", "cycles do not repeat."]
 
 
 @pytest.mark.parametrize(

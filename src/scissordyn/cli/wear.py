@@ -108,7 +108,7 @@ def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]
 
 def _report(run: xr.Dataset, path: Path) -> Path:
     """Write the report of a life: its answers, a table of the joints, warnings, and the pictures."""
-    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines
+    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines, warning_lines
     from scissordyn.plot.file import figure_of
     from scissordyn.plot.wear import history, profile
     from scissordyn.studies.answer.report import write_page
@@ -118,20 +118,20 @@ def _report(run: xr.Dataset, path: Path) -> Path:
     simulated = f"{run.attrs['simulated_cycles']} of {int(run['cycle'][-1])} cycles simulated."
     answers = Section(lines=(*life_lines(run)[: count or None], simulated))
     sections = [answers, Section(JOINT_HEAD, joint_rows(run), "Joints")]
-    if warnings := json.loads(run.attrs["warnings"]):
-        sections.append(Section(title="Warnings", lines=tuple(f"{text}." for text in warnings)))
+    if warnings := warning_lines(run):
+        sections.append(Section(title="Warnings", lines=tuple(warnings)))
     drawn = [("Clearance and deviation over the cycles", figure_of(history(run)))]
     drawn += [(f"Worn bearing of joint {joint}", figure_of(profile(run, joint))) for joint in joints]
     return write_page(path, f"Wear of joints over {int(run['cycle'][-1])} cycles", sections, drawn)
 
 
 def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
-    from scissordyn.lifetime.life import life_lines
+    from scissordyn.lifetime.life import life_lines, warning_lines
 
     reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
     say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)
     say(f"{run.attrs['simulated_cycles']} of {reached} cycles simulated.", highlight=False)
-    say(*(f"Warning: {warning}." for warning in json.loads(run.attrs["warnings"])), highlight=False, soft_wrap=True)
+    say(*(f"Warning: {warning}" for warning in warning_lines(run)), highlight=False, soft_wrap=True)
     if output is not None and run.sizes["state"]:
         say(f"Saved to {output}" + ("" if run.attrs["status"] == "complete" else f", marked {run.attrs['status']}"))
     say(*files)

@@ -14,6 +14,7 @@ import xarray as xr
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.wear import Wear
 from scissordyn.units import short
+from scissordyn.warning import NAMES_MAX
 
 REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
 
@@ -89,6 +90,19 @@ def without_repetitions(warnings: Iterable[str]) -> list[str]:
     for text in warnings:
         kinds.setdefault(NAME_OR_NUMBER.sub(r"\1", text), text)
     return list(kinds.values())
+
+
+def warning_lines(run: xr.Dataset) -> list[str]:
+    """Return the warnings of a wear result as sentences; those that differ only in joints and numbers are joined."""
+    groups: dict[str, list[str]] = {}
+    for text in json.loads(run.attrs["warnings"]):
+        groups.setdefault(NAME_OR_NUMBER.sub("", text), []).append(text)
+    lines = []
+    for first, *others in groups.values():
+        names = [next(filter(None, NAME_OR_NUMBER.findall(text)), "") for text in others]
+        more = [f"{len(names) - NAMES_MAX} more"] if len(names) > NAMES_MAX else []
+        lines.append(f"{first}; alike at {', '.join([*names[:NAMES_MAX], *more])}." if names else f"{first}.")
+    return lines
 
 
 def repetition(run: xr.Dataset) -> list[str]:

@@ -152,6 +152,8 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if penetration_at_end(jumps, t + h, s, w, S, H, K) > 0.0:
         h, strikes = first_event(jumps, t, h, s, w, S, H, K)
         last = last and h == whole and not strikes
+    elif K.locate[0] == 1 and K.ahead[0] == 0.0:
+        strikes = True
     now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1
@@ -246,7 +248,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     impact inside the step makes the function jump, the step ends before it.
     """
     high, above = h, penetration_at_end(jumps, t + h, s, w, S, H, K)
-    low, below, deep, half = 0.0, 0.0, above, above
+    low, below, deep = 0.0, 0.0, above
     near = CONVERGENCE_TOL * h if K.locate[0] == 1 else EVENT_TOL * h
     # halve until nothing is crossed
     while high > near:
@@ -255,12 +257,9 @@ def first_event(jumps, t, h, s, w, S, H, K):
         if beyond <= 0.0:
             low, below = tried, beyond
             break
-        if high == h:
-            half = beyond
         high, above = tried, beyond
-    # The step starts on the surface. Over it the penetration is v h + a h^2, with 4 half - deep = v h: if a prevails, the
-    # surface's curvature keeps the step there, else the surfaces approach and strike at its start.
-    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0 and 2.0 * (4.0 * half - deep) < deep:
+    # the step starts on the surface, and the surface's curvature keeps it there
+    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:
         jumps.restore(H)
         for k in range(s.mode.size):
             s.mode[k] = w.saved_mode[k]
@@ -286,7 +285,7 @@ def first_event(jumps, t, h, s, w, S, H, K):
     jumped = low > near and above > JUMP_FRACTION * deep
     end = low if jumped else high
     repeat_step(jumps, t, end, s, w, S, H, K)
-    return end, K.locate[0] == 1 and K.ahead[0] > 0.0
+    return end, K.locate[0] == 1 and K.ahead[0] >= 0.0
 
 
 @kernel

@@ -77,7 +77,7 @@ def follow_time_step(problem, jumps, own, run, address, system):
         write_present(t, s, r.samples)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
-    strikes = own.ahead[0] > 0.0 and not stays_closed(own, s, K)
+    strikes = own.ahead[0] >= 0.0 and not stays_closed(own, s, K)
     guard = -1 if strikes else crossed_guard(first, after, run, K)
     h = with_value(0.0 * t, own.size[0])
     if not strikes and guard < 0:

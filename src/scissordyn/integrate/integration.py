@@ -222,13 +222,13 @@ def make_state(y: np.ndarray, *, quadratures: int, monitors: int, band: np.ndarr
 
 
 def reset_state(
-    state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0, integral: tuple[float, float] = (0.0, 0.0)
+    state: State, y: np.ndarray, *, crosses: int = ENDS, fixed: float = 0.0, integral: float = 0.0, inertia: float = 0.0
 ) -> None:
     """Restart at the state y and t = 0; arrays of the problem stay as they are."""
     state.clock[:], state.counts[:] = 0, 0
     state.clock["last_event"], state.clock["reach"], state.clock["longest"] = NO_EVENT, np.inf, np.inf
     state.clock["crosses"], state.clock["fixed"], state.clock["monitors"] = crosses, fixed, 1
-    state.clock["integral"], state.clock["inertia"] = integral
+    state.clock["integral"], state.clock["inertia"] = integral, inertia
     state.y[:] = y
     state.total[:], state.monitored[:], state.peak[:] = 0.0, 0.0, 0.0
     state.band[:, LAST_ABOVE:] = np.nan

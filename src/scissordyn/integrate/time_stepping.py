@@ -152,7 +152,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if penetration_at_end(jumps, t + h, s, w, S, H, K) > 0.0:
         h, strikes = first_event(jumps, t, h, s, w, S, H, K)
         last = last and h == whole and not strikes
-    elif K.locate[0] == 1 and K.ahead[0] == 0.0:
+    elif K.locate[0] == 1 and K.ahead[0] == 0.0:  # the step ends on the surface
         strikes = True
     now = clock.end if last else t + h
     counts.steps += 1

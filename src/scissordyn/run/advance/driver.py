@@ -174,7 +174,7 @@ class Driver:
         work.atol[:], work.rtol[:], work.rounding[:] = tolerances.weights(content.method.kind)
         work.precision[:], work.crossable[:] = tolerances.precision, tolerances.crossable
         work.has_dense[0] = work.scaling[0] = work.crossing_count[0] = work.rise_count[0] = 0
-        reset_state(state, y, crosses=crosses, fixed=method.fixed, integral=tolerances.integral)
+        reset_state(state, y, crosses=crosses, fixed=method.fixed, integral=tolerances.integral, inertia=tolerances.inertia)
         self.band["limit"] = self._limits()
         while len(initial_events) > len(self.integration.content.log):
             self.grow(loop.LOG_FULL)

@@ -44,8 +44,8 @@ class Tolerances:
     delays: tuple[float, ...]  # delays of controllers [s]
     vibration: np.ndarray  # (ny,) factors that multiply the weights: `BENDING_FACTOR` or 1
     time_scale: float  # time in which the mechanism moves by its reference length from rest [s]
-    # relative tolerance of integrals where the drives alone determine the motion, else 0, and mass times size squared [kg m^2]
-    integral: tuple[float, float]
+    integral: float  # relative tolerance of integrals where the drives alone determine the motion, else 0
+    inertia: float  # mass of all bodies times the mechanism's size squared [kg m^2]
 
     def weights(self, kind: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return absolute and relative error weights, and weights of round-off over the step size, for a kind of method.
@@ -76,8 +76,8 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     rates(system, 0.0, y.copy())
     fastest = float(np.max(reach * np.abs(content.work.A[:n]), initial=plan.mechanism.gravity if n else 0.0))
     duration = math.sqrt(scale / fastest) if 0.0 < fastest < math.inf else 1.0
-    mass = sum(body.mass for body in plan.bodies)
-    internal = _internal_weights(plan, content, rtol=rtol, atol=atol, acceleration=scale / duration**2)
+    size, mass = plan.coordinates.size, sum(body.mass for body in plan.bodies)
+    internal = _internal_weights(plan, content, rtol=rtol, atol=atol, torque=scale / duration**2 * size * mass)
     position = atol * scale / reach
     rounding = np.zeros(y.size)  # times 1/h: error of a velocity in a linearly implicit step by a quarter rounding of positions
     rounding[n : 2 * n] = 0.25 * np.finfo(float).eps * plan.coordinates.farthest / reach
@@ -92,7 +92,7 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     for part in plan.acting:
         if part.declaration.gap is not None:
             crossable.append(int(part.declaration.force is not None and part.declaration.switch is None))
-            precision.append(1e-10 * (1.0 if part.declaration.port.turning else plan.coordinates.size))
+            precision.append(1e-10 * (1.0 if part.declaration.port.turning else size))
     return Tolerances(
         absolute=np.concatenate([position, position / duration, internal[0]]),
         relative=np.concatenate([np.full(n, POSITION_RTOL), np.full(n, rtol), internal[1]]),
@@ -103,7 +103,8 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
         vibration=vibration,
         time_scale=duration,
-        integral=(rtol if plan.coordinates.mobility == 0 else 0.0, mass * plan.coordinates.size**2),
+        integral=rtol if plan.coordinates.mobility == 0 else 0.0,
+        inertia=mass * size**2,
     )
 
 
@@ -112,9 +113,7 @@ def state_tolerance(rtol: float, atol: float) -> float:
     return min(rtol, atol)
 
 
-def _internal_weights(
-    plan: Plan, system: System, *, rtol: float, atol: float, acceleration: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _internal_weights(plan: Plan, system: System, *, rtol: float, atol: float, torque: float) -> tuple[np.ndarray, np.ndarray]:
     """Return absolute and relative error weights of the internal states, in their order in y."""
     declared = system.parameters.state_scale
     friction = int(system.model.state_start[system.parameters.contact.size])
@@ -123,7 +122,6 @@ def _internal_weights(
     size = np.where(declared > 0.0, declared, np.where(sliding > 0.0, sliding, 1.0))
     absolute[:friction] = relative[:friction] = FRICTION_STATE_FACTOR * rtol
     absolute[:friction] *= size[:friction]
-    torque = acceleration * plan.coordinates.size * sum(body.mass for body in plan.bodies)
     k = friction
     controlled = dict(plan.actuators)
     for i, component in enumerate(plan.acting):

@@ -90,19 +90,19 @@ def _earlier(output: Path | None) -> xr.Dataset | None:
 
 def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]:
     """Draw the worn contour of each joint, the curves over the cycles, and a film; return the paths of the files."""
-    if folder is film is None or not run.sizes["state"]:
-        return []
-    from scissordyn.plot.file import write
-    from scissordyn.plot.wear import film as write_film
-    from scissordyn.plot.wear import history, profile
+    files = list[Path]()
+    if film is not None and run.sizes["state"]:
+        from scissordyn.plot.wear import film as write_film
 
-    files = [] if film is None else [write_film(run, film)]
-    if folder is None:
-        return files
-    folder.mkdir(parents=True, exist_ok=True)
-    files.append(write(history(run), folder / "wear.png"))
-    for number, joint in enumerate(run["joint"].values.tolist(), start=1):
-        files.append(write(profile(run, joint), folder / f"profile-{number}.png"))
+        files.append(write_film(run, film))
+    if folder is not None and run.sizes["state"]:
+        from scissordyn.plot.file import write
+        from scissordyn.plot.wear import history, profile
+
+        folder.mkdir(parents=True, exist_ok=True)
+        files.append(write(history(run), folder / "wear.png"))
+        for number, joint in enumerate(run["joint"].values.tolist(), start=1):
+            files.append(write(profile(run, joint), folder / f"profile-{number}.png"))
     return files
 
 

@@ -181,16 +181,22 @@ def _contour(pieces: list[tuple[Shape, bool]], tolerance: float) -> Contour:
     if not bulges:
         return Contour(pieces[0][0], z, np.zeros(1), z[0], np.empty((0, 2)))
     fine = curve_points(z, turns, np.linspace(0.0, 1.0, 9 if turns.any() else 2)[:-1])[0].ravel()
-    centre, polygon_min = None, 12  # fewest corners of a polygon that draws a circle
-    if turns.all() or len(corners) >= polygon_min:
-        a, b, c = (complex(fine[k * len(fine) // 3]) for k in range(3))
-        side = (c - a) / (b - a)
-        centre = a + (b - a) * (side - abs(side) ** 2) / (2j * side.imag) if side.imag else a
-        centre = centre if len(corners) > 2 else z.mean()
-        gap = tolerance if turns.all() else REPORTED_FRACTION * abs(a - centre)
-        centre = centre if np.ptp(abs(fine - centre)) <= gap else None
     closed = np.append(fine, fine[0])
+    centre = _centre(z, fine, tolerance, arcs=bool(turns.all()))
     return Contour(pieces[0][0], z, turns, centre, np.column_stack([closed.real, closed.imag]))
+
+
+def _centre(corners: np.ndarray, places: np.ndarray, tolerance: float, *, arcs: bool) -> complex | None:
+    """Return the centre of a contour that is a circle, of arcs or drawn as a polygon; None for any other contour."""
+    polygon_min = 12  # fewest corners of a polygon that draws a circle
+    if not arcs and len(corners) < polygon_min:
+        return None
+    a, b, c = (complex(places[k * len(places) // 3]) for k in range(3))
+    side = (c - a) / (b - a)
+    through = a + (b - a) * (side - abs(side) ** 2) / (2j * side.imag) if side.imag else a  # centre of a circle through a, b, c
+    centre = through if len(corners) > 2 else complex(corners.mean())
+    gap = tolerance if arcs else REPORTED_FRACTION * abs(a - centre)
+    return centre if np.ptp(abs(places - centre)) <= gap else None
 
 
 def inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from scissordyn.integrate.time_stepping import (
 from scissordyn.kernel import F1, I1, derivative, kernel, opener, value_of
 from scissordyn.mechanics.functions import HARD_FUNCTIONS
 from scissordyn.mechanics.hard_rows import SLIP, STICK, open_hard
+from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.replay import (
     ANOTHER_MODE,
     FOLLOWED,
@@ -33,7 +34,6 @@ from scissordyn.sensitivity.replay import (
     open_watched,
     take_event,
     take_values,
-    watch_gaps,
     with_value,
 )
 

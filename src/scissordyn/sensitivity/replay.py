@@ -12,7 +12,6 @@ import math
 from typing import Any, NamedTuple
 
 from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
-from scissordyn.integrate.event import sign_of
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
     DATA,
@@ -34,6 +33,7 @@ from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import F1, F2, I1, derivative, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
+from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.peak import follow_peak
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
@@ -188,32 +188,6 @@ def follow_step(problem, watched, address, system, seed):
     if run.change[0] > 0.0:
         watch_gaps(problem, after > first, run, s, w, system)
     return take_values(run, s, w)
-
-
-@kernel
-def watch_gaps(problem, starts, run, s, w, system):
-    """Find guards that come close to zero within a step and turn back; `starts` after an event, where modes change."""
-    t = s.clock[0].time
-    problem.forget(system)
-    problem.guards(t, s.y, system, w.value, w.rate)
-    problem.forget(system)
-    for guard in range(s.mode.size):
-        old, sign = run.gap[guard], sign_of(s.mode[guard])
-        value, rate = sign * w.value[guard], sign * w.rate[guard]
-        now, before, size = value_of(t), old[2], value_of(t) - old[0]
-        if not starts and before > 0.0 and rate <= 0.0:
-            part = before / (before - value_of(rate))  # of the step, where the linear rate is zero
-            rest = 1.0 - part
-            # cubic through values and rates at both ends
-            largest = old[1] * rest * rest * (1.0 + 2.0 * part) + value_of(value) * part * part * (1.0 + 2.0 * rest)
-            largest += size * part * rest * (before * rest - value_of(rate) * part)
-            for k in range(run.nearby.size):
-                slope = rest * old[3 + k] + part * (derivative(value, k) - value_of(rate) * derivative(t, k))
-                if largest <= 0.0 and largest + run.change[0] * abs(slope) > 0.0:
-                    run.nearby[k] = min(run.nearby[k], old[0] + part * size)
-        old[0], old[1], old[2] = now, value_of(value), value_of(rate)
-        for k in range(run.nearby.size):
-            old[3 + k] = derivative(value, k) - value_of(rate) * derivative(t, k)
 
 
 @kernel

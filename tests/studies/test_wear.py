@@ -21,7 +21,7 @@ from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
 from scissordyn.lifetime.ideal import ideal_loads
-from scissordyn.lifetime.life import first_crossing, life_lines, warning_lines, without_repetitions
+from scissordyn.lifetime.life import life_lines
 from scissordyn.lifetime.loads import CycleRunner, Loads, WornSurface, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import WornJoint
 from scissordyn.lifetime.wear import wear, wear_out
@@ -376,13 +376,6 @@ def test_loads_of_worn_surfaces_against_all_samples(joint):
         assert 0.5 * np.sum(np.abs(ours / ours.sum() - theirs / theirs.sum())) < 0.09
 
 
-def test_first_crossing():
-    cycles = np.array([0.0, 10.0, 30.0])
-    assert first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 3.0) == pytest.approx(20.0)
-    assert first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 0.5) == 0.0
-    assert math.isnan(first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 4.0))
-
-
 def test_wear_in_a_case_file(tmp_path):
     """Contract: [wear], coefficients, bushes and contours of a case are written and read again as they are."""
     contour = tuple((1e-6 * np.arange(90.0)).tolist())
@@ -403,18 +396,6 @@ def test_coefficients_by_pair_of_materials():
     assert wears == {"ground pin": 3e-14, "crank pin": 1e-14, "slider pin": None}
     assert warnings[0].startswith("joint 'slider pin': wear of a joint with lubrication or slip")
     assert warnings[1] == "no joint takes the wear coefficient of 'steel/brass'"
-
-
-def test_a_warning_is_given_once_for_each_joint() -> None:
-    """Contract: warnings that differ in their numbers are one, those about joints whose names differ in a number are not."""
-    texts = [f"joint 'unit {k}/pivot': began at {speed} m/s" for k in (1, 2) for speed in ("0.007", "6.58e-05")]
-    assert without_repetitions(texts) == texts[::2]
-
-
-def test_warnings_of_alike_joints_are_one_line():
-    told = [f"joint '{name}': {k} of 24 contacts are fast" for k, name in enumerate(("A", "unit 2/pivot", "B"), start=1)]
-    run = xr.Dataset(attrs={"warnings": json.dumps([*told, "cycles do not repeat"])})
-    assert warning_lines(run) == [f"{told[0]}; alike at 'unit 2/pivot', 'B'.", "cycles do not repeat."]
 
 
 @pytest.mark.parametrize(

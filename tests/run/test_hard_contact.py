@@ -310,12 +310,13 @@ def test_compliant_block_slides_beside_a_hard_contact() -> None:
     np.testing.assert_allclose(run["velocity"].sel(body="block", axis="x").values, expected, atol=1e-5)
 
 
-@pytest.mark.parametrize("step", [0.0101, 0.005, 0.003, 1e-3])
-def test_a_central_impact_at_the_end_of_a_step(step: float) -> None:
-    """The journal reaches its bearing in a straight line: the located step ends on the surface without any penetration."""
+@pytest.mark.parametrize("step", [0.0101, 0.01, 0.005, 0.003, 1e-3, 0.1 / 13.0])
+@pytest.mark.parametrize("start", [0.0, 0.05])
+def test_a_central_impact_at_an_end_of_a_step(step: float, start: float) -> None:
+    """A journal in a straight line can end a step, or start the run, at a gap of round-off from its bearing."""
     gap = sd.Clearance(0.05, journal_radius=0.1, damping=LankaraniNikravesh(0.6), contact="hard")
-    free = dataclasses.replace(in_bearing(gap, velocity=(0.5, 0.0)), gravity=0.0)
-    run = sd.simulate(free, until=0.2, start="as-placed", step=step)
+    free = dataclasses.replace(in_bearing(gap, velocity=(0.5, 0.0), position=(start, 0.0)), gravity=0.0)
+    run = sd.simulate(free, until=0.2 - 2.0 * start, start="as-placed", step=step)
     assert run["approach_speed"].values.tolist() == pytest.approx([0.5], rel=1e-12)
     assert run["velocity"].values[-1, 0].tolist() == pytest.approx([-0.3, 0.0], rel=1e-9, abs=1e-12)
     assert run["position"].values[-1, 0, 0] == pytest.approx(0.05 - 0.3 * 0.1, rel=1e-9)

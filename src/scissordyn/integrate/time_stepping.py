@@ -83,7 +83,7 @@ class Touching(NamedTuple):
     result: F2  # (k, columns) results of the last step
     impact: I1  # (2,) whether the state jumped in the step; the step request or status
     locate: I1  # (1,) 1 if impacts are located
-    ahead: F1  # (2,) largest indentation of open contacts at the end of the step, time until a rebounding contact closes again
+    ahead: F1  # (3,) `HardState.ahead`: largest indentation, time until a rebounding contact closes, relative indentation
     work: F1  # (1,) work of the drives in the last impact
     size: F1  # (1,) step size
     ending: F1  # (k,) indentations at the end of the step
@@ -152,7 +152,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
     if penetration_at_end(jumps, t + h, s, w, S, H, K) > 0.0:
         h, strikes = first_event(jumps, t, h, s, w, S, H, K)
         last = last and h == whole and not strikes
-    elif K.locate[0] == 1 and K.ahead[0] == 0.0:  # the step ends on the surface
+    elif K.locate[0] == 1 and K.ahead[2] >= -EVENT_TOL:  # an open contact ends the step on its surface, but for round-off
         strikes = True
     now = clock.end if last else t + h
     counts.steps += 1
@@ -258,8 +258,8 @@ def first_event(jumps, t, h, s, w, S, H, K):
             low, below = tried, beyond
             break
         high, above = tried, beyond
-    # the step starts on the surface, and the surface's curvature keeps it there
-    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0:
+    # the step starts on the surface, and the surface's curvature keeps it there; a run may start with an impact
+    if low == 0.0 and K.locate[0] == 1 and K.ahead[0] > 0.0 and s.counts[0].steps > 0:
         jumps.restore(H)
         for k in range(s.mode.size):
             s.mode[k] = w.saved_mode[k]

@@ -402,7 +402,7 @@ def place_at_middle(S, H):
 def look_ahead(h, new, S, H):
     """Write the largest indentation of contacts open at the end of the step; mark the step if one is too deep."""
     place_at_end(h, new, S)
-    H.state.ahead[0] = -math.inf
+    H.state.ahead[0] = H.state.ahead[2] = -math.inf
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 1:
             continue
@@ -410,6 +410,7 @@ def look_ahead(h, new, S, H):
         H.work.ending[i] = depth
         if H.work.closed[i] == 0:
             H.state.ahead[0] = max(H.state.ahead[0], depth)
+            H.state.ahead[2] = max(H.state.ahead[2], depth / S.parameters.contact[H.model.which[i]].clearance)
         # by the depth at the end, or by twice its increase since the middle
         most = INDENTATION_MAX * S.parameters.contact[H.model.which[i]].clearance
         if (

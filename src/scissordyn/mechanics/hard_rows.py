@@ -58,7 +58,8 @@ class HardState(NamedTuple):
     overlap: F1  # (k,) largest indentation so far minus that of the law [m]
     slope: F1  # (ny,) y' of the last step, without its jumps
     stick: F1  # (k,) total time of sticking [s]
-    ahead: F1  # (2,) largest indentation [m] of open contacts at the end; time until a rebounding contact closes again [s]
+    ahead: F1  # (3,) largest indentation [m] of open contacts at the end; time until a rebounding contact closes again [s];
+    # largest indentation relative to the clearance [-]
     counts: I1  # (COUNTS,) counters of `impulse_solver`
 
 

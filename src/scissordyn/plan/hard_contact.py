@@ -62,7 +62,7 @@ def damped_components(plan: Plan) -> list[tuple[int, int]]:
 HARD_START: Mapping[str, Any] = MappingProxyType(
     {
         **dict.fromkeys(HardState._fields, 0),
-        "ahead": (-np.inf, np.inf),
+        "ahead": (-np.inf, np.inf, -np.inf),
         "longest": np.inf,
     }
 )
@@ -85,7 +85,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         **dict.fromkeys(ROW_FIELDS, rows),
         **dict.fromkeys(STATE_FIELDS, states),
         **dict.fromkeys(("size", "since", "locate", "longest", "drive_work"), 1),
-        "ahead": 2,
+        "ahead": 3,
         "elastic": (count, ELEMENT_PARAMETERS_MAX),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
         "damping": len(damped),

@@ -66,7 +66,7 @@ def run_warnings(plan: Plan, run: Run, immobile: Iterable[str]) -> list[RunWarni
             warnings.append(warning("negative force", rod.name, first=time[first], force=force[worst], time=time[worst]))
     warnings += [warning("immobile", name, "clearance joint") for name in immobile] + flank_warnings(plan, run)
     warnings += _overstrained(run) + _buckled(run) + mode_warnings(plan, run) + _off_the_rail(plan, run) + _undetermined(run)
-    warnings += _saturated(plan, run) + _gained(run) + film_warnings(plan, run) + _impulses(run)
+    warnings += _saturated(plan, run) + _gained(plan, run) + film_warnings(plan, run) + _impulses(run)
     return warnings + ([] if _stands_still(plan, run) else _unbalanced(run, stepped=bool(plan.hard_places)))
 
 
@@ -205,12 +205,14 @@ def _unbalanced(run: Run, *, stepped: bool) -> list[RunWarning]:
     return [warning("unbalanced", residual=residual, share=share, finer=finer)]
 
 
-def _gained(run: Run) -> list[RunWarning]:
+def _gained(plan: Plan, run: Run) -> list[RunWarning]:
     """Warn of negative dissipation, which the energy balance does not reveal because it includes the same force."""
     turned_over, warnings, time = largest_energy_change(run), list[RunWarning](), run["time"].values
+    stores = any(clearance.damping.states for clearance in plan.clearances)
     for name, source in (("damping_loss", "the damping of a contact"), ("damper_loss", "a component")):
         loss = run[name].values
-        gain = np.maximum.accumulate(loss) - loss
+        # a damping law with states returns what it has stored, but not more
+        gain = -loss if stores and name == "damping_loss" else np.maximum.accumulate(loss) - loss
         if float(np.max(gain, initial=0.0)) > REPORTED_FRACTION * turned_over:
             worst = int(np.argmax(gain))
             warnings.append(warning("gain", source=source, variable=name, gain=gain[worst], time=time[worst]))

@@ -235,6 +235,24 @@ def test_what_is_no_part_is_named():
     assert any("at (200, 0) mm left out: no bar passes through it" in note for note in notes)
 
 
+@pytest.mark.parametrize(
+    ("corners", "hole", "said"),
+    [
+        ([(0, 0), (100, 0), (100, 20), (0, 20)], (10, 10, 5), None),
+        ([(0, 0), (100, 0), (0, 20), (50, 20)], (50, 4, 2), "crosses itself at x = 0.03333 m, y = 0.01333 m: check the mass"),
+        ([(0, 0), (100, 0), (0, 100)], (45, 45, 8), "crosses CIRCLE"),
+    ],
+)
+def test_outlines_that_cross_are_named(corners, hole, said):
+    """The area of an outline that crosses itself, or a hole across its edge, is not that of the part."""
+    document, space = drawing()
+    space.add_lwpolyline(corners, close=True)
+    space.add_circle(hole[:2], hole[2])
+    slot(space, (10, 60), (90, 60), 8, 3)
+    notes = [note for note in sd.read_dxf(text(document), **SHEET).notes if "crosses" in note]
+    assert (said in notes[0] and len(notes) == 1) if said else not notes
+
+
 def test_the_command_takes_thickness_and_density_with_units(tmp_path, monkeypatch, capsys):
     """Contract: the case has the masses; a file of another kind, and an exported drawing with its masses, are named."""
     monkeypatch.chdir(tmp_path)

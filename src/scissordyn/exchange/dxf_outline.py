@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import DrawnBar
 from scissordyn.exchange.dxf_entity import Shape, curve_points, listed
 from scissordyn.exchange.source import POINTS_MAX
-from scissordyn.tolerance import REPORTED_FRACTION
+from scissordyn.tolerance import REPORTED_FRACTION, ROUND_OFF_TOL
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +101,10 @@ def find_parts(shapes: Iterable[Shape], area_density: float, tolerance: float, n
     parts = []
     for outline in (outline for outline in outer if outline in holes):
         parts.append((outline.shape, _part(outline, holes[outline], cutouts[outline], area_density), holes[outline]))
+        for one, other in itertools.combinations_with_replacement((outline, *holes[outline], *cutouts[outline]), 2):
+            if (place := crossing(one.polygon, other.polygon)) is not None:
+                what = "itself" if other is one else other.shape.label
+                notes.append(f"{one.shape.label} crosses {what} at x = {place[0]:.4g} m, y = {place[1]:.4g} m: check the mass")
         if cutouts[outline]:
             notes.append(f"{len(cutouts[outline])} cutouts of {outline.shape.label} are not round and have no pins")
     if empty := [outline.shape.label for outline in outer if outline not in holes]:
@@ -212,3 +217,26 @@ def inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
     for side in sides:
         found ^= crosses(*xy.T, *side)
     return found
+
+
+def crossing(one: np.ndarray, other: np.ndarray) -> np.ndarray | None:
+    """Return the x and y at which two closed polygons cross, or a polygon crosses itself; None if they do not."""
+
+    def beside(start: np.ndarray, end: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return on which side of a line the places are; those at most round-off away are on neither."""
+        areas = (end[0] - start[0]) * (places[:, 1] - start[1]) - (end[1] - start[1]) * (places[:, 0] - start[0])
+        least = ROUND_OFF_TOL * np.linalg.norm(end - start) * np.abs(places - start).max(axis=1)
+        return np.where(np.abs(areas) > least, np.sign(areas), 0.0)
+
+    if np.any(one.max(axis=0, initial=-np.inf) < other.min(axis=0, initial=np.inf)) or np.any(
+        other.max(axis=0, initial=-np.inf) < one.min(axis=0, initial=np.inf)
+    ):
+        return None
+    for start, end in itertools.pairwise(one):
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        near = np.all((np.maximum(other[:-1], other[1:]) >= low) & (np.minimum(other[:-1], other[1:]) <= high), axis=1)
+        for k in np.flatnonzero(near):
+            a, b = other[k], other[k + 1]
+            if np.prod(beside(start, end, other[k : k + 2])) < 0.0 and np.prod(beside(a, b, np.array([start, end]))) < 0.0:
+                return np.asarray(a + np.linalg.solve(np.column_stack([b - a, start - end]), start - a)[0] * (b - a))
+    return None

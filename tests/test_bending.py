@@ -14,7 +14,6 @@ from tests.build import assert_balance, case_of, on_pin, warnings_of
 
 import scissordyn as sd
 from scissordyn.components.beam import force
-from scissordyn.errors import InputError
 from scissordyn.model.section import read_section
 from scissordyn.plan.bending import dissected
 from scissordyn.plan.flexible import contact_frequency, mode_count
@@ -381,7 +380,7 @@ PLATE = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (
 )
 def test_what_cannot_bend(made: sd.Mechanism, options: dict[str, Any], said: str) -> None:
     """Bad input: one line for a body that is no bar, and for options that do not fit each other."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(sd.InputError, match=said):
         sd.with_bending(made, bending_stiffness=1e4, axial_stiffness=1e7, **options)
 
 
@@ -426,7 +425,7 @@ def test_modes_until_a_number_stays() -> None:
     # the mean of runs whose starts differ by round-off: as near as they are to each other
     assert forces[-1] == pytest.approx(float(alone["peak_force"].max()), rel=2.0 * found.levels[-1].spread + 1e-12)
     assert found.levels[-1].spread < 1e-7
-    with pytest.raises(InputError, match="no bar that bends"):
+    with pytest.raises(sd.InputError, match="no bar that bends"):
         sd.convergence(_struck("auto").ideal().with_parts({"components": ()}), options, "drive_work", over="modes")
 
 

@@ -9,7 +9,6 @@ from tests.build import on_pin
 
 import scissordyn as sd
 from reference.frame import Frame
-from scissordyn.errors import InputError
 
 # Length [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a bar
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 42743.0, 7.5e7
@@ -94,7 +93,7 @@ def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> No
     """Closed forms: pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
     made = sd.with_bending(on_pin(BAR, guides=(END,)), bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
-    with pytest.raises(InputError, match="without loads"):
+    with pytest.raises(sd.InputError, match="without loads"):
         sd.buckling(made)
     push = sd.Force("load", (made.bodies[-1].name, "end"), (-0.25 * critical, 0.0))
     found = sd.buckling(made.with_parts({"components": (*made.components, push)}), count=2)

@@ -7,27 +7,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import scissordyn as sd
 from reference.block import Block
-from scissordyn.components.force import Force
-from scissordyn.components.time_function import Cycloidal
-from scissordyn.components.torque import Torque
-from scissordyn.errors import InputError
 from scissordyn.laws import catalogue
-from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
 from scissordyn.laws.damping.none import NoDamping
-from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.threlfall import Threlfall
-from scissordyn.laws.material import STEEL
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance, GuideClearance
-from scissordyn.model.joint import Guide
-from scissordyn.model.linkage import slider_crank
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.simulate import simulate
-from scissordyn.units import rpm
 
 # Length and width of a block, radius of its corners, and its clearance in the channel [m]
 LENGTH, WIDTH, RADIUS, GAP = 0.1, 0.04, 2e-3, 1e-3
@@ -38,10 +25,10 @@ MASS = 2.0  # [kg] mass of the block
 def block(*, velocity=(0.0, 0.0), centre=(0.0, 0.0), components=(), gravity=0.0, **laws):
     """Return a block alone in a channel along x."""
     points = {"middle": (0.0, 0.0), "front": (0.02, 0.0), "centre": centre}
-    body = Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
-    guide = Guide("channel", ("block", "middle"))
-    one = Mechanism((body,), guides=(guide,), components=components, gravity=gravity, output_body="block")
-    return one.with_clearance("channel", GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
+    body = sd.Body("block", MASS, 3e-3, points, centre=centre, velocity=velocity)
+    guide = sd.Guide("channel", ("block", "middle"))
+    one = sd.Mechanism((body,), guides=(guide,), components=components, gravity=gravity, output_body="block")
+    return one.with_clearance("channel", sd.GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS, **laws))
 
 
 def corner(number):
@@ -52,8 +39,8 @@ def corner(number):
 def test_flying_to_and_fro():
     """Closed form: between frictionless linear surfaces t_n = t_1 + n (2c/v + pi/w), after a push ending before the first."""
     stiffness, push, lasting = 1e8, 40.0, 4e-3
-    force = Force("push", ("block", "centre"), (0.0, push), time_function=Cycloidal(1.0, 0.0, lasting))
-    run = simulate(
+    force = sd.Force("push", ("block", "centre"), (0.0, push), time_function=sd.Cycloidal(1.0, 0.0, lasting))
+    run = sd.simulate(
         block(components=(force,), stiffness=Linear(stiffness), damping=NoDamping()), until=0.3, rtol=1e-11, atol=1e-11
     )
     speed = push * lasting / (2.0 * MASS)
@@ -79,7 +66,7 @@ def test_force_at_two_corners():
     """Closed form: a force beside the middle is distributed over two corners by their moment arms, with a tilt."""
     force, stiffness = 100.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
-    run = simulate(block(components=(Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
+    run = sd.simulate(block(components=(sd.Force("load", ("block", "front"), (0.0, -force)),), **laws), until=0.2)
     tilt = 0.0
     for _ in range(20):
         front = force * (A + 0.02 - B * math.tan(tilt)) / (2.0 * A)
@@ -95,7 +82,7 @@ def test_tilting_until_it_jams():
     """Closed form: a torque rotates the block until opposite corners touch, a sin th + b cos th = b + c + delta."""
     torque, stiffness = 5.0, 1e6
     laws = {"stiffness": Linear(stiffness), "damping": KelvinVoigt(2e3)}
-    run = simulate(block(components=(Torque("turn", "block", torque),), **laws), until=0.3)
+    run = sd.simulate(block(components=(sd.Torque("turn", "block", torque),), **laws), until=0.3)
 
     def missing(th):
         force = torque / (2.0 * (A * math.cos(th) - B * math.sin(th)))
@@ -111,7 +98,9 @@ def test_tilting_until_it_jams():
 def test_sliding_block_slows_down():
     """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the surfaces, m (g t + v_y)."""
     mu, speed = 0.2, 1.0
-    run = simulate(block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10)
+    run = sd.simulate(
+        block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10
+    )
     velocity = run["velocity"].sel(body="block").values
     assert np.min(velocity[:, 0]) > 0.3
     expected = speed - mu * (9.81 * run["time"].values + velocity[:, 1])
@@ -123,18 +112,18 @@ def test_sliding_block_slows_down():
 def test_against_a_block_in_x_y_and_angle():
     """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block with friction."""
     centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2
-    damping = LankaraniNikravesh(0.7)
+    damping = sd.LankaraniNikravesh(0.7)
     described = block(
         velocity=(0.5, 0.0),
         centre=centre,
         gravity=9.81,
-        components=(Force("load", ("block", "centre"), (-3.0, 5.0)),),
+        components=(sd.Force("load", ("block", "centre"), (-3.0, 5.0)),),
         stiffness=PowerLaw(1e9, 1.5),
         damping=damping,
         friction=Threlfall(mu, ramp),
         reference="onset",
     )
-    run = simulate(described, until=0.2, rtol=1e-11, atol=1e-11, method="dop853")
+    run = sd.simulate(described, until=0.2, rtol=1e-11, atol=1e-11, method="dop853")
     second = Block(
         mass=MASS,
         inertia=3e-3,
@@ -162,10 +151,10 @@ def test_against_a_block_in_x_y_and_angle():
 
 def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
     """Identity: the energy balance of a slider-crank with impacts and friction in both places closes to the tolerance."""
-    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(600))
-    linkage = linkage.with_clearance("slider pin", Clearance(0.2e-3, friction=Threlfall(0.05)))
-    linkage = linkage.with_clearance("guide", GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
-    run = simulate(linkage, until=0.1)
+    linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=sd.rpm(600))
+    linkage = linkage.with_clearance("slider pin", sd.Clearance(0.2e-3, friction=Threlfall(0.05)))
+    linkage = linkage.with_clearance("guide", sd.GuideClearance(0.1e-3, 0.04, 0.02, friction=Threlfall(0.1)))
+    run = sd.simulate(linkage, until=0.1)
     assert run.attrs["status"] == "complete"
     touched = set(run["contact_joint"].values.astype(str))
     assert touched == {"slider pin", *(f"guide/corner {k}" for k in (1, 2, 3, 4))}
@@ -176,12 +165,12 @@ def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
 
 def test_without_gap_it_is_the_ideal_guide():
     """Limit: the distance from the ideal mechanism's slider decreases with the clearance; its guide force agrees on average."""
-    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=rpm(60))
-    ideal = simulate(linkage, until=0.5)
+    linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=sd.rpm(60))
+    ideal = sd.simulate(linkage, until=0.5)
     laws = {"stiffness": Linear(1e6), "damping": KelvinVoigt(200.0)}
     away = []
     for gap in (4e-4, 4e-5):
-        run = simulate(linkage.with_clearance("guide", GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
+        run = sd.simulate(linkage.with_clearance("guide", sd.GuideClearance(gap, 0.04, 0.02, **laws)), until=0.5)
         assert run.attrs["status"] == "complete"
         away.append(np.max(np.abs(run["position"] - ideal["position"]).sel(body="slider").values))
         force = run["reaction"].sel(joint="guide", axis="y").values
@@ -198,19 +187,19 @@ def test_laws_at_a_flat_wall(name):
     """Contract: a formula with the clearance of a bearing in it has no value at a plane surface, and the error says so."""
     law = catalogue.ELASTIC[name]()
     if name in ("braendlein", "hertz", "linear", "power"):
-        assert GuideClearance(GAP, LENGTH, WIDTH, stiffness=law).stiffness == law
+        assert sd.GuideClearance(GAP, LENGTH, WIDTH, stiffness=law).stiffness == law
         return
-    with pytest.raises(InputError, match="no value for a corner on a plane guide surface"):
-        GuideClearance(GAP, LENGTH, WIDTH, stiffness=law)
+    with pytest.raises(sd.InputError, match="no value for a corner on a plane guide surface"):
+        sd.GuideClearance(GAP, LENGTH, WIDTH, stiffness=law)
 
 
 def test_hertz_at_a_flat_wall():
     """Closed form: a ball of radius R on a plane, 4/3 E* sqrt(R) (Hertz); and the limit of ever wider bearings."""
-    plane = GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
-    (found,) = Hertz().parameters(plane.surfaces)
-    modulus = STEEL.youngs_modulus / (2.0 * (1.0 - STEEL.poisson_ratio**2))
+    plane = sd.GuideClearance(GAP, LENGTH, WIDTH, corner_radius=RADIUS)
+    (found,) = sd.Hertz().parameters(plane.surfaces)
+    modulus = sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
     assert found == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(RADIUS), rel=1e-14)
-    (wide,) = Hertz().parameters(dataclasses.replace(plane.surfaces, clearance=1e6))
+    (wide,) = sd.Hertz().parameters(dataclasses.replace(plane.surfaces, clearance=1e6))
     assert wide == pytest.approx(found, rel=1e-8)
 
 
@@ -226,30 +215,30 @@ def test_hertz_at_a_flat_wall():
 )
 def test_what_is_no_clearance(change, match):
     """Contract: each refusal names what is wrong."""
-    with pytest.raises(InputError, match=match):
-        GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
+    with pytest.raises(sd.InputError, match=match):
+        sd.GuideClearance(**{"clearance": GAP, "length": LENGTH, "width": WIDTH, **change})
 
 
 def test_clearances_that_are_refused():
     """Identity: a follower without inertia, corners on one side only, and a guide that is not there are refused by name."""
-    gap = GuideClearance(GAP, LENGTH, WIDTH)
-    with pytest.raises(InputError, match="'guide' needs the angle of body 'slider'"):
-        slider_crank().with_clearance("guide", gap)
-    aside = GuideClearance(GAP, corners=((0.0, 0.01), (0.1, 0.01)))
-    with pytest.raises(InputError, match="both sides"):
-        slider_crank(slider_inertia=1e-5).with_clearance("guide", aside)
-    with pytest.raises(InputError, match="did you mean 'guide'"):
-        slider_crank(slider_inertia=1e-5).with_clearance("giude", gap)
-    with pytest.raises(InputError, match="in-contact"):
-        simulate(slider_crank(slider_inertia=1e-5).with_clearance("guide", gap), until=0.1, start="in-contact")
+    gap = sd.GuideClearance(GAP, LENGTH, WIDTH)
+    with pytest.raises(sd.InputError, match="'guide' needs the angle of body 'slider'"):
+        sd.slider_crank().with_clearance("guide", gap)
+    aside = sd.GuideClearance(GAP, corners=((0.0, 0.01), (0.1, 0.01)))
+    with pytest.raises(sd.InputError, match="both sides"):
+        sd.slider_crank(slider_inertia=1e-5).with_clearance("guide", aside)
+    with pytest.raises(sd.InputError, match="did you mean 'guide'"):
+        sd.slider_crank(slider_inertia=1e-5).with_clearance("giude", gap)
+    with pytest.raises(sd.InputError, match="in-contact"):
+        sd.simulate(sd.slider_crank(slider_inertia=1e-5).with_clearance("guide", gap), until=0.1, start="in-contact")
 
 
 def test_describing_and_changing():
     """Identity: a block given by its corners is the same block; a value is changed by its path; `ideal` restores it."""
-    linkage = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
-    block_ = linkage.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
+    linkage = sd.slider_crank(slider_inertia=2e-5).driven(speed=sd.rpm(60))
+    block_ = linkage.with_clearance("guide", sd.GuideClearance(1e-4, 0.04, 0.02, corner_radius=2e-3))
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.018, 0.008), (-0.018, 0.008))
-    same = linkage.with_clearance("guide", GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
+    same = linkage.with_clearance("guide", sd.GuideClearance(1e-4, corners=corners, corner_radius=2e-3))
     for one, other in zip(block_.contact_points, same.contact_points, strict=True):
         assert (one.name, one.normal, one.distance) == (other.name, other.normal, pytest.approx(other.distance))
         assert one.centre == pytest.approx(other.centre)

@@ -23,7 +23,6 @@ from tests.page_numbers import Block, differing, marked, sections, typed_blocks,
 import scissordyn as sd
 from reference.free_bodies import Scissor, cycloidal
 from scissordyn.cli.main import app, status_of
-from scissordyn.config.file import read_case
 
 mpl.use("Agg")
 
@@ -396,7 +395,7 @@ def test_task_says_what_its_commands_say(tmp_path: Path, say: Say) -> None:
     at_ground, beyond = (9.81 * unit * (12.0 * units + 1.2 * units * units / 2.0) for units in (5, 4))
     assert (round(at_ground), round(beyond)) == (415, 319)
     assert (at_ground - 75.0 + beyond) / height == pytest.approx(3169.0, rel=0.1)
-    mechanism = read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
+    mechanism = sd.read_case(tmp_path / "array.toml").mechanism.replace("gravity", 0.0)
     run = sd.simulate(mechanism.ideal(), until=3.0, samples=301)
     assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
 
@@ -463,7 +462,7 @@ def test_rigid_array_is_that_of_free_bodies(tmp_path: Path, say: Say) -> None:
     inertia = re.search(r"Inertia about unit 1/bar 1: ([0-9.]+) kg m\^2 at the start", checked).group(1)
     assert float(inertia) == pytest.approx(array.inertia(start), rel=5e-4)
     assert "cannot hold" in previews[2]
-    bent = read_case(tmp_path / "tubes.toml").mechanism
+    bent = sd.read_case(tmp_path / "tubes.toml").mechanism
     tube = 2700.0 * math.pi * (0.025**2 - 0.023**2) * 0.9
     assert sum(body.mass for body in bent.bodies) == pytest.approx(8.5 + 12 * tube, rel=1e-9)
 

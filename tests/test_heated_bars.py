@@ -9,8 +9,6 @@ from tests.build import case_of, on_pin
 
 import scissordyn as sd
 from reference.kernels import at_start, check_element_slopes, check_time_derivative
-from scissordyn.errors import InputError
-from scissordyn.model.addition import with_payload
 
 LENGTH, DEPTH, EXPANSION = 1.0, 0.02, 12e-6  # Length [m], depth [m] and coefficient of thermal expansion [1/K] of a bar
 MASS = 7850.0 * DEPTH**2 * LENGTH  # [kg] mass of a square steel bar
@@ -154,8 +152,8 @@ def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> N
     assert made.body("unit 1/bar 1/2").mass == pytest.approx(0.5 * per_length + 3.0, rel=1e-12)
     run = sd.simulate(made.driven(speed=0.0), until=1e-4, samples=2, start="static")
     held = float(run["reaction"].sel(axis="y").isel(time=0).sel(joint="O"))
-    rigid = with_payload(sd.scissor(units=1, bar_length=2.0, bar_mass=2.0 * per_length), "unit 1/bar 1.end", 3.0)
+    rigid = sd.with_payload(sd.scissor(units=1, bar_length=2.0, bar_mass=2.0 * per_length), "unit 1/bar 1.end", 3.0)
     same = sd.simulate(rigid.driven(speed=0.0), until=1e-4, samples=2, start="static")
     assert held == pytest.approx(float(same["reaction"].sel(axis="y").isel(time=0).sel(joint="O")), rel=1e-3)
-    with pytest.raises(InputError, match="a key bars in the table of all bars"):
+    with pytest.raises(sd.InputError, match="a key bars in the table of all bars"):
         case_of(tmp_path, WITH_BARS.replace("bars = {", "bars = { bars = 'x',"))

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12}  # Tolerances of accurate runs
 CLOSE = 1e-9  # Allowed relative error of positions, speeds and accelerations
@@ -160,7 +159,7 @@ def test_common_pin_names():
         ("P 1", a, b),
         ("P 2", a, c),
     ]
-    with pytest.raises(InputError, match="two or more"):
+    with pytest.raises(sd.InputError, match="two or more"):
         sd.common_pin("P", a)
 
 
@@ -177,6 +176,6 @@ def test_common_pin_names():
 )
 def test_refused_linkages(build):
     """Contract: a linkage that cannot be built is refused in one line that says what is allowed."""
-    with pytest.raises(InputError, match="expected ") as caught:
+    with pytest.raises(sd.InputError, match="expected ") as caught:
         build()
     assert "\n" not in str(caught.value)

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from scissordyn.model.scissor import scissor
-from scissordyn.run.simulate import simulate
-from scissordyn.units import rpm
+import scissordyn as sd
 from test_reference import EVENTS
 
 # Length [m] and mass [kg] of a bar, mass of the slider [kg], gravity [m/s^2] of the paper's array
@@ -14,19 +12,19 @@ L, M, SLIDER, G = 2.0, 5.68, 5.0, 9.81
 
 @pytest.fixture(scope="module")
 def ideal_run(array):
-    return simulate(array, until=0.05, samples=101)
+    return sd.simulate(array, until=0.05, samples=101)
 
 
 def test_ideal_torque(ideal_run):
     """Closed form: tau = w^2 (4m - m_s) L^2 sin(2 th)/2 + (2m + m_s) g L cos th, to 1e-9."""
-    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    w, th = sd.rpm(150), np.pi / 6 + sd.rpm(150) * ideal_run["time"].values
     torque = 0.5 * w**2 * (4 * M - SLIDER) * L**2 * np.sin(2 * th) + (2 * M + SLIDER) * G * L * np.cos(th)
     assert np.allclose(ideal_run["drive_torque"], torque, rtol=1e-9, atol=1e-9 * np.max(np.abs(torque)))
 
 
 def test_ideal_reaction(ideal_run):
     """Closed form: force on the journal of joint A, to 1e-9 of its largest value."""
-    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    w, th = sd.rpm(150), np.pi / 6 + sd.rpm(150) * ideal_run["time"].values
     down = -SLIDER * (G - L * w**2 * np.sin(th))
     across = ((4 * M - SLIDER) * L * w**2 * np.sin(th) + (SLIDER - 2 * M) * G) / np.tan(th)
     found = ideal_run["reaction"].sel(joint="A")
@@ -46,7 +44,7 @@ def test_ideal_figures(ideal_run, at, torque, force):
 
 def test_ideal_motion(ideal_run):
     """Closed form: y = L sin th, th_2 = -th_1, to 1e-9."""
-    w, th = rpm(150), np.pi / 6 + rpm(150) * ideal_run["time"].values
+    w, th = sd.rpm(150), np.pi / 6 + sd.rpm(150) * ideal_run["time"].values
     assert np.allclose(ideal_run["slider_position"], L * np.sin(th), rtol=0, atol=1e-9)
     assert np.allclose(ideal_run["slider_velocity"], L * w * np.cos(th), rtol=0, atol=1e-9 * L * w)
     assert np.allclose(ideal_run["slider_acceleration"], -L * w**2 * np.sin(th), rtol=0, atol=1e-9 * L * w**2)
@@ -56,8 +54,8 @@ def test_ideal_motion(ideal_run):
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_ideal_array_of_any_length(units):
     """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of docs/theory (S2), (S3), to 1e-9."""
-    run = simulate(scissor(units=units).driven(speed=rpm(150)), until=0.02, samples=11)
-    w, th = rpm(150), np.pi / 6 + rpm(150) * run["time"].values
+    run = sd.simulate(sd.scissor(units=units).driven(speed=sd.rpm(150)), until=0.02, samples=11)
+    w, th = sd.rpm(150), np.pi / 6 + sd.rpm(150) * run["time"].values
     squares, products = units * (units + 1) * (2 * units + 1) / 6, (units - 1) * units * (units + 1) / 3
     squares += (units - 1) * units * (2 * units - 1) / 6
     kinetic = (M * L**2 / 4) * (squares - 2 * products * np.cos(2 * th)) * w**2 + (units * M * L**2 / 12) * w**2
@@ -78,7 +76,7 @@ def test_events(case, events, request):
 
     First contact to 1e-8; later ones to what the digits and the growth of errors from impact to impact allow; peaks to 1e-4.
     """
-    run = simulate(request.getfixturevalue(case), until=0.0075, rtol=1e-11, atol=1e-11, samples=11)
+    run = sd.simulate(request.getfixturevalue(case), until=0.0075, rtol=1e-11, atol=1e-11, samples=11)
     for k, (start, speed, angle, peak, _, duration, rebound) in enumerate(events):
         digits = 1e-8 if k == 0 else 5e-8
         assert float(run["contact_start"][k]) == pytest.approx(start, rel=1e-9 if k == 0 else digits)

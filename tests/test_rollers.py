@@ -9,7 +9,6 @@ from tests.build import assert_balance, warnings_of
 
 import scissordyn as sd
 from reference.kernels import at_start, check_element_slopes
-from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
 
 # Length [m], mass [kg], bending stiffness EI [N m^2] and axial stiffness EA [N] of a beam
@@ -120,9 +119,9 @@ def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
     car, arm = sd.point_mass("car", mass=1.0, position=(0.5, 0.0)), sd.bar("arm", length=LENGTH, mass=MASS)
     free = sd.Mechanism((arm, car), (sd.Revolute("O", ("arm", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
     bars = {"bodies": "arm", "bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}
-    with pytest.raises(InputError, match=r"guide 'slot' is fixed to flexible bar 'arm'.* a roller that runs along it"):
+    with pytest.raises(sd.InputError, match=r"guide 'slot' is fixed to flexible bar 'arm'.* a roller that runs along it"):
         sd.with_bending(free.with_parts({"guides": (sd.Guide("slot", ("car", "centre"), body="arm"),)}), **bars)
     made = free.with_parts({"components": (sd.Roller("wheel", ("car", "centre"), "arm"),)})
     for rigid in (made, sd.with_bending(made, **bars, elements=2)):
-        with pytest.raises(InputError, match="runs along 'arm', which is not a flexible bar"):
+        with pytest.raises(sd.InputError, match="runs along 'arm', which is not a flexible bar"):
             sd.simulate(rigid, until=1e-3)

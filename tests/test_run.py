@@ -6,8 +6,6 @@ import xarray as xr
 from tests.build import chain, counts_of
 
 import scissordyn as sd
-from scissordyn.record.store import load, save
-from scissordyn.run.simulate import replay, simulate
 
 CONTRACT = {
     (
@@ -88,7 +86,7 @@ def test_reactions_balance_the_whole_array(frictional_run):
 
 def test_sampling_changes_nothing(clearance_array, clearance_run):
     """Identity: events and common samples are bit for bit the same for another output grid."""
-    other = simulate(clearance_array, until=0.05, samples=101)
+    other = sd.simulate(clearance_array, until=0.05, samples=101)
     for name in ("contact_start", "approach_speed", "peak_force", "peak_time", "rebound_speed"):
         assert same_bits(other[name].values, clearance_run[name].values)
     assert other.attrs["end"] == clearance_run.attrs["end"]
@@ -100,10 +98,10 @@ def test_small_clearance_tends_to_ideal(array):
 
     The slider hangs on the journal within c + delta; at constant drive speed the coupler's end strays as far.
     """
-    ideal = simulate(array, until=0.02, samples=201)
+    ideal = sd.simulate(array, until=0.02, samples=201)
     strays = []
     for clearance in (4e-4, 1e-4, 2.5e-5):
-        run = simulate(array.with_clearance("A", sd.Clearance(clearance)), until=0.02, samples=201)
+        run = sd.simulate(array.with_clearance("A", sd.Clearance(clearance)), until=0.02, samples=201)
         deepest = float(np.nanmax(run["indentation"].sel(joint="A")))
         stray = float(np.max(np.abs(run["slider_position"] - ideal["slider_position"])))
         assert stray < 3.0 * (clearance + max(deepest, 0.0))
@@ -117,7 +115,7 @@ def test_stiff_and_explicit_agree(array, kinetic, until, tolerance, contacts):
     friction = sd.NoFriction() if kinetic is None else sd.LuGre(kinetic)
     arm = array.with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     tight = {"until": until, "samples": 11, "rtol": tolerance, "atol": tolerance}
-    explicit, stiff = (simulate(arm, method=method, **tight) for method in ("dop853", "rodas5p"))
+    explicit, stiff = (sd.simulate(arm, method=method, **tight) for method in ("dop853", "rodas5p"))
     for name in ("contact_start", "approach_speed", "peak_force", "contact_duration"):
         assert np.allclose(explicit[name][:contacts], stiff[name][:contacts], rtol=1e-6)
     steps = [counts_of(run)["steps"] for run in (explicit, stiff)]
@@ -126,10 +124,10 @@ def test_stiff_and_explicit_agree(array, kinetic, until, tolerance, contacts):
 
 def test_round_trip_and_replay(frictional_array, tmp_path):
     """Identity: a saved run loads without loss, and its attributes run again to the same numbers bit for bit."""
-    run = simulate(frictional_array, until=0.01, samples=201, trust=True)
-    loaded = load(save(run, tmp_path / "run.nc"))
+    run = sd.simulate(frictional_array, until=0.01, samples=201, trust=True)
+    loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     xr.testing.assert_identical(loaded, run)
-    again = replay(loaded)
+    again = sd.replay(loaded)
     for name in run.variables:
         assert same_bits(again[name].values, run[name].values), name
     assert again.attrs["trusted_until"] == run.attrs["trusted_until"]
@@ -138,11 +136,11 @@ def test_round_trip_and_replay(frictional_array, tmp_path):
 def test_trust_horizon(array):
     """Cross-check: the horizon of a chaotic run at a large tolerance is found, and before it a far tighter run agrees."""
     bouncing = array.with_clearance("A", sd.Clearance(0.5e-3, damping=sd.Flores(restitution=1.0)))
-    run = simulate(bouncing, until=0.05, trust=True, rtol=1e-6, atol=1e-6)
+    run = sd.simulate(bouncing, until=0.05, trust=True, rtol=1e-6, atol=1e-6)
     until = run.attrs["trusted_until"]
     assert 0.01 < until < 0.05
     assert run.attrs["trusted_contacts"] == int(np.sum(run["contact_start"] < until))
-    exact = simulate(bouncing, until=0.05, rtol=1e-10, atol=1e-10)
+    exact = sd.simulate(bouncing, until=0.05, rtol=1e-10, atol=1e-10)
     apart = run["eccentricity"].sel(joint="A") - exact["eccentricity"].sel(joint="A")
     distance = np.hypot(apart[:, 0], apart[:, 1]) / 0.5e-3
     assert float(distance.sel(time=slice(0.0, 0.9 * until)).max()) < 0.1
@@ -151,11 +149,11 @@ def test_trust_horizon(array):
 
 def test_start_in_contact_stays_in_contact(array):
     """Published number: started on the line of the ideal reaction, the compliant contact does not separate in 50 ms."""
-    run = simulate(array.with_clearance("A", sd.Clearance(0.5e-3)), until=0.05, start="in-contact")
+    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3)), until=0.05, start="in-contact")
     assert bool(np.all(run["in_contact"].sel(joint="A")))
     assert run.sizes["contact"] == 1
     first = run.isel(time=0)
-    ideal = simulate(array, until=0.01, samples=2).isel(time=0)
+    ideal = sd.simulate(array, until=0.01, samples=2).isel(time=0)
     normal = -first["eccentricity"].sel(joint="A") / np.hypot(*first["eccentricity"].sel(joint="A").values)
     pull = ideal["reaction"].sel(joint="A")
     assert np.allclose(normal, pull / np.hypot(*pull.values), atol=1e-6)
@@ -168,7 +166,7 @@ def test_interrupt_keeps_what_was_computed(clearance_array):
         if time > 0.1:
             raise KeyboardInterrupt
 
-    run = simulate(clearance_array, until=10.0, samples=20001, progress=stop)
+    run = sd.simulate(clearance_array, until=10.0, samples=20001, progress=stop)
     assert run.attrs["status"] == "interrupted"
     assert 0.1 < float(run["time"][-1]) <= run.attrs["end"] < 10.0
     assert np.all(np.isfinite(run["slider_position"]))
@@ -183,7 +181,7 @@ def test_interrupted_repetition_keeps_the_run(clearance_array):
         if time < times[-2]:
             raise KeyboardInterrupt
 
-    run = simulate(clearance_array, until=0.02, samples=51, trust=True, progress=stop)
+    run = sd.simulate(clearance_array, until=0.02, samples=51, trust=True, progress=stop)
     assert run.attrs["status"] == "interrupted"
     assert "while the run was repeated" in run.attrs["cause"]
     assert run.sizes["time"] == 51
@@ -193,7 +191,7 @@ def test_interrupted_repetition_keeps_the_run(clearance_array):
 
 def test_unfinished_run_says_why(clearance_array):
     """Contract: a failed run returns its samples and one line with time, cause and joint."""
-    run = simulate(clearance_array, until=0.05, most_steps=100)
+    run = sd.simulate(clearance_array, until=0.05, most_steps=100)
     assert run.attrs["status"] == "failed"
     assert "100 steps" in run.attrs["cause"]
     assert "\n" not in run.attrs["cause"]
@@ -207,7 +205,7 @@ def test_large_tolerances_end_well(array, method, tolerance, kinetic):
     """Contract: steps that run away after an impact are rejected, whatever method and tolerance; the run completes."""
     friction = sd.LuGre(kinetic) if kinetic else sd.NoFriction()
     arm = array.with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
-    run = simulate(arm, until=0.03, method=method, rtol=tolerance, atol=tolerance, samples=11)
+    run = sd.simulate(arm, until=0.03, method=method, rtol=tolerance, atol=tolerance, samples=11)
     assert run.attrs["status"] == "complete"
     assert float(run["contact_start"][0]) == pytest.approx(0.001365125913, rel=30 * tolerance)
 
@@ -220,6 +218,6 @@ def test_light_bodies_at_rest_in_contact():
     bars = [sd.bar(f"bar {k}", length=1.2, mass=1e-3, angle=1.573) for k in range(10)]
     last = sd.Clearance(1.8e-6, journal_radius=15e-3, bearing_length=2e-3, friction=sd.LuGre(0.1))
     standing = chain(*bars, pins="ABCDEFGHIJ", gravity=9.81).with_clearance("J", last)
-    run = simulate(standing, until=0.022, samples=11, start="in-contact", most_steps=1000)
+    run = sd.simulate(standing, until=0.022, samples=11, start="in-contact", most_steps=1000)
     assert run.attrs["status"] == "complete"
     assert counts_of(run)["steps"] < 200

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
+import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.config.template import template
-from scissordyn.errors import InputError
 
 HERE = Path(__file__).parent  # Folder of the tests
 # Text of the page about messages
@@ -37,7 +37,7 @@ def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
     exec(NAMES, known)
     try:
         found = eval(command, known)
-    except InputError as error:
+    except sd.InputError as error:
         return str(error)
     assert isinstance(found, xr.Dataset)
     attributes = found.attrs

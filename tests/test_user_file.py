@@ -10,8 +10,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_mechanism, write_configuration
 from scissordyn.components.catalogue import component_class
-from scissordyn.errors import InputError
-from scissordyn.plugin.element import SLOTS, element, element_class
+from scissordyn.plugin.element import SLOTS, element_class
 from scissordyn.studies.ask.description import OwnMeasure
 
 NAMED: dict[str, Callable[[str], Any]] = {
@@ -32,7 +31,7 @@ def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
         (f"{tmp_path}/mine.txt:one", f"a Python file and a {what} in it"),
         (f"{file}:othr", f"unknown {kind} 'othr' in '{file}' (did you mean 'other'?)"),
     ):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(sd.InputError) as caught:
             NAMED[kind](reference)
         message = str(caught.value).replace(str(tmp_path), "")
         assert kind in message
@@ -46,13 +45,15 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
     file.write_text("def late(run):\n    return 1.0\n")
     measure = OwnMeasure("late", f"{file}:late")
     file.write_text("def late(run):\n    return 2.0\n")
-    with pytest.raises(InputError, match="has changed since the measure 'late' was loaded"):
+    with pytest.raises(sd.InputError, match="has changed since the measure 'late' was loaded"):
         measure.callable()
 
 
 def test_a_controller_that_is_not_in_a_file() -> None:
     """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
-    controller = element(slot="controller")(lambda error: 0.0 * error)()
+    controller = sd.element(slot="controller")(lambda error: 0.0 * error)()
     text = write_configuration(sd.four_bar().controlled(controller, speed=1.0))
-    with pytest.raises(InputError, match=r"as a controller, which is not in a file; .* the controller as 'mine.py:<lambda>'"):
+    with pytest.raises(
+        sd.InputError, match=r"as a controller, which is not in a file; .* the controller as 'mine.py:<lambda>'"
+    ):
         read_mechanism(text)

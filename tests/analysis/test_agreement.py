@@ -7,10 +7,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from scissordyn.analysis.agreement import Measured, agreement, matched_events, rises
-from scissordyn.errors import InputError
+import scissordyn as sd
+from scissordyn.analysis.agreement import agreement, matched_events, rises
 from scissordyn.file.export import export
-from scissordyn.record.store import save
 
 TIME = np.linspace(0.0, 1.0, 1001)  # [s] instants of the made-up curves
 
@@ -26,7 +25,7 @@ def run():
 
 
 def record(values, time=TIME):
-    return Measured(time, ("angle of arm",), np.asarray(values)[:, None], ("rad",))
+    return sd.Measured(time, ("angle of arm",), np.asarray(values)[:, None], ("rad",))
 
 
 def of(run, measured):
@@ -62,7 +61,7 @@ def test_only_the_common_time_counts(run):
     found = agreement(run, record(np.sin(10.0 * math.pi * (TIME + 0.5)), TIME + 0.5))
     assert found.attrs["left_out"] == 500
     assert float(found["rmse"][0]) < 1e-9
-    with pytest.raises(InputError, match="0 instants in common"):
+    with pytest.raises(sd.InputError, match="0 instants in common"):
         agreement(run, record(sine(), TIME + 5.0))
 
 
@@ -75,7 +74,7 @@ def test_events_are_matched_once():
 
 def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, answer):
     """Contract: the command on a run and what it exports: peaks between samples are those of the contact table."""
-    save(clearance_run, tmp_path / "run.nc")
+    sd.save(clearance_run, tmp_path / "run.nc")
     export(clearance_run, tmp_path / "all.csv")
     names = ["time [s]", "normal_force of A [N]", "angle of unit 1/bar 1 [rad]"]
     pd.read_csv(tmp_path / "all.csv")[names].to_csv(tmp_path / "measured.csv", index=False)
@@ -90,7 +89,7 @@ def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, answer):
 
 def test_wrong_files_leave_nothing(clearance_run, tmp_path, answer):
     """Bad input: units of another dimension and times that run backwards end with status 2 and no picture."""
-    save(clearance_run, tmp_path / "run.nc")
+    sd.save(clearance_run, tmp_path / "run.nc")
     for text in ("time [s], angle of slider [mm]\n0, 1\n1, 2\n", "time [s], angle of unit 1/bar 1 [deg]\n0, 1\n-1, 2\n"):
         (tmp_path / "bad.csv").write_text(text)
         files = [str(tmp_path / name) for name in ("run.nc", "bad.csv", "figures")]

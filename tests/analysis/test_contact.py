@@ -5,13 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.analysis.contact import QUANTILES, contact_spans, contact_statistics, deviation, smallest_arc
+import scissordyn as sd
+from scissordyn.analysis.contact import QUANTILES, contact_spans, deviation, smallest_arc
 from scissordyn.casefile.configuration import write_configuration
-from scissordyn.errors import InputError
-from scissordyn.model.body import bar, point_mass
-from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.simulate import simulate
 
 from .made_up import BODIES, CLEARANCE, made_up_run
 
@@ -21,7 +17,7 @@ CONTACT_SPANS = [(0.1, 0.2), (0.4, 0.45), (0.9, math.nan)]
 
 def test_fractions_of_time() -> None:
     """Closed form: contacts of 0.1, 0.05 and 0.1 s in 1 s, the last until the end; flights lie between them."""
-    found = contact_statistics(made_up_run(CONTACT_SPANS)).sel(joint="A")
+    found = sd.contact_statistics(made_up_run(CONTACT_SPANS)).sel(joint="A")
     assert int(found["impacts"]) == 3
     assert float(found["impact_rate"]) == pytest.approx(3.0, rel=1e-14)
     assert float(found["contact_fraction"]) == pytest.approx(0.25, rel=1e-14)
@@ -46,7 +42,7 @@ def test_quantile_over_the_contact_time() -> None:
     thin = ~late
     thin[np.flatnonzero(late)[::5]] = True
     for sampled in (run, run.isel(time=np.flatnonzero(thin))):
-        found = contact_statistics(sampled).sel(joint="A")
+        found = sd.contact_statistics(sampled).sel(joint="A")
         assert float(found["contact_force_quantile"].sel(quantile=0.5)) == 300.0
         assert float(found["contact_force"]) == pytest.approx((100.0 * 0.1 + 300.0 * 0.15) / 0.25, rel=0.02)
 
@@ -54,26 +50,26 @@ def test_quantile_over_the_contact_time() -> None:
 def test_window_clips_contacts() -> None:
     """Closed form: a contact over the edge of the window counts by its part inside, and as an impact if it starts there."""
     run = made_up_run(CONTACT_SPANS)
-    found = contact_statistics(run, after=0.15, until=0.42).sel(joint="A")
+    found = sd.contact_statistics(run, after=0.15, until=0.42).sel(joint="A")
     assert int(found["impacts"]) == 1
     assert float(found["contact_fraction"]) == pytest.approx(0.07 / 0.27, rel=1e-12)
     assert float(found["longest_flight"]) == pytest.approx(0.2, rel=1e-12)
-    assert float(contact_statistics(run, after=0.95).sel(joint="A")["flight_fraction"]) == pytest.approx(0.0, abs=1e-14)
+    assert float(sd.contact_statistics(run, after=0.95).sel(joint="A")["flight_fraction"]) == pytest.approx(0.0, abs=1e-14)
     for after, until in ((0.5, 0.5), (0.5, 2.0), (math.nan, None)):
-        with pytest.raises(InputError, match="a window inside the run"):
-            contact_statistics(run, after=after, until=until)
+        with pytest.raises(sd.InputError, match="a window inside the run"):
+            sd.contact_statistics(run, after=after, until=until)
 
 
 def test_no_contact_at_all() -> None:
     """Limit: without contacts there is one flight, no force, and what cannot be said is NaN."""
-    found = contact_statistics(made_up_run([])).sel(joint="A")
+    found = sd.contact_statistics(made_up_run([])).sel(joint="A")
     assert float(found["flight_fraction"]) == 1.0
     assert float(found["longest_flight"]) == 1.0
     assert float(found["peak_force"]) == 0.0
     for name in ("contact_arc", "contact_arc_95", "contact_force", "impulse_mean", "dissipated_energy"):
         assert math.isnan(float(found[name]))
-    with pytest.raises(InputError, match="without clearance joints"):
-        contact_statistics(made_up_run([]).drop_vars("clearance"))
+    with pytest.raises(sd.InputError, match="without clearance joints"):
+        sd.contact_statistics(made_up_run([]).drop_vars("clearance"))
 
 
 def test_impulses_and_losses() -> None:
@@ -83,7 +79,7 @@ def test_impulses_and_losses() -> None:
         contact_damping_loss=("contact", [0.1, 0.2, 0.3]),
         contact_friction_loss=("contact", [1.0, 2.0, 3.0]),
     )
-    found = contact_statistics(run, after=0.3).sel(joint="A")
+    found = sd.contact_statistics(run, after=0.3).sel(joint="A")
     assert [float(found[name]) for name in ("impulse", "impulse_mean", "impulse_largest")] == [8.0, 4.0, 6.0]
     np.testing.assert_allclose(found["impulse_quantile"], np.quantile([2.0, 6.0], QUANTILES), rtol=1e-14)
     assert float(found["dissipated_energy"]) == pytest.approx(5.5, rel=1e-14)
@@ -120,14 +116,14 @@ def test_smallest_arc_against_search() -> None:
 def test_contact_arc_is_the_bearing_s() -> None:
     """Closed form: a contact point that rotates by 1 rad in contact is at rest relative to a bearing that rotates with it."""
     run = made_up_run([(0.0, math.nan)])
-    assert float(contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
-    joints = [Revolute("A", ("bar", "end"), ("slider", "centre")), Revolute("O", ("bar", "start"), ("ground", "origin"))]
-    bodies = [bar("bar", length=1.0, mass=1.0), point_mass("slider", mass=1.0)]
-    text = write_configuration(Mechanism(bodies, joints, ground=(("origin", (0.0, 0.0)),)))
+    assert float(sd.contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
+    joints = [sd.Revolute("A", ("bar", "end"), ("slider", "centre")), sd.Revolute("O", ("bar", "start"), ("ground", "origin"))]
+    bodies = [sd.bar("bar", length=1.0, mass=1.0), sd.point_mass("slider", mass=1.0)]
+    text = write_configuration(sd.Mechanism(bodies, joints, ground=(("origin", (0.0, 0.0)),)))
     turning = run["angle"].copy()
     turning.loc[{"body": "slider"}] = run["time"].values
     turned = run.assign(angle=turning).assign_attrs(configuration=text)
-    found = contact_statistics(turned)
+    found = sd.contact_statistics(turned)
     assert found.attrs["arc_frame"] == "bearing"
     assert float(found.sel(joint="A")["contact_arc"]) == pytest.approx(0.0, abs=1e-12)
 
@@ -146,14 +142,14 @@ def test_deviation_of_a_made_up_run() -> None:
     assert float(found["output_error_max"]) == pytest.approx(0.2, rel=1e-5)
     assert float(found["output_error_rms"]) == pytest.approx(0.2 / math.sqrt(2.0), rel=1e-3)
     assert float(found["position_error_rms"].sel(body="unit 1/bar 1")) == pytest.approx(0.05, rel=1e-12)
-    with pytest.raises(InputError, match="the same options `until` and `samples`"):
+    with pytest.raises(sd.InputError, match="the same options `until` and `samples`"):
         deviation(run, made_up_run([], instants=501))
 
 
 def test_statistics_of_a_real_run(clearance_array, clearance_run) -> None:
     """Cross-check: fractions and impulses of contacts against the samples, their dissipation against that of the run."""
-    ideal = simulate(clearance_array.ideal(), until=0.05)
-    found = contact_statistics(clearance_run, ideal=ideal)
+    ideal = sd.simulate(clearance_array.ideal(), until=0.05)
+    found = sd.contact_statistics(clearance_run, ideal=ideal)
     joint = found.sel(joint="A")
     samples = float(clearance_run["in_contact"].sel(joint="A").mean())
     contacts = len(contact_spans(clearance_run, "A"))

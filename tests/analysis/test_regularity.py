@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 
+import scissordyn as sd
 from scissordyn.analysis.lyapunov import exponent_from_growth
 from scissordyn.analysis.recurrence import recurrence
-from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.zero_one import zero_one_test
-from scissordyn.errors import InputError
 
 from .made_up import henon, logistic, rotation
 
@@ -53,9 +51,9 @@ def test_exponent_from_growth() -> None:
     assert abs(float(many["exponent"]) - 5.0) < 4.0 * expected
     np.testing.assert_allclose(many["member_exponent"], growth.mean(axis=0) / 0.1, rtol=1e-12)
     for bad in ([math.nan, 1.0], []):
-        with pytest.raises(InputError):
+        with pytest.raises(sd.InputError):
             exponent_from_growth(bad, 1.0)
-    with pytest.raises(InputError, match="durations > 0"):
+    with pytest.raises(sd.InputError, match="durations > 0"):
         exponent_from_growth([1.0, 1.0], [1.0, 0.0])
 
 
@@ -74,7 +72,7 @@ def test_exponent_from_growth() -> None:
 )
 def test_zero_one(values: np.ndarray, chaotic: bool) -> None:
     """Limit: K tends to 1 for chaotic maps and to 0 for regular ones (Gottwald and Melbourne 2009), at any size and offset."""
-    growth = float(zero_one_test(values)["K"])
+    growth = float(sd.zero_one_test(values)["K"])
     assert growth > 0.9 if chaotic else abs(growth) < 0.1
 
 
@@ -82,27 +80,27 @@ def test_zero_one(values: np.ndarray, chaotic: bool) -> None:
 def test_zero_one_of_errors_alone(error: float) -> None:
     """Limit: an orbit of period 1 with the errors of a run is undecided, not chaotic; longer periods stay regular."""
     errors = error * np.random.default_rng(3).standard_normal(400)
-    found = zero_one_test(7.0 * (1.0 + errors))
+    found = sd.zero_one_test(7.0 * (1.0 + errors))
     assert np.isnan(float(found["K"]))
     assert "vary by no more than their errors" in found.attrs["undecided"]
-    assert float(zero_one_test(1.0 + errors, noise=0.0)["K"]) > 0.9  # what is not known as an error is taken as a motion
+    assert float(sd.zero_one_test(1.0 + errors, noise=0.0)["K"]) > 0.9  # what is not known as an error is taken as a motion
     for period in (2, 3, 8):
-        repeated = zero_one_test(np.cos(2.0 * np.pi * np.arange(400) / period) + errors)
+        repeated = sd.zero_one_test(np.cos(2.0 * np.pi * np.arange(400) / period) + errors)
         assert abs(float(repeated["K"])) < 0.1
         assert "undecided" not in repeated.attrs
-    with pytest.raises(InputError, match="noise = -1"):
-        zero_one_test(errors, noise=-1.0)
+    with pytest.raises(sd.InputError, match="noise = -1"):
+        sd.zero_one_test(errors, noise=-1.0)
 
 
 def test_zero_one_displacement() -> None:
     """Cross-check: the displacement by FFT against its sum, written out; K does not depend on scale."""
     values = logistic(3.9, 300)
-    found = zero_one_test(values, angles=7, seed=2)
+    found = sd.zero_one_test(values, angles=7, seed=2)
     z = found["p"].values + 1j * found["q"].values
     most = int(found["lag"][-1])
     direct = [np.mean(np.abs(z[n : n + 300 - most] - z[: 300 - most]) ** 2) for n in found["lag"].values]
     np.testing.assert_allclose(found["mean_square_displacement"], direct, rtol=1e-10)
-    assert float(found["K"]) == pytest.approx(float(zero_one_test(-1e3 * values, angles=7, seed=2)["K"]), rel=1e-9)
+    assert float(found["K"]) == pytest.approx(float(sd.zero_one_test(-1e3 * values, angles=7, seed=2)["K"]), rel=1e-9)
     assert found["angle"].values.min() > 0.2 * np.pi
     assert found["angle"].values.max() < 0.8 * np.pi
 
@@ -110,11 +108,11 @@ def test_zero_one_displacement() -> None:
 def test_zero_one_oversampled() -> None:
     """Limit: a finely sampled chaotic signal looks regular, and the test says how finely it is sampled."""
     fine = np.interp(np.arange(0.0, 60.0, 0.03), np.arange(61), logistic(4.0, 61))
-    found = zero_one_test(fine)
+    found = sd.zero_one_test(fine)
     assert float(found["samples_per_oscillation"]) > 50.0
-    assert float(found["K"]) < float(zero_one_test(logistic(4.0, 2000))["K"]) - 0.2
-    with pytest.raises(InputError, match="at least 50"):
-        zero_one_test(np.arange(20.0))
+    assert float(found["K"]) < float(sd.zero_one_test(logistic(4.0, 2000))["K"]) - 0.2
+    with pytest.raises(sd.InputError, match="at least 50"):
+        sd.zero_one_test(np.arange(20.0))
 
 
 def test_spectrum_of_two_tones() -> None:
@@ -123,7 +121,7 @@ def test_spectrum_of_two_tones() -> None:
     time = spacing * np.arange(count)
     noise = 1e-3 * np.random.default_rng(0).normal(size=count)
     values = 2.0 * np.sin(2.0 * np.pi * 50.3 * time) + 0.5 * np.sin(2.0 * np.pi * 123.4 * time) + noise + 7.0
-    found = spectrum(values, spacing=spacing, unit="m/s")
+    found = sd.spectrum(values, spacing=spacing, unit="m/s")
     resolution = 4.0 / (count * spacing)
     np.testing.assert_allclose(found["dominant_frequency"], [50.3, 123.4], atol=resolution / 20.0)
     power = float(found["power_density"].sum()) * float(found["frequency"][1])
@@ -135,11 +133,11 @@ def test_spectrum_of_two_tones() -> None:
 def test_spectrum_of_noise() -> None:
     """Closed form: white noise of variance s^2 has density 2 s^2 dt; one periodogram of it is e^-gamma flat."""
     noise = np.random.default_rng(5).normal(0.0, 3.0, 2**15)
-    found = spectrum(noise, spacing=0.5, segments=1, window="boxcar")
+    found = sd.spectrum(noise, spacing=0.5, segments=1, window="boxcar")
     assert float(found["power_density"][1:].mean()) == pytest.approx(2.0 * 9.0 * 0.5, rel=0.04)
     assert float(found["flatness"]) == pytest.approx(math.exp(-np.euler_gamma), abs=0.03)
-    with pytest.raises(InputError, match="spacing > 0"):
-        spectrum(noise, spacing=0.0)
+    with pytest.raises(sd.InputError, match="spacing > 0"):
+        sd.spectrum(noise, spacing=0.0)
 
 
 def test_recurrence_of_a_period() -> None:
@@ -165,8 +163,8 @@ def test_determinism_of_noise_and_rotation() -> None:
     embedded = float(recurrence(rotation(601)[:, 0], dimension=2)["determinism"])
     assert whole == 1.0
     assert embedded > projected + 0.2
-    with pytest.raises(InputError, match="apart = 20 for 20 embedded states; expected an index difference of at most 19"):
+    with pytest.raises(sd.InputError, match="apart = 20 for 20 embedded states; expected an index difference of at most 19"):
         recurrence(np.arange(20.0), apart=20)
     assert float(recurrence(np.arange(20.0), apart=19)["recurrence_rate"]) == 0.0
-    with pytest.raises(InputError, match="at most 5000"):
+    with pytest.raises(sd.InputError, match="at most 5000"):
         recurrence(np.zeros(6000))

@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.analysis.verdict import classify, classify_samples, consensus
+import scissordyn as sd
+from scissordyn.analysis.verdict import classify_samples
 from scissordyn.casefile.configuration import write_configuration
-from scissordyn.errors import InputError
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import Mechanism
 
 from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 
@@ -103,7 +99,7 @@ def test_trust_horizon_is_spoken_of() -> None:
 )
 def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: str) -> None:
     """Closed form: a stroke in contact all the time is continuous contact; any flight makes it transient only, never more."""
-    found = classify(made_up_run(spans, trusted_until=0.5), after=after)
+    found = sd.classify(made_up_run(spans, trusted_until=0.5), after=after)
     assert (found.kind, found.period) == (kind, None)
     assert "no period" in found.evidence[0]
     assert any("Compare an ensemble beyond it" in sentence for sentence in found.evidence)
@@ -121,19 +117,19 @@ def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
 def test_periodic_runs() -> None:
     """Closed form: runs whose journals follow known maps; the flights of the first half do not count."""
     ones = np.ones((40, 2))
-    assert classify(driven(ones, [(0.5, 3.0), (3.5, math.nan)]), period=1.0).kind == "continuous contact"
-    assert classify(driven(ones, [(0.0, 35.0)]), period=1.0).name == "periodic, period 1"
-    assert classify(driven(np.tile([[0.1, 0.2], [0.3, 0.2]], (20, 1)), []), period=1.0).name == "periodic, period 2"
-    assert classify(driven(0.9 * rotation(400), []), period=1.0, skip=10).kind == "quasi-periodic"
-    assert classify(driven(0.5 * henon(400), []), period=1.0, skip=10).kind == "irregular"
-    with pytest.raises(InputError, match="samples at each of them"):
-        classify(driven(ones, []), period=0.77)
+    assert sd.classify(driven(ones, [(0.5, 3.0), (3.5, math.nan)]), period=1.0).kind == "continuous contact"
+    assert sd.classify(driven(ones, [(0.0, 35.0)]), period=1.0).name == "periodic, period 1"
+    assert sd.classify(driven(np.tile([[0.1, 0.2], [0.3, 0.2]], (20, 1)), []), period=1.0).name == "periodic, period 2"
+    assert sd.classify(driven(0.9 * rotation(400), []), period=1.0, skip=10).kind == "quasi-periodic"
+    assert sd.classify(driven(0.5 * henon(400), []), period=1.0, skip=10).kind == "irregular"
+    with pytest.raises(sd.InputError, match="samples at each of them"):
+        sd.classify(driven(ones, []), period=0.77)
 
 
 def test_cycles() -> None:
     """Closed form: the cycles of a long periodic run, whose clearance stands in its configuration."""
-    joints = [Revolute("A", ("a", "p"), ("b", "p"), Clearance(CLEARANCE)), Revolute("O", ("a", "q"), ("b", "q"))]
-    bodies = [Body(name, 1.0, 1.0, points={"p": (0.0, 0.0), "q": (1.0, 0.0)}) for name in "ab"]
+    joints = [sd.Revolute("A", ("a", "p"), ("b", "p"), sd.Clearance(CLEARANCE)), sd.Revolute("O", ("a", "q"), ("b", "q"))]
+    bodies = [sd.Body(name, 1.0, 1.0, points={"p": (0.0, 0.0), "q": (1.0, 0.0)}) for name in "ab"]
     map_ = 0.5 * henon(400)
     cycles = xr.Dataset(
         {
@@ -141,25 +137,25 @@ def test_cycles() -> None:
             "contact_fraction": (("cycle", "joint"), np.full((400, 1), 0.5)),
         },
         coords={"time": ("cycle", np.arange(400.0)), "joint": ["A"], "axis": ["x", "y"]},
-        attrs={"configuration": write_configuration(Mechanism(bodies, joints))},
+        attrs={"configuration": write_configuration(sd.Mechanism(bodies, joints))},
     )
-    found = classify(cycles)
+    found = sd.classify(cycles)
     assert found.kind == "irregular"
     assert found.measures["flight_fraction"] == 0.5
     still = cycles.assign(
         eccentricity=0.0 * cycles["eccentricity"] + CLEARANCE, contact_fraction=0.0 * cycles["contact_fraction"] + 1.0
     )
-    assert classify(still).name == "continuous contact, period 1"
-    with pytest.raises(InputError, match="has no clearances"):
-        classify(cycles.drop_attrs())
-    with pytest.raises(InputError, match="samples are left"):
-        classify(cycles, skip=399)
+    assert sd.classify(still).name == "continuous contact, period 1"
+    with pytest.raises(sd.InputError, match="has no clearances"):
+        sd.classify(cycles.drop_attrs())
+    with pytest.raises(sd.InputError, match="samples are left"):
+        sd.classify(cycles, skip=399)
 
 
 def test_consensus() -> None:
     """Closed form: three irregular members and one of period 2; fractions, means and standard deviations of the measures."""
     chaotic = [classify_samples(logistic(4.0, 400, start=0.3 + 1e-3 * k)) for k in range(3)]
-    found = consensus([*chaotic, classify_samples(logistic(3.2, 400))])
+    found = sd.consensus([*chaotic, classify_samples(logistic(3.2, 400))])
     assert (found.kind, found.period, found.fraction) == ("irregular", None, 0.75)
     assert found.counts == {"irregular": 3, "periodic, period 2": 1}
     growth = [verdict.measures["K"] for verdict in chaotic]
@@ -168,9 +164,9 @@ def test_consensus() -> None:
     assert float(row["deviation"]) == pytest.approx(np.std(growth, ddof=1), rel=1e-14)
     assert (float(row["least"]), float(row["largest"]), int(row["members"])) == (min(growth), max(growth), 3)
     assert found.evidence[0] == "3 of 4 members: irregular; 1 of 4 members: periodic, period 2."
-    assert "is undecided" in consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
-    with pytest.raises(InputError, match="at least two"):
-        consensus(chaotic[:1])
+    assert "is undecided" in sd.consensus([chaotic[0], classify_samples(np.ones(9))]).evidence[1]
+    with pytest.raises(sd.InputError, match="at least two"):
+        sd.consensus(chaotic[:1])
 
 
 def test_inputs_are_checked() -> None:
@@ -181,5 +177,5 @@ def test_inputs_are_checked() -> None:
         ([1.0, 2.0], {"scale": [0.0]}),
         ([1.0, 2.0], {"tolerance": 0.0}),
     ):
-        with pytest.raises(InputError):
+        with pytest.raises(sd.InputError):
             classify_samples(samples, **options)

@@ -13,11 +13,8 @@ import pytest
 import xarray as xr
 from tests.build import write_as_other
 
+import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
-from scissordyn.errors import InputError
-from scissordyn.periodic.cycles import cycle
-from scissordyn.record.store import load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
 # Numbers of damaged cases: in every test run, in all slow tests, and in each of the slow tests
@@ -261,7 +258,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     path = tmp_path_factory.mktemp("saved") / "run.nc"
     arguments = ["run", str(EXAMPLES / "paper.toml"), "-o", str(path), "--samples", "3", "--set", "run.until=0.1 ms"]
     assert status_of(arguments) == 0
-    return load(path)
+    return sd.load(path)
 
 
 @pytest.fixture(scope="module")
@@ -269,7 +266,7 @@ def diagram(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """Return a saved bifurcation diagram that the arguments `SCAN` continue."""
     path = tmp_path_factory.mktemp("diagram") / "diagram.nc"
     assert status_of(["bifurcation", *SCAN, "-o", str(path)]) == 0
-    return load(path)
+    return sd.load(path)
 
 
 # Arguments of a short bifurcation diagram of two values
@@ -312,7 +309,7 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(diagram: xr.Datase
         if name == "title":
             write_as_other(changed, "other.nc")
         else:
-            save(changed, "other.nc")
+            sd.save(changed, "other.nc")
         status, _ = said("bifurcation", *SCAN, "-o", "other.nc")
         assert status in (0, 2)
         Path("other.nc").unlink()
@@ -321,11 +318,11 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(diagram: xr.Datase
 @pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
 def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -> None:
     """Contract: a run of cycles cannot be continued without its period, and says so."""
-    mechanism = read_case(EXAMPLES / "periodic.toml").mechanism
-    run = cycle(mechanism, cycles=1)
+    mechanism = sd.read_case(EXAMPLES / "periodic.toml").mechanism
+    run = sd.cycle(mechanism, cycles=1)
     run.attrs.pop("period") if value is None else run.attrs.update(period=value)
-    with pytest.raises(InputError, match="attribute 'period'"):
-        cycle(mechanism, cycles=1, start=run)
+    with pytest.raises(sd.InputError, match="attribute 'period'"):
+        sd.cycle(mechanism, cycles=1, start=run)
 
 
 def test_the_drawn_variable_is_checked_first(folder: Path, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import scissordyn as sd
 from cli.test_files import PAPER, SHORT, Refused
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
-from scissordyn.record.store import load
 
 EXAMPLES = PAPER.parent  # Folder of the package's example cases
 
@@ -53,7 +53,7 @@ def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFi
     assert "Saved to run.nc" in shown.out
     assert max(map(len, shown.out.splitlines())) <= 100
     assert shown.err == ""
-    run = load("run.nc")
+    run = sd.load("run.nc")
     assert run.attrs["status"] == "complete"
     assert run.sizes["time"] == 31
     assert float(run["contact_start"][0]) == pytest.approx(0.001365125913, abs=1e-11)
@@ -64,7 +64,7 @@ def test_a_saved_run_can_be_run_again(folder: Path, refused: Refused) -> None:
     """Identity: the same numbers, bit for bit; half a file, another kind of file and no file are refused."""
     assert status_of(["run", str(PAPER), "-o", "first.nc", *SHORT]) == 0
     assert status_of(["run", "first.nc", "-o", "second.nc"]) == 0
-    xr.testing.assert_equal(load("first.nc"), load("second.nc"))
+    xr.testing.assert_equal(sd.load("first.nc"), sd.load("second.nc"))
     assert "saved run" in refused("run", "first.nc", "--samples", "5")
     whole = Path("first.nc").read_bytes()
     for name in ("half.nc", "half-without-a-name"):
@@ -100,7 +100,7 @@ def test_interrupted_runs_keep_what_was_computed(
     shown = capsys.readouterr()
     assert "marked interrupted" in shown.out
     assert shown.err.startswith("scissordyn: stopped at t = ")
-    run = load("part.nc")
+    run = sd.load("part.nc")
     assert run.attrs["status"] == "interrupted"
     assert 0.0 < run.attrs["end"] < 0.05
     assert 1 < run.sizes["time"] < 2001
@@ -139,7 +139,7 @@ def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: 
     shown = capsys.readouterr()
     assert "100 steps are not enough" in shown.err
     assert shown.err.count("\n") == 1
-    run = load("part.nc")
+    run = sd.load("part.nc")
     assert run.attrs["status"] == "failed"
     assert "100 steps are not enough" in run.attrs["cause"]
 
@@ -186,7 +186,7 @@ def test_curves_take_no_second_run(folder: Path) -> None:
     command = ["run", str(PAPER), *SHORT[:4], "-q", "--samples"]
     assert status_of([*command, "101", "-o", "plain.nc"]) == 0
     assert status_of([*command, "auto", "-o", "auto.nc"]) == 0
-    plain, auto = load("plain.nc"), load("auto.nc")
+    plain, auto = sd.load("plain.nc"), sd.load("auto.nc")
     assert auto.sizes["time"] > 2001
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
     steps = [json.loads(run.attrs["statistics"])["steps"] for run in (plain, auto)]
@@ -211,12 +211,12 @@ def test_a_run_is_drawn_with_the_samples_that_are_saved(
     assert status_of(["run", str(EXAMPLES / f"{case}.toml"), *options, "-q", "-o", "run.nc", "--plot", "a"]) == 0
     assert status_of(["plot", "run.nc", "-o", "b"]) == 0
     assert status_of(["run", "run.nc", "-q", "-o", "again.nc", "--plot", "c"]) == 0
-    saved = load("run.nc")
+    saved = sd.load("run.nc")
     chosen = read_configuration(saved).options
     assert chosen is not None
     assert chosen.samples == number
     assert len(drawn) == 3
-    for run in (*drawn, load("again.nc")):
+    for run in (*drawn, sd.load("again.nc")):
         xr.testing.assert_equal(run, saved)
 
 

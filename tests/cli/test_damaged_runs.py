@@ -15,8 +15,8 @@ import pytest
 import xarray as xr
 from tests.build import add_checksum, write_as_other
 
+import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
 # Numbers of damaged files: in every test run, with the slow tests, and in each of the slow tests
@@ -58,7 +58,7 @@ def damaged_run(whole: Path, target: Path, number: int) -> None:
 
 @cache
 def _loaded(path: Path) -> xr.Dataset:
-    return load(path)
+    return sd.load(path)
 
 
 def _bytes(content: bytes, chance: random.Random) -> bytes:
@@ -191,7 +191,7 @@ def test_a_thousand_damaged_runs(said: Said, whole: list[Path], folder: Path, fi
 
 def test_a_flipped_bit_is_noticed_by_every_command(said: Said, whole: list[Path], folder: Path) -> None:
     """Contract: one bit of a number that would be read is flipped; nothing is shown, drawn or written of the run."""
-    content, first = whole[0].read_bytes(), load(whole[0])["position"].values[1, 0, 0].tobytes()
+    content, first = whole[0].read_bytes(), sd.load(whole[0])["position"].values[1, 0, 0].tobytes()
     Path("damaged.nc").write_bytes(content.replace(first, bytes([first[0] ^ 1]) + first[1:]))
     shutil.copy(whole[0], "whole.nc")
     for command in (*READING, *DRAWING, AGAIN, ("cite", "damaged.nc"), ("explore", "damaged.nc", "--no-browser")):
@@ -220,7 +220,7 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 def test_damage_is_named(said: Said, whole: list[Path], folder: Path, named: str) -> None:
     """Contract: a command refuses a damaged run, and names the attribute or the variable; every command does for one damage."""
     shutil.copy(whole[0], "whole.nc")
-    write_as_other(DAMAGES[named](load(whole[0])), "damaged.nc")
+    write_as_other(DAMAGES[named](sd.load(whole[0])), "damaged.nc")
     for command in (*READING, *DRAWING) if named == "end" else READING[2:3]:  # all of them read a run by one function
         status, line = said(*command)
         assert status == 2, command

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 
+import scissordyn as sd
 from scissordyn.casefile import text
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
-from scissordyn.record.store import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
 PAPER = EXAMPLES / "paper.toml"  # Case file of the paper's array
@@ -48,7 +47,7 @@ def test_results_may_be_replaced(folder: Path, refused: Refused) -> None:
         assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", *SHORT]) == 0
         assert status_of(["laws", "liu", "--plot", "law.png"]) == 0
     assert "it is the case file" in refused("run", "run.nc", "-o", "run.nc")
-    assert load("run.nc").sizes["time"] == 31
+    assert sd.load("run.nc").sizes["time"] == 31
 
 
 def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +90,7 @@ def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> No
     assert "'soft' of 'my_laws.py', which is not executed unless you allow it" in line
     assert "--allow-code my_laws.py" in line
     assert status_of(["run", "run.nc", "-o", "again.nc", "--allow-code", "my_laws.py", "--plot", "again"]) == 0
-    assert load("run.nc").equals(load("again.nc"))
+    assert sd.load("run.nc").equals(sd.load("again.nc"))
     assert "with a case file" in refused("run", "case.toml", "--allow-code", "my_laws.py")
     (folder / "my_laws.py").write_text(LAWS.replace("stiffness *", "2.0 * stiffness *"))
     assert "digest" in refused("run", "run.nc", "--allow-code", "my_laws.py")
@@ -124,7 +123,7 @@ def test_all_are_copied_and_nothing_is_overwritten(folder: Path, refused: Refuse
         copied, target = ({path.relative_to(top) for path in top.rglob("*.toml")} for top in (EXAMPLES, Path("mine")))
         assert copied == target
     assert Path("mine/studies/statements.py").exists()
-    assert read_case("mine/paper.toml").mechanism.bodies
+    assert sd.read_case("mine/paper.toml").mechanism.bodies
     Path("mine/paper.toml").write_text("mine")
     assert "exists with other content" in refused("examples", "paper", "-o", "mine")
     assert Path("mine/paper.toml").read_text() == "mine"

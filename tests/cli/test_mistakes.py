@@ -16,11 +16,9 @@ import pytest
 import scissordyn as sd
 from scissordyn.cli.main import COMMANDS, status_of
 from scissordyn.cli.study import values_by_parameter
-from scissordyn.errors import ScissordynError
 from scissordyn.plan.plan import plan
 from scissordyn.run import sample_memory
 from scissordyn.studies.ask.design import Design, design_size, design_values
-from scissordyn.studies.ask.distribution import Interval, Levels
 
 # Mistakes in commands and files, each with words of its message, by kind of mistake
 TABLE: dict[str, list[dict[str, Any]]] = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
@@ -61,7 +59,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def line_of(mistake: dict[str, Any], capfd: pytest.CaptureFixture[str]) -> str:
     """Return the error after a mistake: of a command, of a case file that `check` reads, or of a call in Python."""
     if "python" in mistake:
-        with pytest.raises((ScissordynError, TypeError, AttributeError)) as raised:
+        with pytest.raises((sd.ScissordynError, TypeError, AttributeError)) as raised:
             exec(mistake["python"], {"sd": sd, "arm": sd.scissor(units=2)})
         return str(raised.value)
     for name in ("case", "study"):
@@ -202,12 +200,12 @@ def test_samples_fit_into_the_free_memory(tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_size_of_a_grid() -> None:
     """Closed form: the number of a grid's points without its points."""
-    assert design_size(Design("grid"), [Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
+    assert design_size(Design("grid"), [sd.Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
 
 
 def test_one_at_a_time_takes_each_level_once() -> None:
     """Contract: the base, then the levels of one factor after the other, whichever points are asked for."""
-    variations = [Levels((1.0, 2.0)), Interval(5.0, 7.0, count=3)]
+    variations = [sd.Levels((1.0, 2.0)), sd.Interval(5.0, 7.0, count=3)]
     base = np.array([0.0, 4.0])
     whole = [[0, 4], [1, 4], [2, 4], [0, 5], [0, 6], [0, 7]]
     design = Design("one-at-a-time")

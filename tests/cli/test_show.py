@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import scissordyn as sd
 from reference.paper_case import paper_case
 from scissordyn.cli.catalogue import plain_formula
 from scissordyn.cli.compare import change
@@ -19,7 +20,6 @@ from scissordyn.cli.show import column, show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.numeral import PREFIXES, prefix
-from scissordyn.record.store import load
 from scissordyn.units import short
 
 
@@ -220,7 +220,7 @@ def test_run_and_check_for_other_programs(tmp_path: Path, capsys: pytest.Capture
     case.write_text(paper_case("3 ms"))
     assert status_of(["run", str(case), "-o", str(saved), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    run = load(saved)
+    run = sd.load(saved)
     assert found["status"] == "complete"
     assert found["end"] == 3e-3
     assert found["files"] == [str(saved)]

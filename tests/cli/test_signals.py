@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.record.store import load
+import scissordyn as sd
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
 COMMAND = [sys.executable, "-m", "scissordyn.cli.main"]  # Command line of `scissordyn`
@@ -105,7 +105,7 @@ def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, s
     assert f"Saved to {target}, marked interrupted" in out
     assert err.startswith("scissordyn: stopped at t = ")
     assert err.count("\n") == 1
-    assert 0.0 < load(target).attrs["end"] < 2000.0
+    assert 0.0 < sd.load(target).attrs["end"] < 2000.0
     assert list(tmp_path.iterdir()) == [target]
 
 
@@ -138,7 +138,7 @@ def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signal
     assert process.returncode == 128 + number
     assert f"Saved to {target}, marked interrupted" in out
     assert err == "scissordyn: interrupted; the same command continues from the file\n"
-    stored = load(target)
+    stored = sd.load(target)
     done = stored["status"].values.tolist().count("complete")
     assert 0 < done < 200
     assert list(tmp_path.iterdir()) == [target]
@@ -176,7 +176,7 @@ def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine
         assert process.returncode == 128 + number
         assert err == f"scissordyn: interrupted; completed runs are in {tmp_path}; the same command continues from there\n"
     for path in tmp_path.glob("runs/*.nc"):
-        assert load(path).attrs["status"] == "complete"
+        assert sd.load(path).attrs["status"] == "complete"
 
 
 # Program that handles signals but catches the exception of each

@@ -11,10 +11,9 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 from scissordyn.plot.wear import film, history, profile
-from scissordyn.record.store import load
 
 # Case file with a joint that wears
 CASE = """
@@ -60,7 +59,7 @@ def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixt
     assert lines[1].startswith("joint 'slider pin' after 1500 cycles: ")
     assert {path.name for path in (folder / "pictures").iterdir()} == {"wear.png", "profile-1.png"}
     assert status_of(["wear", case, "-o", "life.nc", "--json"]) == 0
-    said, kept = json.loads(capfd.readouterr().out), load("life.nc")
+    said, kept = json.loads(capfd.readouterr().out), sd.load("life.nc")
     assert said["lives"][0]["life"] == float(kept["life"][0])
     assert said["joints"]["slider pin"]["worn_volume"] == float(kept["worn_volume"][-1, 0])
     low, life, high = (said["lives"][0][name] for name in ("life_low", "life", "life_high"))
@@ -118,9 +117,9 @@ def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[
     shown = capfd.readouterr()
     assert "Saved to life.nc, marked interrupted" in shown.out
     assert shown.err == "scissordyn: interrupted; scissordyn wear case.toml -o life.nc continues from there\n"
-    assert load("life.nc").sizes["state"] == 2
+    assert sd.load("life.nc").sizes["state"] == 2
     assert status_of(["wear", case, "-o", "life.nc"]) == 0
-    xr.testing.assert_identical(load("life.nc"), load("whole.nc"))
+    xr.testing.assert_identical(sd.load("life.nc"), sd.load("whole.nc"))
 
 
 def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -> None:
@@ -141,5 +140,5 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
 def test_pictures_of_other_datasets() -> None:
     run = xr.Dataset(attrs={"title": "scissordyn run"})
     for picture in (profile, history):
-        with pytest.raises(InputError, match="a picture of wear of a 'scissordyn run'"):
+        with pytest.raises(sd.InputError, match="a picture of wear of a 'scissordyn run'"):
             picture(run)

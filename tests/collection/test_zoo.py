@@ -18,8 +18,6 @@ from scissordyn.bibliography.reference import bibliography
 from scissordyn.casefile.quantity import read_quantity
 from scissordyn.cli.main import status_of
 from scissordyn.collection.catalogue import DECLARATION, ENTRIES_FOLDER, Zoo, read_entry
-from scissordyn.errors import InputError
-from scissordyn.units import Quantity
 
 NAMES = tuple(sd.zoo)  # Names of all mechanisms of the zoo
 
@@ -43,7 +41,7 @@ def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
         assert (value is None) == (number.origin != "closed form"), number.what
         if value is not None:
             unit = number.value.partition(" ")[2]
-            assert read_quantity(number.value, Quantity(unit)) == pytest.approx(float(value), rel=WRITTEN, abs=1e-15), (
+            assert read_quantity(number.value, sd.Quantity(unit)) == pytest.approx(float(value), rel=WRITTEN, abs=1e-15), (
                 number.what
             )
 
@@ -64,7 +62,7 @@ def test_squeezer_has_the_published_angles() -> None:
     """Published number: the test set's angles at 0.03 s, as `validation/squeezer` has them."""
     from validation.squeezer.reference import TEST_SET
 
-    declared = [read_quantity(number.value, Quantity("rad")) for number in sd.zoo["a03-squeezer"].numbers]
+    declared = [read_quantity(number.value, sd.Quantity("rad")) for number in sd.zoo["a03-squeezer"].numbers]
     assert declared == [pytest.approx(TEST_SET[k], rel=1e-15) for k in (0, 2, 6)]
 
 
@@ -72,7 +70,7 @@ def test_woodpecker_touches_the_pole_when_its_free_flight_does() -> None:
     """Cross-check: instant and speed of the first contact as declared, by Lagrange's equations of the free flight."""
     from reference.woodpecker import first_contact
 
-    declared = [read_quantity(each.value, Quantity(each.value.split()[1])) for each in sd.zoo["woodpecker"].numbers]
+    declared = [read_quantity(each.value, sd.Quantity(each.value.split()[1])) for each in sd.zoo["woodpecker"].numbers]
     assert first_contact(np.array([0.0, 0.0, 0.0, 0.0, 0.0, -0.34, 0.0, -7.5])) == pytest.approx(declared, rel=2e-9)
 
 
@@ -92,7 +90,7 @@ def test_names_are_found_however_they_are_spelt() -> None:
     assert "Flores slider crank" in sd.zoo
     assert "slider" not in sd.zoo
     assert len(NAMES) == len(sd.zoo) >= 24
-    with pytest.raises(InputError, match=r"did you mean 'peaucellier'\?"):
+    with pytest.raises(sd.InputError, match=r"did you mean 'peaucellier'\?"):
         sd.zoo["peaucelier"]
 
 
@@ -200,7 +198,7 @@ def test_wrong_declarations_are_one_line(tmp_path: Path, old: str, new: str, sai
     """Bad input: a fault is named with its file, a number that a run does not have, or in another unit, with its name."""
     assert old in DECLARED
     folder = made(tmp_path, "swing", DECLARED.replace(old, new, 1))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         read_entry(folder / "swing", "theirs").check()
     assert said in str(caught.value)
     assert DECLARATION in str(caught.value) or "number 'start'" in str(caught.value)

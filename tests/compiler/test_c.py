@@ -23,7 +23,6 @@ from scissordyn.compiler.unit import Unit
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.declaration import kernels_of
 from scissordyn.control.catalogue import CONTROLLERS
-from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.source import Source
 from scissordyn.kernel import F1, call_at
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
@@ -272,7 +271,7 @@ def unknown(x):
 def test_what_is_not_translated_is_one_line() -> None:
     """Contract: a kernel with a list is refused by its file, line and word."""
     with pytest.raises(
-        InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; expected numbers"
+        sd.InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; expected numbers"
     ) as error:
         Unit().function(unknown, (FLOAT,))
     assert "\n" not in str(error.value)

@@ -15,11 +15,11 @@ import pytest
 from tests.compiler.dual_system import compare, mechanism_of
 from tests.compiler.test_c import KERNELS
 
+import scissordyn as sd
 from scissordyn.compiler.c import load_source
 from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
-from scissordyn.errors import InputError
 from scissordyn.kernel import call_at, derivative, equals, value_of
 from scissordyn.plugin.element import RECIPES
 
@@ -289,7 +289,7 @@ def test_the_step_matrix_is_the_jacobian_of_the_right_hand_side(case: str) -> No
 
 def test_a_derivative_is_not_dropped() -> None:
     """Identity: a number with derivatives does not go where there is no place for them."""
-    with pytest.raises(InputError, match="cannot hold a number with derivatives"):
+    with pytest.raises(sd.InputError, match="cannot hold a number with derivatives"):
         Unit(derivatives=1).function(stored, (DUAL, Array(FLOAT, 1)))
 
 

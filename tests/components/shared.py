@@ -16,7 +16,6 @@ from tests.build import ORIGIN, assert_balance, case_of
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.place import Point
-from scissordyn.model.mechanism import Mechanism
 
 __all__ = ["assert_balance"]
 
@@ -29,18 +28,18 @@ ENDS = ("ground", "O"), ("ball", "centre")  # End points of a component between 
 
 def ball_on(
     *components: Any, mass: float = 2.0, place: Point = (0.5, 0.0), velocity: Point = (0.0, 0.0), gravity: float = 0.0
-) -> Mechanism:
+) -> sd.Mechanism:
     """Return a point mass and a point of the ground, with components between them."""
     ball = replace(sd.point_mass("ball", mass=mass, position=place), velocity=velocity)
-    return Mechanism((ball,), components=components, ground=ORIGIN, gravity=gravity)
+    return sd.Mechanism((ball,), components=components, ground=ORIGIN, gravity=gravity)
 
 
-def shaft_in_bearing(load: float, oil: sd.Lubrication, **gap: Any) -> Mechanism:
+def shaft_in_bearing(load: float, oil: sd.Lubrication, **gap: Any) -> sd.Mechanism:
     """Return a shaft of 20 mm radius in a bearing with 40 um of clearance and oil, with a load as its weight."""
     shaft = sd.Body("shaft", load / 9.81, 1.0, {"centre": (0.0, 0.0)})
     clearance = sd.Clearance(4e-5, journal_radius=0.02, bearing_length=0.04, lubrication=oil, **gap)
     joint = sd.Revolute("bearing", ("shaft", "centre"), ("ground", "O"), clearance=clearance)
-    return Mechanism((shaft,), joints=(joint,), ground=ORIGIN, gravity=9.81)
+    return sd.Mechanism((shaft,), joints=(joint,), ground=ORIGIN, gravity=9.81)
 
 
 def events_of(run: xr.Dataset, kind: str) -> np.ndarray:
@@ -101,7 +100,7 @@ def _terminal(event: Event) -> Event:
     return falling
 
 
-def read(folder: Path, text: str) -> Mechanism:
+def read(folder: Path, text: str) -> sd.Mechanism:
     """Return the mechanism of a case file."""
     return case_of(folder, text).mechanism
 

@@ -11,14 +11,15 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from scissordyn.components.beam import Beam, force
+import scissordyn as sd
+from scissordyn.components.beam import force
 from scissordyn.components.elastic import node_inertia
 
 LENGTH, EA, EI = 0.25, 3e4, 20.0  # Length [m], axial stiffness EA [N] and bending stiffness EI [N m^2] of a beam element
 # Depth of the section [m], Young's modulus [Pa] and yield strength [Pa] of a beam element
 DEPTH, MODULUS, STRENGTH = 0.03, 2e9, 5e7
 # Beam element between two bodies
-BEAM = Beam("beam", ("one", "end"), ("other", "start"), LENGTH, EA, EI, 1.2, DEPTH, MODULUS, STRENGTH)
+BEAM = sd.Beam("beam", ("one", "end"), ("other", "start"), LENGTH, EA, EI, 1.2, DEPTH, MODULUS, STRENGTH)
 
 
 def rotation(p1: float, p2: float, a: float, xi: float) -> float:

@@ -9,9 +9,6 @@ import pytest
 from scipy.linalg import expm
 
 import scissordyn as sd
-from scissordyn.components.bushing import Bushing
-from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance, phases
 
@@ -28,16 +25,16 @@ BUSHING_PARAMETERS = {
 }
 
 
-def plate_on(bushing: Bushing) -> Mechanism:
+def plate_on(bushing: sd.Bushing) -> sd.Mechanism:
     """Return a rigid body on a bushing at its mass centre."""
     plate = sd.Body("plate", 2.0, 0.03, {"eye": (0.0, 0.0)}, position=(0.02, 0.01), angle=math.radians(20.0))
-    return Mechanism((plate,), components=(bushing,), ground=(("O", (0.0, 0.0)),), gravity=0.0)
+    return sd.Mechanism((plate,), components=(bushing,), ground=(("O", (0.0, 0.0)),), gravity=0.0)
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_oscillations_about_the_ground(method: str) -> None:
     """Closed form: on the ground both displacements are a linear system, coupled by K_xy and D_xy, and the angle another."""
-    bushing = Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **BUSHING_PARAMETERS)
+    bushing = sd.Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **BUSHING_PARAMETERS)
     run = sd.simulate(plate_on(bushing), until=0.5, method=method, samples=51, **TIGHT)
     K, D = np.array([[400.0, 150.0], [150.0, 900.0]]), np.array([[1.5, -0.8], [-0.8, 3.0]])
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-K / 2.0, -D / 2.0]])
@@ -95,8 +92,8 @@ def test_two_free_bodies(method: str) -> None:
             angular_velocity=speed[2],
         )
 
-    bushing = Bushing("rubber", ("body 0", "eye"), ("body 1", "eye"), free_angle=-0.5, **BUSHING_PARAMETERS)
-    mechanism = Mechanism((body(0), body(1)), components=(bushing,), gravity=0.0)
+    bushing = sd.Bushing("rubber", ("body 0", "eye"), ("body 1", "eye"), free_angle=-0.5, **BUSHING_PARAMETERS)
+    mechanism = sd.Mechanism((body(0), body(1)), components=(bushing,), gravity=0.0)
     run = sd.simulate(mechanism, until=1.0, method=method, samples=51, **TIGHT)
     _, _, at = phases(rate, (lambda t, y: 1.0, lambda t, y: 1.0), start, 1.0)
     found = at(run["time"].values)
@@ -115,6 +112,6 @@ def test_two_free_bodies(method: str) -> None:
 @pytest.mark.parametrize("what", ["stiffness", "damping"])
 def test_matrices_without_a_negative_eigenvalue(what: str) -> None:
     """Limit: the coupling up to the geometric mean of both axes, no more."""
-    Bushing("rubber", ("ground", "O"), ("plate", "eye"), **{f"{what}_x": 4.0, f"{what}_y": 9.0, f"{what}_xy": -6.0})
-    with pytest.raises(InputError, match=rf"{what}_xy = 6\.1.*otherwise the bushing generates energy"):
-        Bushing("rubber", ("ground", "O"), ("plate", "eye"), **{f"{what}_x": 4.0, f"{what}_y": 9.0, f"{what}_xy": 6.1})
+    sd.Bushing("rubber", ("ground", "O"), ("plate", "eye"), **{f"{what}_x": 4.0, f"{what}_y": 9.0, f"{what}_xy": -6.0})
+    with pytest.raises(sd.InputError, match=rf"{what}_xy = 6\.1.*otherwise the bushing generates energy"):
+        sd.Bushing("rubber", ("ground", "O"), ("plate", "eye"), **{f"{what}_x": 4.0, f"{what}_y": 9.0, f"{what}_xy": 6.1})

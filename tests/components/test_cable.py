@@ -10,8 +10,6 @@ import pytest
 from scipy.optimize import brentq
 
 import scissordyn as sd
-from scissordyn.components.cable import Cable
-from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, events_of, phases
 
@@ -52,7 +50,7 @@ def drop(damping: float) -> tuple[float, float, float]:
 @pytest.mark.parametrize("method", METHODS)
 def test_a_drop_makes_it_taut_and_slack(method: str, damping: float) -> None:
     """Closed form: a fall, a (damped) oscillation, a throw; both instants to 1e-8 s, and the next one of the throw."""
-    rope = Cable("rope", *ENDS, STIFFNESS, FREE, damping)
+    rope = sd.Cable("rope", *ENDS, STIFFNESS, FREE, damping)
     taut, slack, speed = drop(damping)
     again = slack + 2.0 * speed / GRAVITY
     run = sd.simulate(ball(rope, place=(0.0, HEIGHT - FREE)), until=again + 0.02, method=method, samples=401, **TIGHT)
@@ -84,7 +82,7 @@ def test_a_swing_with_a_slack_cable(method: str) -> None:
     def inside(t: float, y: np.ndarray) -> float:
         return FREE - math.hypot(y[0], y[1])
 
-    rope = Cable("rope", *ENDS, STIFFNESS, FREE, damping)
+    rope = sd.Cable("rope", *ENDS, STIFFNESS, FREE, damping)
     run = sd.simulate(ball(rope, place=start[:2], velocity=start[2:]), until=2.0, method=method, samples=201, **TIGHT)
     instants, modes, at = phases(rate, (inside, lambda t, y: -inside(t, y)), start, 2.0)
     assert len(instants) >= 4
@@ -97,7 +95,7 @@ def test_a_swing_with_a_slack_cable(method: str) -> None:
 def test_a_stretched_start_is_taut() -> None:
     """Limit: placed beyond its free length it pulls from the first instant on, and balances the weight where it should."""
     settled = FREE + MASS * GRAVITY / STIFFNESS
-    run = sd.simulate(ball(Cable("rope", *ENDS, STIFFNESS, FREE), place=(0.0, -settled)), until=0.2, **TIGHT)
+    run = sd.simulate(ball(sd.Cable("rope", *ENDS, STIFFNESS, FREE), place=(0.0, -settled)), until=0.2, **TIGHT)
     assert run["cable_taut"].values.min() == 1.0
     np.testing.assert_allclose(run["cable_force"], MASS * GRAVITY, rtol=1e-9)
     assert list(run["event_kind"].values) == ["taut"]
@@ -107,7 +105,7 @@ def test_a_stretched_start_is_taut() -> None:
 
 def test_what_it_cannot_be() -> None:
     """Contract: a cable without stiffness, or from a body to itself, is refused in one line."""
-    with pytest.raises(InputError, match=r"stiffness = 0.*expected a number from 1e-30"):
-        Cable("rope", *ENDS, 0.0, 0.5)
-    with pytest.raises(InputError, match="acts between body 'ball' and itself"):
-        Cable("rope", ("ball", "a"), ("ball", "b"), 1.0, 0.5)
+    with pytest.raises(sd.InputError, match=r"stiffness = 0.*expected a number from 1e-30"):
+        sd.Cable("rope", *ENDS, 0.0, 0.5)
+    with pytest.raises(sd.InputError, match="acts between body 'ball' and itself"):
+        sd.Cable("rope", ("ball", "a"), ("ball", "b"), 1.0, 0.5)

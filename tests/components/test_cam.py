@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 
 import scissordyn as sd
 from scissordyn.components.cam import depth_at
-from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance
 
@@ -44,14 +43,14 @@ def bend(turn: Any) -> Any:
     return (lift_rate(turn + 1e-6) - lift_rate(turn - 1e-6)) / 2e-6
 
 
-def tappet(speed: float, angle: float, push: float = 0.0, **law: float) -> Mechanism:
+def tappet(speed: float, angle: float, push: float = 0.0, **law: float) -> sd.Mechanism:
     """Return a roller in a vertical guide above a driven eccentric circle."""
     wheel = sd.Body("wheel", mass=1.0, inertia=1e-3, points={"axis": (0.0, 0.0)}, position=(0.0, 0.0), angle=angle)
     cam = sd.Cam("cam", ("wheel", "axis"), ("follower", "centre"), circle(), B, **{"restitution": 1.0, **law})
     # it starts as deep as its force presses it in
     depth = ((MASS * (G + speed**2 * float(bend(angle))) + push) / cam.stiffness) ** (2.0 / 3.0)
     follower = sd.point_mass("follower", mass=MASS, position=(0.0, float(lift(angle)) - depth))
-    return Mechanism(
+    return sd.Mechanism(
         bodies=(wheel, follower),
         joints=(sd.Revolute("bearing", ("wheel", "axis"), ("ground", "O")),),
         guides=(sd.Guide("guide", ("follower", "centre"), direction=math.pi / 2),),
@@ -146,7 +145,9 @@ def test_a_turning_cam_throws_its_follower_without_loss() -> None:
     pin = sd.Revolute("bearing", ("wheel", "axis"), ("ground", "O"))
     spring = sd.Spring("back", ("ground", "O"), ("tip", "centre"), stiffness=400.0)
     run = sd.simulate(
-        Mechanism((wheel, tip), (pin,), components=(cam, spring), ground=(("O", (0.0, 0.0)),), gravity=0.0), until=0.3, **TIGHT
+        sd.Mechanism((wheel, tip), (pin,), components=(cam, spring), ground=(("O", (0.0, 0.0)),), gravity=0.0),
+        until=0.3,
+        **TIGHT,
     )
     assert run.sizes["event"] > 6
     place, speed = run["position"].sel(body="tip").values, run["velocity"].sel(body="tip").values

@@ -21,7 +21,6 @@ import scissordyn as sd
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.components.port import ACTUATOR, LINE, PORTS
 from scissordyn.config.template import template
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import picture_corners, scene_of
 from scissordyn.plot.canvas import page as film_page
@@ -56,14 +55,14 @@ def example(section: str) -> str:
     return BASE + "\n" + own
 
 
-def run_of(mechanism: Mechanism) -> xr.Dataset:
+def run_of(mechanism: sd.Mechanism) -> xr.Dataset:
     """Return a short run of a mechanism."""
     run = sd.simulate(mechanism, until=0.1, samples=11)
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     return run
 
 
-def assert_drawn(run: xr.Dataset, mechanism: Mechanism, name: str, strokes: int) -> None:
+def assert_drawn(run: xr.Dataset, mechanism: sd.Mechanism, name: str, strokes: int) -> None:
     """Check that a symbol is in a picture, a film and the film's page, with its name, and not outside the frame."""
     axes = structure(run, mechanism, times=[float(run["time"][3])])[0]
     assert name in [text.get_text() for text in axes.texts]

@@ -10,7 +10,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.components.stop import push, stop_damping
-from scissordyn.errors import InputError
 from scissordyn.plugin.element import arguments_of
 
 from .shared import ENDS
@@ -172,7 +171,7 @@ def test_tape_spring_whose_fold_takes_more_work():
 
     peak = (0.3375 - 0.5 * 0.25 * 0.2) / (0.5 * 0.25)  # at the end of a ramp from 0.2 as much work as of the straight branch
     made(*negative, (0.05, 0.2), (0.3, peak - 1e-9), (1.0, 0.3))
-    with pytest.raises(InputError, match=r"takes 0\.0125 J more than the straight tape up to the snap at 0\.3 rad"):
+    with pytest.raises(sd.InputError, match=r"takes 0\.0125 J more than the straight tape up to the snap at 0\.3 rad"):
         made(*negative, (0.05, 0.2), (0.3, peak + 0.1), (1.0, 0.3))
-    with pytest.raises(InputError, match=r"takes 0\.0075 J more than the straight tape up to the snap at -0\.2 rad"):
+    with pytest.raises(sd.InputError, match=r"takes 0\.0075 J more than the straight tape up to the snap at -0\.2 rad"):
         made((-1.0, -0.2), (-0.2, 0.1 - (0.1625 + 0.0075) / 0.075), (-0.05, -0.1), *positive)

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.components.constant_force_spring import ConstantForceSpring
-from scissordyn.errors import InputError
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on, phases
 
@@ -30,7 +28,7 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
     def beyond(t: float, y: np.ndarray) -> float:
         return math.hypot(y[0], y[1]) - UNCOILED
 
-    reel = ConstantForceSpring("reel", *ENDS, TENSION, UNCOILED, damping)
+    reel = sd.ConstantForceSpring("reel", *ENDS, TENSION, UNCOILED, damping)
     made = ball_on(reel, mass=MASS, place=start[:2], velocity=start[2:], gravity=1.6)
     run = sd.simulate(made, until=1.2, method=method, **TIGHT)
     instants, _, at = phases(rate, (beyond, lambda t, y: -beyond(t, y)), start, 1.2)
@@ -44,5 +42,5 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
 
 def test_what_it_cannot_be() -> None:
     """Contract: an uncoiling length of zero would be a jump of the force, and is refused."""
-    with pytest.raises(InputError, match=r"uncoiling_length = .*expected a number from 1e-12"):
-        ConstantForceSpring("reel", *ENDS, 1.0, 0.0)
+    with pytest.raises(sd.InputError, match=r"uncoiling_length = .*expected a number from 1e-12"):
+        sd.ConstantForceSpring("reel", *ENDS, 1.0, 0.0)

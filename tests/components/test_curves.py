@@ -18,7 +18,6 @@ from tests.build import on_pin
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.curve import curve_at, curve_knots
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.summary import summary_of
 
 from .shared import ENDS, METHODS, TIGHT, assert_balance, ball_on
@@ -30,7 +29,7 @@ PAIRS = ((-0.2, 3.0), (0.1, 5.0), (0.35, 5.0), (0.5, -2.0), (1.2, 0.0))
 ball = partial(ball_on, mass=0.8)
 
 
-def wheel(*components: Any, **more: Any) -> Mechanism:
+def wheel(*components: Any, **more: Any) -> sd.Mechanism:
     """Return a disc of 0.02 kg m^2 on a pin."""
     return on_pin(build.wheel("disc", 0.02, **more), *components)
 
@@ -175,14 +174,14 @@ def test_run_up_of_an_asynchronous_motor() -> None:
     assert_balance(run)
 
 
-def cart(*components: Any, speed: float = 0.0) -> Mechanism:
+def cart(*components: Any, speed: float = 0.0) -> sd.Mechanism:
     """Return a cart of 2 kg on a rail of another cart of 3 kg; both are free along the rail."""
     bodies = tuple(
         dataclasses.replace(sd.point_mass(name, mass=mass, position=(x, 0.0)), velocity=(v, 0.0))
         for name, mass, x, v in (("cart", 2.0, 0.5, speed), ("base", 3.0, 0.0, 0.0))
     )
     guides = tuple(sd.Guide(f"rail of {body.name}", (body.name, "centre")) for body in bodies)
-    return Mechanism(bodies, guides=guides, components=components, ground=(("foot", (-1.0, 0.0)),))
+    return sd.Mechanism(bodies, guides=guides, components=components, ground=(("foot", (-1.0, 0.0)),))
 
 
 @pytest.mark.parametrize("method", METHODS)

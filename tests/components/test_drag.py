@@ -10,7 +10,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 from .shared import METHODS, TIGHT, assert_balance, ball_on
 
@@ -75,5 +74,5 @@ def test_drag_turns_a_bar() -> None:
 def test_drag_without_a_coefficient_is_refused() -> None:
     """Contract: no coefficient, or an area without one, is one line."""
     for numbers in ({}, {"area": 0.1}, {"drag_coefficient": 1.0, "damping": 2.0}):
-        with pytest.raises(InputError, match=r"drag 'air': damping = .*above 0"):
+        with pytest.raises(sd.InputError, match=r"drag 'air': damping = .*above 0"):
             drag(**numbers)

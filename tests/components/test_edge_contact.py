@@ -14,14 +14,12 @@ from scipy.optimize import brentq
 
 import scissordyn as sd
 from scissordyn.components.edge_contact import distance
-from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import DAMPING, FRICTION
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.friction.dahl import Dahl
-from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance
 
@@ -42,10 +40,10 @@ def disc(name: str, position: tuple[float, float], velocity: tuple[float, float]
     )
 
 
-def on_a_floor(body: sd.Body, slope: float = 0.0, **laws: Any) -> Mechanism:
+def on_a_floor(body: sd.Body, slope: float = 0.0, **laws: Any) -> sd.Mechanism:
     """Return a disc above a floor through the origin, at an angle to the horizontal."""
     floor = sd.EdgeContact("floor", ("ground", "O"), ("disc", "centre"), slope, radius=RADIUS, **laws)
-    return Mechanism(bodies=(body,), components=(floor,), ground=(("O", (0.0, 0.0)),), gravity=G)
+    return sd.Mechanism(bodies=(body,), components=(floor,), ground=(("O", (0.0, 0.0)),), gravity=G)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -89,9 +87,9 @@ def test_a_sliding_disc_begins_to_roll(slope: float) -> None:
     assert_balance(run, 1e-6)
 
 
-def free_bodies(bodies: tuple[sd.Body, sd.Body], contact: sd.EdgeContact) -> Mechanism:
+def free_bodies(bodies: tuple[sd.Body, sd.Body], contact: sd.EdgeContact) -> sd.Mechanism:
     """Return two bodies in a plane without gravity."""
-    return Mechanism(bodies=bodies, components=(contact,), gravity=0.0)
+    return sd.Mechanism(bodies=bodies, components=(contact,), gravity=0.0)
 
 
 def momenta(run, bodies: tuple[sd.Body, sd.Body]) -> np.ndarray:
@@ -152,7 +150,7 @@ def test_a_disc_runs_over_the_end_of_a_bar() -> None:
     contact = sd.EdgeContact(
         *("touch", ("ground", "start"), ("disc", "centre")), length=0.5, half_width=0.03, radius=RADIUS, friction=Coulomb(0.5)
     )
-    mechanism = Mechanism(
+    mechanism = sd.Mechanism(
         bodies=(disc("disc", (0.3, RADIUS + 0.03), (1.0, 0.0), spin=-10.0),),
         components=(contact,),
         ground=(("start", (0.0, 0.0)),),
@@ -295,7 +293,7 @@ def test_bristles_hold_a_mass_on_a_slope() -> None:
             damping=DAMPING["kelvin-voigt"](500.0),
             friction=sd.LuGre(0.2, static=0.2),
         )
-        mechanism = Mechanism(bodies=(mass,), components=(floor,), ground=(("O", (0.0, 0.0)),), gravity=G)
+        mechanism = sd.Mechanism(bodies=(mass,), components=(floor,), ground=(("O", (0.0, 0.0)),), gravity=G)
         run = sd.simulate(mechanism, until=1.0, samples=11, rtol=1e-10, atol=1e-10)
         gone = -run["position"].values[:, 0] @ (math.cos(slope), math.sin(slope))
         if holds:
@@ -365,7 +363,7 @@ def test_statics_of_friction_at_an_edge(law: Any, largest: float) -> None:
     pivot, start = (0.0, length + RADIUS - depth), -0.5 * math.pi - 0.01
     crank = sd.Body("crank", 1.0, 0.1, {"pivot": (0.0, 0.0), "end": (length, 0.0)}, position=pivot, angle=start)
     floor = sd.EdgeContact("floor", ("ground", "O"), ("crank", "end"), radius=RADIUS, stiffness=Linear(stiffness), friction=law)
-    driven = Mechanism(
+    driven = sd.Mechanism(
         (crank,),
         joints=(sd.Revolute("pivot", ("crank", "pivot"), ("ground", "P")),),
         components=(floor,),
@@ -409,7 +407,7 @@ def test_bristles_and_hard_contact_exclude_each_other() -> None:
     arm = sd.scissor(units=1).with_clearance("A", loose)
     floor = sd.EdgeContact("wall", ("ground", "origin"), ("disc", "centre"), radius=RADIUS, friction=sd.LuGre(0.3))
     both = arm.with_parts({"bodies": (*arm.bodies, disc("disc", (9.0, 1.0))), "components": (floor,)})
-    with pytest.raises(InputError, match="edge contact 'wall' has friction law 'lugre' with internal states, next to hard"):
+    with pytest.raises(sd.InputError, match="edge contact 'wall' has friction law 'lugre' with internal states, next to hard"):
         sd.simulate(both, until=0.1)
 
 
@@ -425,20 +423,20 @@ def test_laws_in_a_case_file(tmp_path: Path) -> None:
     assert sd.read_case(path).mechanism.components == floor.components
     for law, message in {"liu": "no force for a radius of 0.1 m on a plane surface", "hetz": "did you mean 'hertz'"}.items():
         path.write_text(text.replace('"hertz"', f'"{law}"'), encoding="utf-8")
-        with pytest.raises(InputError, match=message):
+        with pytest.raises(sd.InputError, match=message):
             sd.simulate(sd.read_case(path).mechanism, until=0.1)
 
 
 def test_impossible_edges_are_refused() -> None:
     """Contract: a start inside the edge, and a point at a line, are one line."""
-    with pytest.raises(InputError, match="starts 50 mm deep in the edge"):
+    with pytest.raises(sd.InputError, match="starts 50 mm deep in the edge"):
         sd.simulate(on_a_floor(disc("disc", (0.0, 0.5 * RADIUS))), until=0.1)
-    with pytest.raises(InputError, match="a point and an edge without width"):
+    with pytest.raises(sd.InputError, match="a point and an edge without width"):
         free_bodies(
             (bar(), disc("disc", (0.0, 1.0))),
             sd.EdgeContact("touch", ("bar", "start"), ("disc", "centre"), length=1.0),
         )
     point = sd.EdgeContact("floor", ("ground", "O"), ("disc", "centre"), stiffness=sd.Hertz())
-    fallen = Mechanism(bodies=(disc("disc", (0.0, 1.0)),), components=(point,), ground=(("O", (0.0, 0.0)),))
-    with pytest.raises(InputError, match=r"stiffness law 'hertz' has no force for a radius of 0 m"):
+    fallen = sd.Mechanism(bodies=(disc("disc", (0.0, 1.0)),), components=(point,), ground=(("O", (0.0, 0.0)),))
+    with pytest.raises(sd.InputError, match=r"stiffness law 'hertz' has no force for a radius of 0 m"):
         sd.simulate(fallen, until=0.1)

@@ -15,7 +15,6 @@ import scissordyn as sd
 from scissordyn.components.film.film import FIRST_TABLE_VALUE, MODELS, Film, force
 from scissordyn.components.film.impedance import finite_table, long_bearing, looked_up, short_bearing
 from scissordyn.components.film.reynolds import impedance
-from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS
 
 from .shared import shaft_in_bearing
@@ -401,7 +400,7 @@ def test_bad_input_is_one_line(text: str, said: str, tmp_path, answer) -> None:
 
 def test_a_bearing_too_short_for_the_table_names_the_other_model() -> None:
     """Limit: L/D = 0.1."""
-    with pytest.raises(InputError, match='bearing="short"'):
+    with pytest.raises(sd.InputError, match='bearing="short"'):
         sd.Clearance(1e-4, journal_radius=0.02, bearing_length=0.004, lubrication=sd.Lubrication(viscosity=0.1))
 
 

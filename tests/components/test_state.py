@@ -9,7 +9,6 @@ import pytest
 from tests.build import on_pin, warnings_of
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.tolerance import Tolerances, error_weights
@@ -101,7 +100,7 @@ def test_each_state_is_weighed_alone() -> None:
 def test_a_scale_that_is_no_size(scale: object) -> None:
     """Contract: what is no size is refused before the run, in one line."""
     part = creeping(sd.State("twist", "rad", scale=lambda part: scale), "odd")("creep", "rod", 1e6, 1.0)  # type: ignore[arg-type,return-value]
-    with pytest.raises(InputError, match=r"'creep': the scale of its state 'twist' is .*finite number above zero \[rad\]"):
+    with pytest.raises(sd.InputError, match=r"'creep': the scale of its state 'twist' is .*finite number above zero \[rad\]"):
         sd.simulate(turning(part), until=0.1)
 
 

@@ -10,19 +10,15 @@ import pytest
 from tests.build import on_pin
 
 import scissordyn as sd
-from scissordyn.components.tape_spring import TapeSpring
-from scissordyn.components.time_function import Harmonic
-from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
 from .shared import METHODS, TIGHT, assert_balance, events_of, phases
 
 # Stiffness [N m/rad], then peak and steady moment [N m] in opposite-sense and equal-sense folding
 STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL = 20.0, 2.0, 0.3, 0.8, 0.2
 # Tape spring given by its moments
-TAPE = TapeSpring("tape", "rod", "ground", STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL)
+TAPE = sd.TapeSpring("tape", "rod", "ground", STIFFNESS, PEAK, STEADY, PEAK_EQUAL, STEADY_EQUAL)
 # Tape spring given by tables of moments
-TABLES = TapeSpring(
+TABLES = sd.TapeSpring(
     "tape",
     "rod",
     straight=((-0.05, -0.7), (-0.02, -0.5), (0.03, 0.9), (0.1, 2.0)),
@@ -30,13 +26,13 @@ TABLES = TapeSpring(
 )
 
 
-def hinged(tape: TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> Mechanism:
+def hinged(tape: sd.TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> sd.Mechanism:
     """Return a uniform bar of 1 m and 1.2 kg on a ground pin, with a tape spring in the hinge."""
     bar = sd.bar("rod", length=1.0, mass=1.2, angle=angle)
     return on_pin(replace(bar, angular_velocity=speed), tape, gravity=gravity)
 
 
-def branches(tape: TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+def branches(tape: sd.TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
     """Return angles and moments of the straight branch, and of the folds at negative and at positive angles."""
     if not tape.straight:
         k = tape.stiffness
@@ -47,7 +43,7 @@ def branches(tape: TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
     return tuple((np.array(table)[:, 0], np.array(table)[:, 1]) for table in tables)
 
 
-def moment(tape: TapeSpring, mode: int, angle: float) -> float:
+def moment(tape: sd.TapeSpring, mode: int, angle: float) -> float:
     """Return the moment of a branch by its definition."""
     straight, negative, positive = branches(tape)
     table = (positive if angle > 0.0 else negative) if mode else straight
@@ -56,7 +52,7 @@ def moment(tape: TapeSpring, mode: int, angle: float) -> float:
 
 @pytest.mark.parametrize("tape", [TAPE, TABLES], ids=["moments", "tables"])
 @pytest.mark.parametrize("method", METHODS)
-def test_snaps_of_a_swinging_bar(method: str, tape: TapeSpring) -> None:
+def test_snaps_of_a_swinging_bar(method: str, tape: sd.TapeSpring) -> None:
     """Cross-check by a second formulation: a bar that folds its hinge to both sides, by scipy with the snaps as events."""
     straight, negative, positive = branches(tape)
     inertia, weight = 1.2 / 3.0, 0.5 * 1.2 * 0.2
@@ -88,7 +84,7 @@ def test_snaps_of_a_swinging_bar(method: str, tape: TapeSpring) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_hysteresis_loop(method: str) -> None:
     """Closed form: driven through one cycle, the loop's area is (M_p - M_s)^2/2k on each side, and is the switching loss."""
-    arm = hinged(TAPE).driven(Harmonic(0.0, 0.5, 2.0 * math.pi), body="rod")
+    arm = hinged(TAPE).driven(sd.Harmonic(0.0, 0.5, 2.0 * math.pi), body="rod")
     run = sd.simulate(arm, until=1.0, method=method, samples=20001, **TIGHT)
     area = [0.5 * (peak - steady) ** 2 / STIFFNESS for peak, steady in ((PEAK, STEADY), (PEAK_EQUAL, STEADY_EQUAL))]
     snapped = run["event_kind"].values == "snapped"
@@ -140,5 +136,5 @@ def test_a_folded_start_deploys() -> None:
 )
 def test_what_it_cannot_be(fields: dict[str, object], message: str) -> None:
     """Identity: a tape without its moments, one that would not snap back, and one that would give energy are refused."""
-    with pytest.raises(InputError, match=message):
-        TapeSpring("tape", "rod", **fields)  # type: ignore[arg-type]
+    with pytest.raises(sd.InputError, match=message):
+        sd.TapeSpring("tape", "rod", **fields)  # type: ignore[arg-type]

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from tests import build
 
-from scissordyn.casefile.case import Case
+import scissordyn as sd
 
 
 @pytest.fixture
-def case_of(tmp_path: Path) -> Callable[..., Case]:
+def case_of(tmp_path: Path) -> Callable[..., sd.Case]:
     """Return the case of a text, which is written to case.toml of the test's folder, with changes."""
     return partial(build.case_of, tmp_path)

@@ -10,22 +10,9 @@ from typing import get_type_hints
 
 import pytest
 
-from scissordyn.casefile.case import Case
+import scissordyn as sd
 from scissordyn.casefile.structure import STRUCTURES, BuiltTable
-from scissordyn.components.time_function import ConstantSpeed, Tabulated
-from scissordyn.config.file import read_case
-from scissordyn.errors import InputError
-from scissordyn.laws.damping.factors import Flores, LankaraniNikravesh
-from scissordyn.laws.elastic.hertz import Hertz
-from scissordyn.laws.elastic.liu import Liu
-from scissordyn.laws.friction.lugre import LuGre
-from scissordyn.laws.material import STEEL, Material
-from scissordyn.model.clearance import Clearance, GuideClearance
-from scissordyn.model.linkage import slider_crank
-from scissordyn.model.scissor import scissor
 from scissordyn.plugin.element import element_class
-from scissordyn.run.simulate import simulate
-from scissordyn.units import degrees, rpm
 
 EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's example cases
 SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smallest case file
@@ -33,16 +20,16 @@ SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smal
 
 def test_paper_case_is_the_one_built_in_python() -> None:
     """Cross-check: the file against the same case through the Python interface, to the last bit or two of a unit's factor."""
-    case = read_case(EXAMPLES / "paper.toml")
-    array = scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=degrees(30))
-    clearance = Clearance(
+    case = sd.read_case(EXAMPLES / "paper.toml")
+    array = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
+    clearance = sd.Clearance(
         0.5e-3,
         journal_radius=10e-3,
         bearing_length=15e-3,
-        material=STEEL,
-        stiffness=Liu(),
-        damping=Flores(restitution=0.9),
-        friction=LuGre(kinetic=0.05),
+        material=sd.STEEL,
+        stiffness=sd.Liu(),
+        damping=sd.Flores(restitution=0.9),
+        friction=sd.LuGre(kinetic=0.05),
         reference="onset",
     )
     assert case.mechanism.joints == array.with_clearance("A", clearance).joints
@@ -52,23 +39,23 @@ def test_paper_case_is_the_one_built_in_python() -> None:
         assert read.placed_angle == pytest.approx(built.placed_angle, rel=1e-15)
         assert read.placed_position == pytest.approx(built.placed_position, rel=1e-15)
     motion = case.mechanism.drives[0].motion
-    assert isinstance(motion, ConstantSpeed)
-    assert motion.speed == pytest.approx(rpm(150), rel=1e-15)
+    assert isinstance(motion, sd.ConstantSpeed)
+    assert motion.speed == pytest.approx(sd.rpm(150), rel=1e-15)
     assert (case.run.until, case.run.start, case.run.trust) == (0.05, "concentric", False)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_examples_are_whole(path: Path) -> None:
     """Contract: each example is read, is moved by something, and begins with what it is."""
-    mechanism = read_case(path).mechanism
+    mechanism = sd.read_case(path).mechanism
     assert mechanism.drives or mechanism.components
     assert path.read_text(encoding="utf-8").startswith("# ")
 
 
 def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
     """Cross-check: the first contact of the example against the second formulation's, in docs/reference.md."""
-    case = read_case(EXAMPLES / "slider_crank.toml", ["run.until=0.4 ms", "run.samples=3"])
-    run = simulate(case.mechanism, **case.run.keywords)
+    case = sd.read_case(EXAMPLES / "slider_crank.toml", ["run.until=0.4 ms", "run.samples=3"])
+    run = sd.simulate(case.mechanism, **case.run.keywords)
     found = [float(run[name][0]) for name in ("contact_start", "approach_speed", "contact_angle")]
     assert found == pytest.approx([2.27286032e-4, 4.38578315, math.radians(177.912104)], rel=1e-7)
     assert float(run["peak_force"][0]) == pytest.approx(45872.3, rel=2e-6)
@@ -87,14 +74,14 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     assert all(table.declared_keys()[name].quantity is not None for name in numbers)
 
 
-def test_left_out_keys_take_the_defaults_of_the_model(case_of: Callable[..., Case]) -> None:
+def test_left_out_keys_take_the_defaults_of_the_model(case_of: Callable[..., sd.Case]) -> None:
     """Contract: the shortest case file against the defaults in Python."""
     case = case_of(SMALLEST_CASE + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n')
-    assert case.mechanism == scissor().with_clearance("A", Clearance(1e-3))
+    assert case.mechanism == sd.scissor().with_clearance("A", sd.Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
-def test_laws_and_materials_by_name_and_by_table(case_of: Callable[..., Case]) -> None:
+def test_laws_and_materials_by_name_and_by_table(case_of: Callable[..., sd.Case]) -> None:
     """Contract: names, tables of parameters with units, and the restitution of the joint."""
     text = """
 [[clearance]]
@@ -109,22 +96,22 @@ bearing_material = "steel"
 """
     gap = case_of(SMALLEST_CASE + text).mechanism.joint("A").clearance
     assert gap is not None
-    assert gap.stiffness == Hertz()
-    assert gap.damping == LankaraniNikravesh(restitution=0.6)
-    assert gap.friction == LuGre(kinetic=0.1, stribeck_speed=2e-3, bristle_stiffness=2e5)
-    assert isinstance(gap.material, Material)
+    assert gap.stiffness == sd.Hertz()
+    assert gap.damping == sd.LankaraniNikravesh(restitution=0.6)
+    assert gap.friction == sd.LuGre(kinetic=0.1, stribeck_speed=2e-3, bristle_stiffness=2e5)
+    assert isinstance(gap.material, sd.Material)
     assert gap.material.youngs_modulus == pytest.approx(70e9, rel=1e-15)
     assert gap.material.density == pytest.approx(2700.0, rel=1e-15)
-    assert gap.bearing_material == STEEL
+    assert gap.bearing_material == sd.STEEL
 
 
-def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
     """Cross-check: the same table in a file beside the case file, and in the case file."""
     (tmp_path / "motion.csv").write_text("time [ms], angle [deg]\n0, 30\n10, 31\n20, 34\n\n30, 39\n40, 46\n50, 55\n")
     from_file = case_of(SMALLEST_CASE + '[drive]\ntable = "motion.csv"\n').mechanism.drives[0].motion
     text = '[drive]\ntable = { time = "0 10 20 30 40 50 ms", angle = "30 31 34 39 46 55 deg" }\n'
     inline = case_of(SMALLEST_CASE + text).mechanism.drives[0].motion
-    assert isinstance(from_file, Tabulated)
+    assert isinstance(from_file, sd.Tabulated)
     assert from_file == inline
     assert from_file.times[-1] == pytest.approx(0.05, rel=1e-15)
     assert from_file.values[0] == pytest.approx(math.pi / 6.0, rel=1e-15)
@@ -142,10 +129,10 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Ca
         ("", "does not begin with the heading"),
     ],
 )
-def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str, case_of: Callable[..., Case]) -> None:
+def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str, case_of: Callable[..., sd.Case]) -> None:
     """Contract: the message names the file, or the line in it."""
     (tmp_path / "motion.csv").write_text(content)
-    with pytest.raises(InputError, match=r"drive\.table") as caught:
+    with pytest.raises(sd.InputError, match=r"drive\.table") as caught:
         case_of(SMALLEST_CASE + '[drive]\ntable = "motion.csv"\n')
     assert reason in str(caught.value)
 
@@ -196,8 +183,8 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
 def test_bad_values_are_refused_with_their_place(change: str, place: str, says: str) -> None:
     """Contract: the message names the file and the place, and says what is allowed."""
     path = EXAMPLES / "paper.toml"
-    with pytest.raises(InputError) as caught:
-        read_case(path, [change])
+    with pytest.raises(sd.InputError) as caught:
+        sd.read_case(path, [change])
     message = str(caught.value)
     assert message.startswith(f"{path}: {place}")
     assert says in message
@@ -213,8 +200,8 @@ def test_unreadable_files_are_refused(tmp_path: Path) -> None:
         (tmp_path, "it is a folder"),
         (tmp_path / "bytes.toml", "not a text"),
     ):
-        with pytest.raises(InputError, match=says):
-            read_case(path)
+        with pytest.raises(sd.InputError, match=says):
+            sd.read_case(path)
 
 
 # Python file with a user-defined stiffness law
@@ -228,7 +215,7 @@ def soft(indentation, k, n=1.5):
 """
 
 
-def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
     """Contract: the file beside the case file is found, numbers of its law reach the function, a missing one is named."""
     (tmp_path / "my_laws.py").write_text(USER_LAW)
     law = '{ law = "my_laws.py:soft", k = 2e9 }'
@@ -240,40 +227,40 @@ def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., Case
     assert gap is not None
     assert gap.stiffness == element_class("stiffness", "my_laws.py:soft", tmp_path)(2e9)
     assert gap.stiffness.parameters() == (2e9, 1.5)
-    with pytest.raises(InputError, match=r"clearance\.A\.stiffness .*did you mean 'soft'"):
-        read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
-    with pytest.raises(InputError, match=r"stiffness\.k = \"1 N\": text instead of a plain number"):
-        read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
+    with pytest.raises(sd.InputError, match=r"clearance\.A\.stiffness .*did you mean 'soft'"):
+        sd.read_case(tmp_path / "case.toml", ["clearance.A.stiffness=my_laws.py:sof"])
+    with pytest.raises(sd.InputError, match=r"stiffness\.k = \"1 N\": text instead of a plain number"):
+        sd.read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
 
 
-def test_a_clearance_guide_and_its_laws(case_of: Callable[..., Case]) -> None:
+def test_a_clearance_guide_and_its_laws(case_of: Callable[..., sd.Case]) -> None:
     """Contract: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
     end = '[run]\nuntil = "1 ms"\n'
-    built = slider_crank(slider_inertia=2e-5).driven(speed=rpm(60))
-    described = {"corner_radius": 2e-3, "damping": Flores(0.7), "friction": LuGre(0.1)}
+    built = sd.slider_crank(slider_inertia=2e-5).driven(speed=sd.rpm(60))
+    described = {"corner_radius": 2e-3, "damping": sd.Flores(0.7), "friction": sd.LuGre(0.1)}
     friction = 'corner_radius = "2 mm"\nfriction = { law = "lugre", kinetic = 0.1 }\n'
     sized = slider + table + 'length = "40 mm"\nwidth = "20 mm"\n' + friction + end
-    wanted = built.with_clearance("guide", GuideClearance(1e-4, 0.04, 0.02, **described))
+    wanted = built.with_clearance("guide", sd.GuideClearance(1e-4, 0.04, 0.02, **described))
     assert case_of(sized).mechanism.contact_points == wanted.contact_points
     outlined = slider + table + 'corners = ["-0.018, -0.008 m", "0.018, -0.008 m", "0, 0.009 m"]\n' + friction + end
     corners = ((-0.018, -0.008), (0.018, -0.008), (0.0, 0.009))
-    wanted = built.with_clearance("guide", GuideClearance(1e-4, corners=corners, **described))
+    wanted = built.with_clearance("guide", sd.GuideClearance(1e-4, corners=corners, **described))
     assert case_of(outlined).mechanism.contact_points == wanted.contact_points
     changed = case_of(sized, ["guide_clearance.guide.clearance=0.2 mm"]).mechanism
-    assert changed.guide("guide").clearance == GuideClearance(2e-4, 0.04, 0.02, **described)
-    with pytest.raises(InputError, match=r"guide_clearance\.guide.*liu.*plane guide surface"):
+    assert changed.guide("guide").clearance == sd.GuideClearance(2e-4, 0.04, 0.02, **described)
+    with pytest.raises(sd.InputError, match=r"guide_clearance\.guide.*liu.*plane guide surface"):
         case_of(sized, ['guide_clearance.0.stiffness="liu"'])
 
 
 def test_addresses_reach_what_the_file_makes() -> None:
     """Contract: the parameter paths of Python and of studies change a case too, by the names of parts, with units."""
     path = EXAMPLES / "paper.toml"
-    case = read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])
+    case = sd.read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])
     assert case.mechanism.joint("A").clearance.clearance == pytest.approx(2e-4, rel=1e-15)
     assert (case.mechanism.body("unit 1/bar 2").mass, case.mechanism.body("slider").mass) == (6.0, 4.0)
-    assert read_case(path, ["A.clearance=0.2 mm"]).mechanism == read_case(path).mechanism.replace("A.clearance", 0.2e-3)
+    assert sd.read_case(path, ["A.clearance=0.2 mm"]).mechanism == sd.read_case(path).mechanism.replace("A.clearance", 0.2e-3)
     for change, says in (("unit 1/bar 9.mass=6 kg", "no part"), ("slider.mass=6 m", "kg"), ("slider.points=3", "not a number")):
-        with pytest.raises(InputError, match=says):
-            read_case(path, [change])
+        with pytest.raises(sd.InputError, match=says):
+            sd.read_case(path, [change])

@@ -20,7 +20,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.annotation import plain_hint
-from scissordyn.casefile.case import Case, CaseTable
+from scissordyn.casefile.case import CaseTable
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.quantity import exact_text, read_quantity
 from scissordyn.casefile.table import instance
@@ -30,13 +30,11 @@ from scissordyn.components.time_function import TimeFunction
 from scissordyn.config.template import template
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
-from scissordyn.errors import InputError
 from scissordyn.integrate.method import METHODS
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.laws.contact import Damping, Elastic, Friction
-from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
-from scissordyn.units import Pairs, Quantity, quantities
+from scissordyn.units import quantities
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 
@@ -53,13 +51,13 @@ def bits(described: Any) -> Any:
     return repr(float(described)) if number else described
 
 
-def assert_survives(described: sd.Mechanism | Case, path: Path) -> Case:
+def assert_survives(described: sd.Mechanism | sd.Case, path: Path) -> sd.Case:
     """Check that a case equals the case that is read from its case file; return the latter."""
     found = sd.read_case(sd.write_case(described, path))
-    mechanism = described.mechanism if isinstance(described, Case) else described
+    mechanism = described.mechanism if isinstance(described, sd.Case) else described
     assert found.mechanism == mechanism
     assert bits(to_plain(found.mechanism)) == bits(to_plain(mechanism))
-    if isinstance(described, Case):
+    if isinstance(described, sd.Case):
         assert found.run == described.run
     return found
 
@@ -194,7 +192,7 @@ TEXTS = ("crank", "rod", "plate", "ground", "end", "start", "error", "sensor_x",
 PLACES = (("crank", "end"), ("rod", "start"), ("rod", "end"), ("ground", "O"), ("slider", "centre"), ("plate", "corner"))
 
 
-def numbers(quantity: Quantity) -> list[float]:
+def numbers(quantity: sd.Quantity) -> list[float]:
     """Return random numbers with all digits that a quantity allows, some of them negative."""
     drawn = [sign * DRAW.uniform(1.0, 10.0) * 10.0**power for power in range(-7, 6) for sign in (1.0, 1.0, 1.0, -1.0)]
     drawn += [DRAW.random(), *(1.0 + 2.0 * DRAW.random() for _ in range(9))]
@@ -234,7 +232,7 @@ def candidates(described: type, name: str) -> list[list[Any]]:
         elif origin is tuple and inside[1:] == (Ellipsis,) and dataclasses.is_dataclass(inside[0]):
             found += [(each,) for each in instances(inside[0])]
         elif origin is tuple:
-            found += TAPE_CURVES if any(isinstance(extra, Pairs) for extra in get_args(hint)) else [()]
+            found += TAPE_CURVES if any(isinstance(extra, sd.Pairs) for extra in get_args(hint)) else [()]
         elif isinstance(origin, type) and issubclass(origin, Mapping):
             found.append({"one": (0.1 / 3.0, 0.0), "an odd, [name]": (-1.0, 1e-5)})
         else:
@@ -248,7 +246,7 @@ def made(described: type, values: Mapping[str, Any]) -> Any:
         part = described(**values)
         for field in LISTS.get(described, ()):
             host(field, part)
-    except InputError:
+    except sd.InputError:
         return None
     return part
 
@@ -346,13 +344,13 @@ def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
         {"ground": (("O", (1e-9, 0.1 / 3.0)), (ODD.replace(".", ""), (-0.0, 1e5)))},
     ):
         assert_survives(dataclasses.replace(base, **values), tmp_path / "case.toml")
-    for field in dataclasses.fields(Options):
-        for value in itertools.chain(*(group[:2] for group in candidates(Options, field.name))):
+    for field in dataclasses.fields(sd.Options):
+        for value in itertools.chain(*(group[:2] for group in candidates(sd.Options, field.name))):
             try:
-                options = dataclasses.replace(Options(0.2), **{field.name: value})
-            except InputError:
+                options = dataclasses.replace(sd.Options(0.2), **{field.name: value})
+            except sd.InputError:
                 continue
-            assert_survives(Case(base, options), tmp_path / "case.toml")
+            assert_survives(sd.Case(base, options), tmp_path / "case.toml")
     assert sd.read_case(sd.write_case(base, tmp_path / "case.toml", run=options)).run == options
 
 
@@ -415,7 +413,7 @@ def nothing() -> Any:
 )
 def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> None:
     """Contract: an error of one line, and no file."""
-    with pytest.raises(InputError) as error:
+    with pytest.raises(sd.InputError) as error:
         sd.write_case(mechanism(), tmp_path / "case.toml")
     assert says in str(error.value)
     assert "\n" not in str(error.value)
@@ -427,14 +425,14 @@ def test_only_own_files_are_replaced(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     for text in (template("scissor"), "notes\n", "# A case"):
         path.write_text(text, encoding="utf-8")
-        with pytest.raises(InputError, match="not a case file of scissordyn"):
+        with pytest.raises(sd.InputError, match="not a case file of scissordyn"):
             sd.write_case(sd.scissor(), path)
         assert path.read_text(encoding="utf-8") == text
     path.write_text("")
     sd.write_case(sd.scissor(units=1), path)
     sd.write_case(sd.scissor(units=2), path)
     assert sd.read_case(path).mechanism == sd.scissor(units=2)
-    with pytest.raises(InputError, match="it is a folder"):
+    with pytest.raises(sd.InputError, match="it is a folder"):
         sd.write_case(sd.scissor(), tmp_path)
 
 
@@ -456,7 +454,7 @@ def test_only_own_files_are_replaced(tmp_path: Path) -> None:
 def test_units_as_people_write_them(value: float, unit: str, text: str) -> None:
     """Closed form: the usual unit where it is exact, SI with all digits otherwise."""
     assert exact_text((value,), unit) == text
-    assert repr(read_quantity(text, Quantity(unit, minimum=-1e300, maximum=1e300))) == repr(value)
+    assert repr(read_quantity(text, sd.Quantity(unit, minimum=-1e300, maximum=1e300))) == repr(value)
 
 
 def test_any_number_survives() -> None:
@@ -464,14 +462,14 @@ def test_any_number_survives() -> None:
     generator = np.random.default_rng(7)
     words = generator.integers(0, 2**63, 4000, dtype=np.int64).view(np.float64)
     for unit in ("m", "s", "m/s", "rad", "rad/s", "Pa", "N", "kg m^2", "N m s/rad"):
-        quantity = Quantity(unit, minimum=-1e308, maximum=1e308)
+        quantity = sd.Quantity(unit, minimum=-1e308, maximum=1e308)
         for value in (float(word) for word in words[:400] if math.isfinite(word)):
             assert repr(read_quantity(exact_text((value,), unit), quantity)) == repr(value)
 
 
 def test_the_text_is_toml_with_a_run() -> None:
     """Contract: what `to_case` returns can be read by itself, and says its options."""
-    text = sd.case_text(sd.scissor(units=1).driven(speed=sd.rpm(150)), Options(0.1, samples=11))
+    text = sd.case_text(sd.scissor(units=1).driven(speed=sd.rpm(150)), sd.Options(0.1, samples=11))
     assert 'speed = "150 rpm"' in text
     assert text.endswith('[run]\nuntil = "0.1 s"\nsamples = 11\n')
     assert json.dumps(text)

@@ -9,26 +9,11 @@ from pathlib import Path
 import pytest
 
 import scissordyn as sd
-from scissordyn.casefile.case import Case
-from scissordyn.components.force import Force
-from scissordyn.components.motor import Motor
 from scissordyn.components.place import GROUND
-from scissordyn.components.spring import Spring
-from scissordyn.components.time_function import ConstantSpeed, Cycloidal, Harmonic, Polynomial, Tabulated, Trapezoidal
-from scissordyn.components.torque import Torque
-from scissordyn.components.torsion_spring import TorsionSpring
-from scissordyn.config.file import read_case
 from scissordyn.config.template import template
-from scissordyn.errors import InputError
-from scissordyn.model.body import Body, bar, point_mass
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.coupling import Drive
-from scissordyn.model.joint import Guide, Revolute, Weld
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import mast, scissor
 
 # Body with points, mass centre and start values off its origin
-ROD = Body(
+ROD = sd.Body(
     "rod",
     mass=2.0,
     inertia=0.25,
@@ -39,24 +24,26 @@ ROD = Body(
     velocity=(0.0, 1.0),
     angular_velocity=2.0 * math.pi,
 )
-TOOL = Body("tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5))  # Body that is welded to another
+TOOL = sd.Body(
+    "tool", mass=0.1, inertia=0.5, points={"base": (0.0, 0.0)}, position=(0.25, 0.5)
+)  # Body that is welded to another
 # Mechanism with one part of most kinds
-MECHANISM = Mechanism(
-    bodies=(bar("crank", length=0.5, mass=1.0), ROD, point_mass("block", mass=0.5, position=(0.5, 1.0)), TOOL),
+MECHANISM = sd.Mechanism(
+    bodies=(sd.bar("crank", length=0.5, mass=1.0), ROD, sd.point_mass("block", mass=0.5, position=(0.5, 1.0)), TOOL),
     joints=(
-        Revolute("shaft", ("crank", "start"), (GROUND, "O")),
-        Revolute("crank pin", ("crank", "end"), ("rod", "a")),
-        Revolute("block pin", ("rod", "b"), ("block", "centre"), Clearance(0.25e-3)),
+        sd.Revolute("shaft", ("crank", "start"), (GROUND, "O")),
+        sd.Revolute("crank pin", ("crank", "end"), ("rod", "a")),
+        sd.Revolute("block pin", ("rod", "b"), ("block", "centre"), sd.Clearance(0.25e-3)),
     ),
-    guides=(Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
-    drives=(Drive("crank", ConstantSpeed(math.pi)),),
-    welds=(Weld("holder", ("rod", "c"), ("tool", "base")),),
+    guides=(sd.Guide("rail", ("block", "centre"), (0.5, 0.0), math.pi / 2),),
+    drives=(sd.Drive("crank", sd.ConstantSpeed(math.pi)),),
+    welds=(sd.Weld("holder", ("rod", "c"), ("tool", "base")),),
     components=(
-        Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
-        TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
-        Force("push", ("rod", "c"), (1000.0, -2000.0), True, Trapezoidal(0.0, 1.0, 2.0, 0.5)),
-        Torque("brake", "crank", -3.0, time_function=Polynomial((1.0, 0.5))),
-        Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
+        sd.Spring("rope", ("block", "centre"), (GROUND, "wall"), 2000.0, 0.25, 3.0),
+        sd.TorsionSpring("hinge", "rod", "crank", 4.0, math.pi, 0.5),
+        sd.Force("push", ("rod", "c"), (1000.0, -2000.0), True, sd.Trapezoidal(0.0, 1.0, 2.0, 0.5)),
+        sd.Torque("brake", "crank", -3.0, time_function=sd.Polynomial((1.0, 0.5))),
+        sd.Motor("motor", "rod", 5.0, 2.0 * math.pi, limit=4.0, inertia=0.125),
     ),
     ground=(("O", (0.0, 0.0)), ("wall", (1.0, 0.0))),
     gravity=0.0,
@@ -171,12 +158,12 @@ stiffness = 2e7
 """
 
 
-def test_every_part_is_the_one_built_in_python(case_of: Callable[..., Case]) -> None:
+def test_every_part_is_the_one_built_in_python(case_of: Callable[..., sd.Case]) -> None:
     """Cross-check: a file with each kind of part, as a user writes it, against the same mechanism in Python."""
     assert case_of(WRITTEN).mechanism == MECHANISM
     case = case_of(WRITTEN + CONNECTIONS, ["run.start=static"])
     assert case.mechanism.rods == (
-        sd.Rod("jack", ("ground", "wall"), ("rod", "b"), motion=Trapezoidal(0.3, 0.4, 2.0, 0.5)),
+        sd.Rod("jack", ("ground", "wall"), ("rod", "b"), motion=sd.Trapezoidal(0.3, 0.4, 2.0, 0.5)),
         sd.Rod("stay", ("ground", "wall"), ("rod", "c"), length=0.7, tension_only=True),
     )
     assert case.mechanism.latches == (sd.Latch("catch", "rod", angle=sd.degrees(80)),)
@@ -191,59 +178,59 @@ def test_every_part_is_the_one_built_in_python(case_of: Callable[..., Case]) -> 
 @pytest.mark.parametrize(
     ("where", "text", "wanted"),
     [
-        ("drive", 'polynomial = ["180 deg", "1 rad/s", "360 deg/s^2"]', Polynomial((math.pi, 1.0, 2.0 * math.pi))),
-        ("drive", 'cycloidal = { start = "0 deg", end = "180 deg", duration = "500 ms" }', Cycloidal(0.0, math.pi, 0.5)),
+        ("drive", 'polynomial = ["180 deg", "1 rad/s", "360 deg/s^2"]', sd.Polynomial((math.pi, 1.0, 2.0 * math.pi))),
+        ("drive", 'cycloidal = { start = "0 deg", end = "180 deg", duration = "500 ms" }', sd.Cycloidal(0.0, math.pi, 0.5)),
         (
             "drive",
             'trapezoidal = { start = "180 deg", end = "0 deg", duration = "2 s", ramp = 0.125 }',
-            Trapezoidal(math.pi, 0.0, 2.0, 0.125),
+            sd.Trapezoidal(math.pi, 0.0, 2.0, 0.125),
         ),
         (
             "drive",
             'harmonic = { mean = "180 deg", amplitude = "1 rad", angular_frequency = "1 Hz" }',
-            Harmonic(math.pi, 1.0, 2.0 * math.pi),
+            sd.Harmonic(math.pi, 1.0, 2.0 * math.pi),
         ),
         (
             "torque.brake.time_function",
             'harmonic = { mean = 0, amplitude = 1, angular_frequency = "1 Hz", phase = "180 deg" }',
-            Harmonic(0.0, 1.0, 2.0 * math.pi, math.pi),
+            sd.Harmonic(0.0, 1.0, 2.0 * math.pi, math.pi),
         ),
-        ("torque.brake.time_function", 'cycloidal = { start = 0, end = 1, duration = "2 s" }', Cycloidal(0.0, 1.0, 2.0)),
+        ("torque.brake.time_function", 'cycloidal = { start = 0, end = 1, duration = "2 s" }', sd.Cycloidal(0.0, 1.0, 2.0)),
         (
             "torque.brake.time_function",
             'table = { time = "0 1 2 3 4 5 s", factor = [0, 1, 1, 1, 1, 0.5] }',
-            Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
+            sd.Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
         ),
         (
             "torque.brake.time_function",
             'table = "load.csv"',
-            Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
+            sd.Tabulated((0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 1.0, 1.0, 1.0, 1.0, 0.5)),
         ),
     ],
 )
 def test_every_time_function_can_be_written(
-    tmp_path: Path, case_of: Callable[..., Case], where: str, text: str, wanted: object
+    tmp_path: Path, case_of: Callable[..., sd.Case], where: str, text: str, wanted: object
 ) -> None:
     """Closed form: angles in degrees and their rates are radians and theirs; factors are plain, also in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
     mechanism = case_of(CASE, [f"{where}={{ {text} }}"]).mechanism
     torque = mechanism.components[3]
-    assert isinstance(torque, Torque)
+    assert isinstance(torque, sd.Torque)
     assert (mechanism.drives[0].motion if where == "drive" else torque.time_function) == wanted
 
 
-def test_several_drives(case_of: Callable[..., Case]) -> None:
+def test_several_drives(case_of: Callable[..., sd.Case]) -> None:
     """Contract: one for each body, the first for the input body; they are found by their body from the command line."""
     several = 'drive=[{ speed = "30 rpm" }, { body = "tool", speed = "60 rpm" }]'
-    drives = (Drive("crank", ConstantSpeed(math.pi)), Drive("tool", ConstantSpeed(2.0 * math.pi)))
+    drives = (sd.Drive("crank", sd.ConstantSpeed(math.pi)), sd.Drive("tool", sd.ConstantSpeed(2.0 * math.pi)))
     assert case_of(CASE, [several]).mechanism.drives == drives
     slower = case_of(CASE, [several, "drive.tool.speed=30 rpm", "motor.motor.limit=1 N m"]).mechanism
-    assert slower.drives[1].motion == ConstantSpeed(math.pi)
-    assert isinstance(slower.components[4], Motor)
+    assert slower.drives[1].motion == sd.ConstantSpeed(math.pi)
+    assert isinstance(slower.components[4], sd.Motor)
     assert slower.components[4].limit == 1.0
 
 
-def test_parts_are_added_to_any_structure(case_of: Callable[..., Case]) -> None:
+def test_parts_are_added_to_any_structure(case_of: Callable[..., sd.Case]) -> None:
     """Contract: a payload welded to an array, a spring between its bars, and the array as it was."""
     text = """
 [structure]
@@ -266,21 +253,21 @@ stiffness = "1 N m/rad"
 until = "1 ms"
 """
     mechanism = case_of(text).mechanism
-    array = scissor()
+    array = sd.scissor()
     assert mechanism.bodies[:-1] == array.bodies
     assert (mechanism.joints, mechanism.ground, mechanism.input_body) == (array.joints, array.ground, array.input_body)
-    assert mechanism.welds == (Weld("holder", ("payload", "base"), ("unit 2/bar 1", "end")),)
-    assert mechanism.components == (TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
+    assert mechanism.welds == (sd.Weld("holder", ("payload", "base"), ("unit 2/bar 1", "end")),)
+    assert mechanism.components == (sd.TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
 
 
-def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
     """Contract: all pivots, of which the last table that names one has the last word."""
-    wanted = mast(units=3).with_clearance("pivots", Clearance(1e-3)).with_clearance("unit 2/pivot", Clearance(2e-3))
+    wanted = sd.mast(units=3).with_clearance("pivots", sd.Clearance(1e-3)).with_clearance("unit 2/pivot", sd.Clearance(2e-3))
     loose = 'clearance=[{ joint = "pivots", clearance = "1 mm" }, { joint = "unit 2/pivot", clearance = "2 mm" }]'
-    assert case_of(sd.case_text(mast(units=3)), [loose]).mechanism == wanted
+    assert case_of(sd.case_text(sd.mast(units=3)), [loose]).mechanism == wanted
     assert len(wanted.clearance_joints) == 3
-    with pytest.raises(InputError, match=r"two .* tables for joint"):
-        read_case(tmp_path / "case.toml", [loose.replace("unit 2/pivot", "pivots")])
+    with pytest.raises(sd.InputError, match=r"two .* tables for joint"):
+        sd.read_case(tmp_path / "case.toml", [loose.replace("unit 2/pivot", "pivots")])
 
 
 @pytest.mark.parametrize(
@@ -325,9 +312,9 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
         ("structure.input_body=crnk", "", "did you mean 'crank'"),
     ],
 )
-def test_bad_parts_are_refused_with_their_place(case_of: Callable[..., Case], change: str, place: str, says: str) -> None:
+def test_bad_parts_are_refused_with_their_place(case_of: Callable[..., sd.Case], change: str, place: str, says: str) -> None:
     """Contract: one line with the place in the file, the body and the joint."""
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         case_of(CASE, [change])
     message = str(caught.value)
     assert f"{place}" in message.partition(";")[0]
@@ -336,7 +323,7 @@ def test_bad_parts_are_refused_with_their_place(case_of: Callable[..., Case], ch
     assert "\n" not in message
 
 
-def test_parts_of_the_template_can_be_put_in(case_of: Callable[..., Case]) -> None:
+def test_parts_of_the_template_can_be_put_in(case_of: Callable[..., sd.Case]) -> None:
     """Contract: spring, load and motor of the printed case, which are shown as comments, become part of it."""
     text, active = template("mechanism"), list[str]()
     for block in text.split("\n\n"):
@@ -344,7 +331,7 @@ def test_parts_of_the_template_can_be_put_in(case_of: Callable[..., Case]) -> No
         lines = [line.removeprefix("# ") if " = " in line or "[[" in line else line for line in block.splitlines()]
         active.append("\n".join(lines) if shown else block)
     mechanism = case_of("\n\n".join(active)).mechanism
-    assert [type(element) for element in mechanism.components] == [Spring, TorsionSpring, Force, Torque, Motor]
+    assert [type(element) for element in mechanism.components] == [sd.Spring, sd.TorsionSpring, sd.Force, sd.Torque, sd.Motor]
 
 
 def test_payload_and_panels(case_of):

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from scissordyn.casefile.case import Case
+import scissordyn as sd
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.text import line_of, place_text
-from scissordyn.config.file import apply_changes, read_case
+from scissordyn.config.file import apply_changes
 from scissordyn.config.study import read_study
-from scissordyn.errors import InputError, did_you_mean
+from scissordyn.errors import did_you_mean
 
 # Case file whose line numbers are tested
 TEXT = '''# a case
@@ -115,33 +115,33 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
         ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "the mechanism has no bodies"),
     ],
 )
-def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., Case], text: str, says: str) -> None:
+def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., sd.Case], text: str, says: str) -> None:
     """Contract: the line of the key, or that of its table where the key is missing, also of half-written files."""
-    with pytest.raises(InputError, match=re.escape(says)) as caught:
+    with pytest.raises(sd.InputError, match=re.escape(says)) as caught:
         case_of(text)
     assert "case.toml" in str(caught.value)
 
 
-def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., Case]) -> None:
+def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., sd.Case]) -> None:
     """Contract: the file does not hold it."""
-    with pytest.raises(InputError, match=r"case\.toml: structure\.angle"):
+    with pytest.raises(sd.InputError, match=r"case\.toml: structure\.angle"):
         case_of(SMALLEST_CASE, ["structure.angle=30 m"])
 
 
-def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of: Callable[..., Case]) -> None:
+def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
     """Contract: a shell empties the file that it writes to, so only a name that is free is proposed."""
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         case_of("[structure\n")
     assert ">" not in str(caught.value)
-    with pytest.raises(InputError) as caught:
-        read_case(tmp_path / "new.toml")
+    with pytest.raises(sd.InputError) as caught:
+        sd.read_case(tmp_path / "new.toml")
     assert str(caught.value).endswith(f"for example scissordyn new scissor > {tmp_path / 'new.toml'}")
 
 
 def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     """Contract: the mark that some editors put first changes nothing."""
     (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + SMALLEST_CASE.encode())
-    assert read_case(tmp_path / "case.toml").run.until == 1e-3
+    assert sd.read_case(tmp_path / "case.toml").run.until == 1e-3
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: s
     """Contract: a study file is read as a case file is."""
     path = tmp_path / "study.toml"
     path.write_text(text)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         read_study(path)
     assert str(caught.value).startswith(f"{path}")
     assert says in str(caught.value)
@@ -235,7 +235,7 @@ def test_later_changes_see_earlier_ones() -> None:
 )
 def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
     """Contract: the message quotes the change."""
-    with pytest.raises(InputError, match=f"--set.*{re.escape(says)}"):
+    with pytest.raises(sd.InputError, match=f"--set.*{re.escape(says)}"):
         apply_changes(tree(), [change])
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import scissordyn as sd
 from scissordyn.casefile.quantity import (
     UNIT_DEFINITIONS,
     UNIT_FACTORS,
@@ -19,8 +20,6 @@ from scissordyn.casefile.quantity import (
     rounded_text,
     unit_factor,
 )
-from scissordyn.errors import InputError
-from scissordyn.units import Quantity, degrees, rpm
 
 
 @pytest.mark.parametrize(
@@ -32,8 +31,8 @@ from scissordyn.units import Quantity, degrees, rpm
         (" 2 in ", "m", 0.0508),
         ("20 µm", "m", 20e-6),
         ("20 um", "m", 20e-6),
-        ("150 rpm", "rad/s", rpm(150.0)),
-        ("-90 deg", "rad", degrees(-90.0)),
+        ("150 rpm", "rad/s", sd.rpm(150.0)),
+        ("-90 deg", "rad", sd.degrees(-90.0)),
         ("0.25 turn", "rad", 0.5 * math.pi),
         ("3 Hz", "rad/s", 6.0 * math.pi),
         ("9.81 m/s^2", "m/s^2", 9.81),
@@ -47,7 +46,7 @@ from scissordyn.units import Quantity, degrees, rpm
 )
 def test_text_becomes_si(text: str, unit: str, value: float) -> None:
     """Closed form: factors of units by definition; 1e-15 is a rounding or two."""
-    assert read_quantity(text, Quantity(unit)) == pytest.approx(value, rel=1e-15)
+    assert read_quantity(text, sd.Quantity(unit)) == pytest.approx(value, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -80,8 +79,8 @@ def test_text_becomes_si(text: str, unit: str, value: float) -> None:
 )
 def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) -> None:
     """Contract: each refusal names its reason and what is allowed."""
-    with pytest.raises(InputError, match="expected a number from") as caught:
-        read_quantity(text, Quantity(unit))
+    with pytest.raises(sd.InputError, match="expected a number from") as caught:
+        read_quantity(text, sd.Quantity(unit))
     assert reason in str(caught.value)
 
 
@@ -89,19 +88,19 @@ def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) ->
 @given(st.floats(min_value=-1e5, max_value=1e5))
 def test_what_is_written_can_be_read(unit: str, value: float) -> None:
     """Contract: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
-    assert read_quantity(rounded_text(value, unit), Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
+    assert read_quantity(rounded_text(value, unit), sd.Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
 
 
 @pytest.mark.parametrize(
     "quantity",
     [
-        Quantity("m", above=0.0),
-        Quantity("1", minimum=0.0, maximum=0.5),
-        Quantity("1", above=2.0, below=3.0),
-        Quantity("1", minimum=7.0),
+        sd.Quantity("m", above=0.0),
+        sd.Quantity("1", minimum=0.0, maximum=0.5),
+        sd.Quantity("1", above=2.0, below=3.0),
+        sd.Quantity("1", minimum=7.0),
     ],
 )
-def test_an_example_is_allowed(quantity: Quantity) -> None:
+def test_an_example_is_allowed(quantity: sd.Quantity) -> None:
     """Contract: the example in a message is accepted."""
     text = example(quantity)
     assert quantity.admits(read_quantity(float(text) if quantity.unit == "1" else text, quantity))
@@ -116,7 +115,7 @@ def test_rows_of_numbers_share_one_unit() -> None:
         ("0 nan ms", "not finite"),
         ("0 1 m", "wrong dimension"),
     ):
-        with pytest.raises(InputError, match=reason):
+        with pytest.raises(sd.InputError, match=reason):
             read_numbers(text, "s")
 
 
@@ -150,5 +149,5 @@ def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
 @pytest.mark.parametrize("unit", ["Grad", "Mdeg", "Grad/s"])
 def test_an_angle_has_no_large_prefix(unit):
     """Contract: "Grad", a degree in German, is no gigaradian."""
-    with pytest.raises(InputError, match="did you mean 'deg'"):
-        read_quantity(f"30 {unit}", Quantity("rad/s" if "/" in unit else "rad"))
+    with pytest.raises(sd.InputError, match="did you mean 'deg'"):
+        read_quantity(f"30 {unit}", sd.Quantity("rad/s" if "/" in unit else "rad"))

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft7Validator
 
+import scissordyn as sd
 from scissordyn.casefile.case import CaseTable
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.quantity import SI_UNITS, NumbersText, unit_factor
@@ -19,7 +20,6 @@ from scissordyn.casefile.table import instance
 from scissordyn.config.schema import pattern_of, schema
 from scissordyn.config.study import StudyText
 from scissordyn.config.template import template
-from scissordyn.errors import InputError
 
 ROOT = Path(__file__).parents[2]  # Root folder of the repository
 IGNORED_FOLDERS = {".venv", "out", "build"}  # Folders without files of the project
@@ -186,7 +186,7 @@ def test_wrong_files_are_refused(validator, name, place, value):
     assert errors
     first = str(place.split(".")[0])
     assert any(first in map(str, error.absolute_path) or first in error.message for error in errors)
-    with pytest.raises(InputError):
+    with pytest.raises(sd.InputError):
         instance(CaseTable, tree, {"folder": ROOT / "examples"}).case()
 
 
@@ -210,7 +210,7 @@ def test_wrong_studies_are_refused(validator, key, value):
     else:
         tree[key] = value
     assert list(validator.iter_errors(tree))
-    with pytest.raises(InputError):
+    with pytest.raises(sd.InputError):
         instance(StudyText, tree, {"folder": ROOT})
 
 
@@ -227,7 +227,7 @@ def test_patterns_take_every_unit_that_fits(unit):
     for typed in (*UNITS, *COMPOSED):
         try:
             fits = bool(unit_factor(typed, unit)) or True
-        except InputError:
+        except sd.InputError:
             fits = typed == "degC" and unit == "K"
         found = pattern.search(f"-1.5e3 {typed}") is not None
         assert found or not fits, typed

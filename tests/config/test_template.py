@@ -11,41 +11,35 @@ from pathlib import Path
 
 import pytest
 
-from scissordyn.casefile.case import Case, CaseTable
+import scissordyn as sd
+from scissordyn.casefile.case import CaseTable
 from scissordyn.casefile.part import PARTS
 from scissordyn.casefile.structure import STRUCTURES, ClearanceTable
 from scissordyn.casefile.table import table_of
 from scissordyn.casefile.time_function import DriveTable
-from scissordyn.components.actuator import Actuator
-from scissordyn.config.file import read_case
 from scissordyn.config.fitted import PART_VALUES
 from scissordyn.config.template import DEPLOYMENT_TURNS, TEMPLATE_VALUES, template
-from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
-from scissordyn.model.scissor import scissor
-from scissordyn.run.simulate import simulate
 
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"  # Case file of the paper's array
 
 
-def test_template_is_the_paper_case(case_of: Callable[..., Case]) -> None:
+def test_template_is_the_paper_case(case_of: Callable[..., sd.Case]) -> None:
     """Identity: what is printed reads back as the paper's case, but it deploys, and it records the contacts' own instants."""
     text = template("scissor")
     changes = ["structure.angle=60 deg", "drive.speed=-150 rpm", "run.samples=auto", "A.reference=loaded"]
-    paper = read_case(PAPER, changes)
+    paper = sd.read_case(PAPER, changes)
     assert case_of(text) == replace(paper, mechanism=replace(paper.mechanism, source=""))
-    run = simulate(case_of(text).mechanism.ideal(), until=0.05, samples=2)
+    run = sd.simulate(case_of(text).mechanism.ideal(), until=0.05, samples=2)
     assert run.scissordyn.summary().span.change == "grows along x and shrinks along y"
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
-def test_templates_can_be_run(case_of: Callable[..., Case], kind: str) -> None:
+def test_templates_can_be_run(case_of: Callable[..., sd.Case], kind: str) -> None:
     """Contract: each printed case is read, assembled and runs a few steps to its end."""
     case = case_of(template(kind), ["run.until=0.1 ms", "run.samples=3"])
     assert case.mechanism.clearance_joints
-    assert simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
+    assert sd.simulate(case.mechanism, **case.run.keywords).attrs["status"] == "complete"
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
@@ -56,7 +50,7 @@ def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
         STRUCTURES[kind],
         *[DriveTable] * ("drive" in TEMPLATE_VALUES[kind]),
         ClearanceTable,
-        table_of(Options, until="50 ms"),
+        table_of(sd.Options, until="50 ms"),
     ]
     tables += [part.table for name, part in PARTS.items() if kind == "mechanism"]
     for table in tables:
@@ -96,10 +90,10 @@ REFUSED |= {("ring", part): "not determined" for part in ("pin_friction", "pin_l
 PART_FIELDS = {"tip": "tracks", "rod": "rods", "latch": "latches"}
 
 
-def has_part(mechanism: Mechanism, part: str) -> bool:
+def has_part(mechanism: sd.Mechanism, part: str) -> bool:
     """Return whether a mechanism has a part of the list of `new --with`."""
     if part == "servo":
-        return any(isinstance(one, Actuator) for one in mechanism.components)
+        return any(isinstance(one, sd.Actuator) for one in mechanism.components)
     if part in ("payload", "panels"):
         return any({"payload": payload_points, "panels": panel_ends}[part](body) for body in mechanism.bodies)
     if part in PART_FIELDS:
@@ -109,15 +103,15 @@ def has_part(mechanism: Mechanism, part: str) -> bool:
 
 @pytest.mark.parametrize("kind", STRUCTURES)
 @pytest.mark.parametrize("parts", GROUPS, ids=lambda parts: parts[0])
-def test_every_structure_has_every_part(case_of: Callable[..., Case], kind: str, parts: tuple[str, ...]) -> None:
+def test_every_structure_has_every_part(case_of: Callable[..., sd.Case], kind: str, parts: tuple[str, ...]) -> None:
     """Contract: the file is read, has the parts, and its move is carried out with ideal joints."""
     if (kind, parts[0]) in REFUSED:
-        with pytest.raises(InputError, match=REFUSED[kind, parts[0]]):
+        with pytest.raises(sd.InputError, match=REFUSED[kind, parts[0]]):
             template(kind, list(parts))
         return
     case = case_of(template(kind, list(parts)))
     assert [part for part in parts if not has_part(case.mechanism, part)] == []
-    run = simulate(case.mechanism.ideal(), until=case.run.until, samples=3)
+    run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=3)
     assert run.attrs["status"] == "complete"
 
 
@@ -127,10 +121,10 @@ def test_every_part_is_in_a_group() -> None:
 
 
 @pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])
-def test_a_printed_servo_follows_its_reference(case_of: Callable[..., Case], kind: str) -> None:
+def test_a_printed_servo_follows_its_reference(case_of: Callable[..., sd.Case], kind: str) -> None:
     """Contract: with the gains that are printed, and a payload, the move ends where it should, within the servo's limit."""
     case = case_of(template(kind, ["servo", "tip", "payload"]))
-    run = simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
+    run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
     answer = run.scissordyn.summary()
     assert abs(run["control_error"].values).max() < 1e-3 * abs(DEPLOYMENT_TURNS[kind])
     servo = answer.actuators[0]
@@ -144,8 +138,8 @@ def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
     changes = ["structure.units=5", "drive.cycloidal.end=20 deg", "drive.cycloidal.duration=3 s", "clearance.joint=all"]
     text = template("scissor", ["servo"], changes)
     gains = tomllib.loads(text)["control"][0]["controller"]
-    mechanism = scissor(units=5, angle=math.radians(60.0)).driven(speed=1.0)
-    inertia = 2.0 * float(simulate(mechanism, until=1e-3, samples=2)["kinetic_energy"][0])
+    mechanism = sd.scissor(units=5, angle=math.radians(60.0)).driven(speed=1.0)
+    inertia = 2.0 * float(sd.simulate(mechanism, until=1e-3, samples=2)["kinetic_energy"][0])
     w = 2.0 * math.pi * 6.0 / 3.0  # six oscillations and a damping ratio of 0.7, as the printed file says
     for key, wanted in (("proportional", inertia * w**2), ("derivative", 2.0 * 0.7 * inertia * w)):
         assert float(gains[key].split()[0]) == pytest.approx(wanted, rel=0.05)
@@ -169,7 +163,7 @@ def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
 )
 def test_parts_that_cannot_be_are_refused(kind: str, parts: list[str], changes: list[str], says: str) -> None:
     """Contract: one line that says what to type."""
-    with pytest.raises(InputError, match=re.escape(says)):
+    with pytest.raises(sd.InputError, match=re.escape(says)):
         template(kind, parts, changes)
 
 
@@ -179,7 +173,7 @@ def test_directions_of_parts_are_round_where_the_move_is_along_an_axis() -> None
     assert 'direction = "0 deg"' in template("mechanism", ["travel_stop"])
 
 
-def test_parts_fit_bars_that_bend(case_of: Callable[..., Case]) -> None:
+def test_parts_fit_bars_that_bend(case_of: Callable[..., sd.Case]) -> None:
     """Identity: as those of rigid bars of their mass, and the file can be read; its points were those of cross-sections."""
     parts, mass = ["servo", "tip", "payload", "spring"], 2700.0 * (0.05**2 - 0.046**2)
     bars = 'structure.bars={section = "tube 50x50x2 mm", material = "aluminium"}'

@@ -7,12 +7,6 @@ import pytest
 from tests.build import case_of
 
 import scissordyn as sd
-from scissordyn.components.actuator import Actuator
-from scissordyn.components.time_function import Cycloidal
-from scissordyn.control.delayed.pyragas import Pyragas
-from scissordyn.control.tracking.feed_forward import FeedForward
-from scissordyn.control.tracking.pid import PID
-from scissordyn.run.inverse_dynamics import feed_forward
 
 # Case file; "CONTROL" is replaced by a table [control]
 CASE = """
@@ -43,15 +37,15 @@ def test_one_table(tmp_path):
         '[control]\nfeed_forward = "ideal"\nsensor = "slider.centre"\n'
         'controller = { name = "feed-forward", proportional = "2e4 N m/rad", derivative = "1500 N m s/rad", limit = "1 kN m" }',
     )
-    arm, reference = sd.scissor(units=2), Cycloidal(np.radians(30), np.radians(60), 1.0)
+    arm, reference = sd.scissor(units=2), sd.Cycloidal(np.radians(30), np.radians(60), 1.0)
     made = arm.controlled(
-        FeedForward(2e4, 1500.0, limit=1000.0),
+        sd.FeedForward(2e4, 1500.0, limit=1000.0),
         reference=reference,
-        feed_forward=feed_forward(arm, reference, until=0.01),
+        feed_forward=sd.feed_forward(arm, reference, until=0.01),
         sensor=("slider", "centre"),
     )
     found, wanted = read.mechanism.components[0], made.components[0]
-    assert isinstance(found, Actuator)
+    assert isinstance(found, sd.Actuator)
     same = {"reference": None, "controller": wanted.controller, "start_on_reference": False}
     assert dataclasses.replace(found, **same) == dataclasses.replace(wanted, **same)
     assert found.controller.parameters() == pytest.approx(wanted.controller.parameters())
@@ -68,8 +62,8 @@ def test_several_tables(tmp_path):
         '[[control]]\ncontroller = { name = "pyragas", gain = "3 N m", delay = "20 ms", recorded = "speed" }\n',
     )
     first, second = read.mechanism.components
-    assert (first.name, first.controller, first.start_on_reference) == ("servo", PID(2e4), True)
-    assert (second.controller, second.start_on_reference) == (Pyragas(3.0, 0.02), False)
+    assert (first.name, first.controller, first.start_on_reference) == ("servo", sd.PID(2e4), True)
+    assert (second.controller, second.start_on_reference) == (sd.Pyragas(3.0, 0.02), False)
     assert first.reference == sd.ConstantSpeed(sd.rpm(20.0))
 
 

@@ -10,10 +10,6 @@ import pytest
 from tests.build import counts_of, hanging
 
 import scissordyn as sd
-from scissordyn.components.time_function import Polynomial
-from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
-from scissordyn.control.delayed.pyragas import Pyragas
-from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.method import METHODS
 
 INERTIA = 0.45  # Moment of inertia of the bar about its pin [kg m^2]
@@ -67,7 +63,7 @@ def test_history_grows():
 
 def test_nothing_is_kept_without_a_delay():
     """Limit: steps are not limited and nothing is recorded where no controller has a delay."""
-    run = sd.simulate(hanging(spin=1.0).controlled(PID(1.0)), until=1.0, samples=3)
+    run = sd.simulate(hanging(spin=1.0).controlled(sd.PID(1.0)), until=1.0, samples=3)
     assert not [name for name in run if str(name).startswith("recorded")]
 
 
@@ -96,8 +92,12 @@ def excited(error, speed):
 def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
     """Closed form: a self-excited oscillator (a complex pair of multipliers) decays at the root of its quasi-polynomial."""
     delay = math.pi / math.sqrt(18.0 / INERTIA)
-    law = ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0) if recursion_gain else Pyragas(0.5, delay, onset=0.0)
-    free = hanging().controlled(excited(), reference=Polynomial((0.0,)), start_on_reference=False)
+    law = (
+        sd.ExtendedDelayedFeedback(0.5, delay, recursion_gain, onset=0.0)
+        if recursion_gain
+        else sd.Pyragas(0.5, delay, onset=0.0)
+    )
+    free = hanging().controlled(excited(), reference=sd.Polynomial((0.0,)), start_on_reference=False)
     options = {"rtol": 1e-10, "atol": 1e-10, "samples": 4001, "method": "dop853"}
     assert np.abs(sd.simulate(free, until=6.0, **options)["angle"][:, 0].values[-500:]).max() > 0.6
     run = sd.simulate(free.controlled(law), until=20.0, **options)
@@ -116,28 +116,28 @@ def test_delayed_feedback_stabilises_an_oscillator(recursion_gain):
 def test_odd_number_limitation(gain):
     """Limit: an upright bar has one real multiplier above 1; delayed feedback stabilises it at no gain, plain feedback does."""
     upright = hanging(angle=0.5 * math.pi + 1e-3, gravity=9.81)
-    reference = Polynomial((0.5 * math.pi,))
-    delayed = upright.controlled(Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, start_on_reference=False)
+    reference = sd.Polynomial((0.5 * math.pi,))
+    delayed = upright.controlled(sd.Pyragas(gain, 0.2, "error", onset=0.0), reference=reference, start_on_reference=False)
     # on the error y = r - th the torque K [y(t-T) - y] is that on the angle with the gain -K
     left = sd.simulate(delayed, until=8.0, samples=4001, most_steps=3000)  # the angle grows without bound
     assert float(np.abs(left["control_error"]).max()) > 0.3
     controlled = sd.simulate(
-        upright.controlled(PID(10.0, 2.0), reference=reference, start_on_reference=False), until=4.0, samples=401
+        upright.controlled(sd.PID(10.0, 2.0), reference=reference, start_on_reference=False), until=4.0, samples=401
     )
     assert float(np.abs(controlled["control_error"]).max()) < 2e-3
 
 
 def test_extended_without_memory_is_pyragas():
     """Contract: with R = 0 the extended feedback is Pyragas's, to the last bit."""
-    pair = Pyragas(0.5, 0.2, onset=0.0), ExtendedDelayedFeedback(0.5, 0.2, 0.0, onset=0.0)
-    runs = [sd.simulate(hanging(spin=1.0).controlled(PID(18.0)).controlled(law), until=1.0, samples=101) for law in pair]
+    pair = sd.Pyragas(0.5, 0.2, onset=0.0), sd.ExtendedDelayedFeedback(0.5, 0.2, 0.0, onset=0.0)
+    runs = [sd.simulate(hanging(spin=1.0).controlled(sd.PID(18.0)).controlled(law), until=1.0, samples=101) for law in pair]
     assert np.array_equal(runs[0]["angle"].values, runs[1]["angle"].values)
 
 
 def extended(limit):
     """Return the run of a bar on a servo with extended feedback, R = 0.5, T = 0.25 s, from 0.5 s on; 100 samples a second."""
-    controlled = hanging(spin=1.0).controlled(PID(18.0), reference=Polynomial((0.3,)), start_on_reference=False)
-    law = ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=limit)
+    controlled = hanging(spin=1.0).controlled(sd.PID(18.0), reference=sd.Polynomial((0.3,)), start_on_reference=False)
+    law = sd.ExtendedDelayedFeedback(5.0, 0.25, 0.5, onset=0.5, limit=limit)
     return sd.simulate(controlled.controlled(law), until=2.0, samples=201, rtol=1e-10, atol=1e-10)
 
 
@@ -161,7 +161,7 @@ def test_onset_limit_and_record():
 
 def test_every_recorded_signal_has_its_unit():
     """Contract: signals of different kinds are variables of their own with units that pint reads, NaN at the other actuator."""
-    law = Pyragas(0.5, 0.2, onset=0.0)
+    law = sd.Pyragas(0.5, 0.2, onset=0.0)
     both = hanging(spin=1.0).controlled(law).controlled(dataclasses.replace(law, recorded="error"), name="second")
     run = sd.simulate(both, until=0.1, samples=3)
     for name, unit in {"recorded_speed": "rad/s", "recorded_error": "rad"}.items():

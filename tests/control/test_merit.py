@@ -7,20 +7,15 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.analysis.motor import figures_of_merit
-from scissordyn.components.force import Force
-from scissordyn.components.time_function import Cycloidal, tabulated
-from scissordyn.control.tracking.feed_forward import FeedForward
-from scissordyn.run.inverse_dynamics import feed_forward
 
 UNTIL, DURATION, LIMIT = 1.2, 1.0, 770.0  # End of the run [s], duration of the motion [s] and largest torque of the motor [N m]
-REFERENCE = Cycloidal(math.radians(30), math.radians(60), DURATION)  # Reference angle of the array
+REFERENCE = sd.Cycloidal(math.radians(30), math.radians(60), DURATION)  # Reference angle of the array
 # Load that disturbs the array from 0.6 to 0.8 s
-GUST = Force(
+GUST = sd.Force(
     "gust",
     ("slider", "centre"),
     (0.0, -50.0),
-    time_function=tabulated(
+    time_function=sd.tabulated(
         lambda t: math.sin(math.pi * (t - 0.6) / 0.2) ** 2 if 0.6 < t < 0.8 else 0.0, until=UNTIL, points=4801
     ),
 )
@@ -40,7 +35,7 @@ def ideal(disturbed_array):
 
 def test_ideal_against_itself(ideal):
     """Identity: the ideal run has no errors; its energy is the integral of its positive power."""
-    found = figures_of_merit(ideal, ideal)
+    found = sd.figures_of_merit(ideal, ideal)
     assert float(found["tracking_error"]) == 0.0
     assert float(found["position_error"]) == 0.0
     assert float(found["synchronisation_error"]) < 1e-15
@@ -54,7 +49,7 @@ def test_angles_that_the_ideal_run_does_not_reach(ideal):
     """Limit: no error of synchronisation is known where the ideal mechanism has no such angle."""
     body = ideal["angle"].sel(body="unit 1/bar 1")
     for shift, known in ((-0.1, True), (-2.0, False)):
-        found = figures_of_merit(ideal.assign(angle=ideal["angle"] + shift), ideal)
+        found = sd.figures_of_merit(ideal.assign(angle=ideal["angle"] + shift), ideal)
         assert float(found["tracking_error"]) == pytest.approx(abs(shift), rel=1e-12)
         assert np.isfinite(float(found["synchronisation_error"])) == known
     assert float(body.max() - body.min()) > 0.5
@@ -62,7 +57,7 @@ def test_angles_that_the_ideal_run_does_not_reach(ideal):
 
 def test_fraction_of_contact(clearance_run):
     """Cross-check: the fraction of contact from the table of contacts equals that of the samples to within their distance."""
-    found = figures_of_merit(clearance_run, clearance_run)
+    found = sd.figures_of_merit(clearance_run, clearance_run)
     sampled = float(clearance_run["in_contact"].sel(joint="A").mean())
     contacts = clearance_run.sizes["contact"]
     assert float(found["contact_fraction"][0]) == pytest.approx(sampled, abs=2.0 * contacts / clearance_run.sizes["time"])
@@ -74,11 +69,11 @@ def test_control_keeps_contact(disturbed_array, ideal):
 
     Both keep contact under the gust; with feed-forward alone the array deviates from the reference.
     """
-    driven = figures_of_merit(sd.simulate(disturbed_array.driven(REFERENCE), until=UNTIL), ideal)
-    torque = feed_forward(disturbed_array, REFERENCE, until=UNTIL)
-    laws = FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), FeedForward(limit=LIMIT)
+    driven = sd.figures_of_merit(sd.simulate(disturbed_array.driven(REFERENCE), until=UNTIL), ideal)
+    torque = sd.feed_forward(disturbed_array, REFERENCE, until=UNTIL)
+    laws = sd.FeedForward(2e4, 1500.0, limit=LIMIT, ramp=0.02), sd.FeedForward(limit=LIMIT)
     runs = [sd.simulate(disturbed_array.controlled(law, reference=REFERENCE, feed_forward=torque), until=UNTIL) for law in laws]
-    closed, opened = (figures_of_merit(run, ideal) for run in runs)
+    closed, opened = (sd.figures_of_merit(run, ideal) for run in runs)
     assert float(driven["in_contact_from"][0]) > 0.5
     assert float(closed["in_contact_from"][0]) < 0.125
     assert float(closed["contact_fraction"][0]) > 0.95 > float(driven["contact_fraction"][0])
@@ -90,6 +85,6 @@ def test_control_keeps_contact(disturbed_array, ideal):
 def test_errors(ideal):
     """Contract: runs that do not fit are refused."""
     with pytest.raises(sd.InputError, match="the run has no drive"):
-        figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
+        sd.figures_of_merit(sd.simulate(sd.scissor(units=1), until=0.01, samples=3), ideal)
     with pytest.raises(sd.InputError, match="fewer than two samples"):
-        figures_of_merit(ideal, ideal, after=5.0)
+        sd.figures_of_merit(ideal, ideal, after=5.0)

@@ -7,13 +7,9 @@ import pytest
 
 import scissordyn as sd
 from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
-from scissordyn.components.time_function import Harmonic, Polynomial
-from scissordyn.control.delayed.extended import ExtendedDelayedFeedback
-from scissordyn.control.tracking.feed_forward import FeedForward
-from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.history import CHEBYSHEV_NODES, TRANSFORM, make_history
 
-REFERENCE = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)  # Reference angle of the controlled body
+REFERENCE = sd.Harmonic(mean=0.5, amplitude=0.3, angular_frequency=20.0, phase=0.2)  # Reference angle of the controlled body
 TIME = 0.3  # [s] instant at which derivatives are compared
 
 
@@ -21,7 +17,7 @@ def controlled_state(laws):
     """Return system and state of an array with controllers, not on its reference and with a history of delayed signals."""
     arm = sd.scissor(units=2, angle=0.5)
     for law in laws:
-        torque = Polynomial((3.0, 40.0, -200.0)) if law.uses_feed_forward else None
+        torque = sd.Polynomial((3.0, 40.0, -200.0)) if law.uses_feed_forward else None
         arm = arm.controlled(
             law, reference=REFERENCE, feed_forward=torque, sensor=("slider", "centre"), start_on_reference=False
         )
@@ -45,14 +41,14 @@ def controlled_state(laws):
 
 # Controllers whose derivatives are compared, with the feed-forward torque of some, by name
 LAWS = {
-    "pid": (PID(300.0, 40.0, 700.0),),
-    "limited": (PID(300.0, 40.0, 700.0, limit=5.0, ramp=1.0),),
-    "rate damping": (FeedForward(300.0, 40.0, 700.0, eccentricity_rate_damping=60.0, regularisation_length=0.2),),
+    "pid": (sd.PID(300.0, 40.0, 700.0),),
+    "limited": (sd.PID(300.0, 40.0, 700.0, limit=5.0, ramp=1.0),),
+    "rate damping": (sd.FeedForward(300.0, 40.0, 700.0, eccentricity_rate_damping=60.0, regularisation_length=0.2),),
     "several": (
-        FeedForward(30.0, eccentricity_rate_damping=6.0, regularisation_length=0.2),
-        ExtendedDelayedFeedback(7.0, 0.25, 0.3, "sensor_rate_y"),
+        sd.FeedForward(30.0, eccentricity_rate_damping=6.0, regularisation_length=0.2),
+        sd.ExtendedDelayedFeedback(7.0, 0.25, 0.3, "sensor_rate_y"),
     ),
-    "two integrals": (PID(30.0, 4.0, 70.0), PID(20.0, 3.0, 50.0)),
+    "two integrals": (sd.PID(30.0, 4.0, 70.0), sd.PID(20.0, 3.0, 50.0)),
 }
 
 

@@ -10,7 +10,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 from scissordyn.exchange.assembly import BLOCK, left_out
 from scissordyn.exchange.export import drawing
 
@@ -109,7 +108,7 @@ def test_damaged_data_are_one_line(name, value):
     entity.set_xdata("SCISSORDYN", [(1000, json.dumps(data))])
     stream = io.StringIO()
     document.write(stream)
-    with pytest.raises(InputError) as error:
+    with pytest.raises(sd.InputError) as error:
         sd.read_dxf(stream.getvalue())
     assert "\n" not in str(error.value)
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 ezdxf = pytest.importorskip("ezdxf")
 
@@ -127,7 +126,7 @@ def arcs_only():
 )
 def test_what_is_no_linkage_is_one_line(content, options, said):
     """Contract: the error names what came."""
-    with pytest.raises(InputError, match=said) as error:
+    with pytest.raises(sd.InputError, match=said) as error:
         sd.read_dxf(content, **options)
     assert "\n" not in str(error.value)
 
@@ -135,7 +134,7 @@ def test_what_is_no_linkage_is_one_line(content, options, said):
 def test_a_file_without_a_header_has_no_unit():
     """Contract: the unit of the library's new documents is none of the file."""
     content = "0 SECTION 2 ENTITIES 0 LINE 8 0 10 0 20 0 11 80 21 60 0 ENDSEC 0 EOF ".replace(" ", "\n")
-    with pytest.raises(InputError, match="without a unit of length"):
+    with pytest.raises(sd.InputError, match="without a unit of length"):
         sd.read_dxf(content)
     mechanism, notes = sd.read_dxf(content, unit="mm")
     assert mechanism.bodies[0].extent == pytest.approx(0.1)

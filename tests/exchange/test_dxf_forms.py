@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.exchange import dxf_entity
 
 from .test_drawings import ezdxf, text
@@ -303,7 +302,7 @@ def test_drawings_without_bounds_are_one_line(add, said):
     """Contract: blocks within themselves, doubled blocks, arrays and huge coordinates are errors before they are expanded."""
     document = plain()
     add(document)
-    with pytest.raises(InputError, match=said) as error:
+    with pytest.raises(sd.InputError, match=said) as error:
         drawn(document)
     assert "\n" not in str(error.value)
 
@@ -312,5 +311,5 @@ def test_a_drawing_that_is_cut_off_is_no_drawing():
     """Contract: no mechanism is made of a part of a file, wherever it ends."""
     whole = text(plain())
     for end in np.linspace(0, len(whole) - 8, 12).astype(int):
-        with pytest.raises(InputError, match="DXF"):
+        with pytest.raises(sd.InputError, match="DXF"):
             sd.read_dxf(whole[:end])

@@ -9,7 +9,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 
 ezdxf = pytest.importorskip("ezdxf")
 
@@ -208,7 +207,7 @@ def test_missing_numbers_and_holes_are_one_line(options, holes, said):
     """Contract: what is missing is named in one line."""
     document, space = drawing()
     slot(space, (0, 0), (100, 0), 12, holes)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         sd.read_dxf(text(document), **options)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
@@ -218,7 +217,7 @@ def test_an_arc_without_bound_is_one_line():
     """Contract: the bulge of a full turn, which no arc has."""
     document, space = drawing()
     space.add_lwpolyline([(0, 0, 0), (9, 0, 1e300), (9, 9, 0)], format="xyb", close=True)
-    with pytest.raises(InputError, match="of the DXF has wrong coordinates: a bulge without bound; expected numbers"):
+    with pytest.raises(sd.InputError, match="of the DXF has wrong coordinates: a bulge without bound; expected numbers"):
         sd.read_dxf(text(document), **SHEET)
 
 

@@ -16,7 +16,6 @@ from tests.exchange.links import linkage
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 from scissordyn.exchange.export import cut_list, drawing
 from scissordyn.exchange.forces import LOCATED_COLUMN, beam_file, envelope, force_json, force_table, missed_peaks, to_csv
 from scissordyn.exchange.mjcf_text import mjcf
@@ -55,17 +54,17 @@ def test_holes_have_the_sizes_of_the_joints():
         places = sorted(body.points.values())
         if len({y for _, y in places}) == 1:
             assert hull == pytest.approx(2e3 * (places[-1][0] - places[0][0]))
-    with pytest.raises(InputError, match="a wider bar"):
+    with pytest.raises(sd.InputError, match="a wider bar"):
         drawing(mechanism, width=0.02)
 
 
 def test_equal_bars_are_one_row_of_the_cut_list():
     """Closed form: the bars of a scissor array with pins of 8 mm; a joint without a size is an error."""
     mechanism = arm()
-    with pytest.raises(InputError, match="has no pin radius"):
+    with pytest.raises(sd.InputError, match="has no pin radius"):
         cut_list(mechanism)
     soft = sd.with_bending(sd.four_bar(), "rocker", bending_stiffness=1e3, axial_stiffness=1e6, modes=2)
-    with pytest.raises(InputError, match="bar 'rocker/beam' bends: a drawing and a cut list have rigid bars only"):
+    with pytest.raises(sd.InputError, match="bar 'rocker/beam' bends: a drawing and a cut list have rigid bars only"):
         drawing(soft, pin_radius=4e-3)
     rows = list(csv.DictReader(io.StringIO(cut_list(mechanism, pin_radius=4e-3).decode())))
     assert sum(int(row["count"]) for row in {row["bar"]: row for row in rows}.values()) == 4
@@ -158,7 +157,7 @@ def test_couplings_that_return_and_those_that_mjcf_cannot_say():
     assert loose.notes == ("the backlash of coupling 'teeth': left out",)
     off = sd.Coupling("x", sd.Slide(("b", "end")), ANGLE("a"), 0.1)
     with pytest.raises(
-        InputError, match=r"coupling 'x': MJCF cannot represent the slide of 'b.end'; expected a slide along the guide"
+        sd.InputError, match=r"coupling 'x': MJCF cannot represent the slide of 'b.end'; expected a slide along the guide"
     ):
         mjcf(dataclasses.replace(arms(), couplings=(off,)))
 
@@ -170,7 +169,7 @@ def test_drives_and_components_are_named_and_a_rod_is_refused():
     assert "joints with clearance are ideal" in model.notes
     assert f"{sd.rpm(150)!r}"[:8] in model.text
     rod = sd.Rod("rod", ("a", "end"), ("ground", "O"), 0.5)
-    with pytest.raises(InputError, match="MJCF cannot represent 'rod'"):
+    with pytest.raises(sd.InputError, match="MJCF cannot represent 'rod'"):
         mjcf(dataclasses.replace(arms(), rods=(rod,)))
 
 
@@ -297,7 +296,7 @@ def test_beams_are_in_equilibrium_and_refuse_what_they_cannot_say(pendulum):
             node, degree, value = (float(part) for part in line.split(","))
             total += value * np.array([degree == 1, degree == 2, degree == 6 or (degree == 2) * places[int(node)]], float)
     assert np.max(abs(total)) < 1e-9 * 60.0
-    with pytest.raises(InputError, match="section 'round' of the beams is not a rectangle"):
+    with pytest.raises(sd.InputError, match="section 'round' of the beams is not a rectangle"):
         beam_file(forces, run, mechanism, section="round")
 
 

@@ -19,7 +19,6 @@ from tests.build import chain, gears, wheel
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_mechanism
-from scissordyn.errors import InputError
 from scissordyn.exchange.fmu import pack
 from scissordyn.integrate.history import make_history
 from scissordyn.run.advance import driver
@@ -347,7 +346,7 @@ def test_without_a_compiler_only_the_sources_are_written(monkeypatch):
     """Contract: one line for the whole unit; the sources alone need no compiler."""
     mechanism, until = CASES["crank"]
     monkeypatch.setenv("CC", "no-such-compiler")
-    with pytest.raises(InputError, match="needs a C compiler: no C compiler") as error:
+    with pytest.raises(sd.InputError, match="needs a C compiler: no C compiler") as error:
         pack.fmu(mechanism, sd.Options(until=until))
     assert "\n" not in str(error.value)
     with zipfile.ZipFile(io.BytesIO(pack.fmu(mechanism, sd.Options(until=until), sources_only=True))) as archive:

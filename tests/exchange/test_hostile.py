@@ -10,7 +10,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 from scissordyn.exchange.export import drawing
 from scissordyn.exchange.source import SIZE_MAX
 
@@ -64,7 +63,7 @@ def test_altered_files_are_one_line_or_a_mechanism(number: int, capfd: pytest.Ca
     for _ in range(12):
         try:
             said = read(altered(whole, draw)).notes  # type: ignore[operator]
-        except InputError as error:
+        except sd.InputError as error:
             said = (str(error),)
         assert not any("\n" in line for line in said)
     assert capfd.readouterr() == ("", "")

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 # File of the Linkage program with a four-bar linkage
 FOUR_BAR = """<linkage2>
@@ -110,7 +109,7 @@ def test_a_link_of_linkage_slides_over_two_anchors():
 )
 def test_a_file_of_linkage_that_is_not_read_is_one_line(old, new, said):
     """Contract: the error names what came."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(sd.InputError, match=said):
         sd.read_linkage2(FOUR_BAR.replace(old, new, 1))
 
 

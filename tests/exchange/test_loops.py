@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 from .peer import by_mujoco, centres
 
@@ -207,7 +206,7 @@ def test_parts_of_loop_joints_that_are_left_out(closing, said):
 )
 def test_loop_joints_that_are_errors(closing, said):
     """Contract: one line that says what is wrong and what is expected."""
-    with pytest.raises(InputError) as error:
+    with pytest.raises(sd.InputError) as error:
         sd.read_mjcf(four_bar(closing))
     assert said in str(error.value)
     assert "\n" not in str(error.value)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.exchange.mjcf_text import mjcf
 
 from .peer import by_mujoco, centres, followed
@@ -110,7 +109,7 @@ def test_a_urdf_is_a_chain():
 )
 def test_what_is_not_planar_is_one_line(content, said):
     """Contract: the error names what came."""
-    with pytest.raises(InputError, match=said) as error:
+    with pytest.raises(sd.InputError, match=said) as error:
         sd.read_mjcf(content)
     assert "\n" not in str(error.value)
 

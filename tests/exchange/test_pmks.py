@@ -9,7 +9,6 @@ from tests.exchange import links
 from tests.exchange.links import PRISMATIC, WELDED, linkage
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 RPM = 2.0 * math.pi / 60.0  # [rad/s] one revolution per minute
 
@@ -225,7 +224,7 @@ def test_a_link_of_the_earlier_form_has_the_forces_that_pmks_shows():
 )
 def test_what_cannot_be_understood_is_one_line(address, said):
     """Contract: the error names what came and what is allowed."""
-    with pytest.raises(InputError, match=said.replace("+", r"\+")) as error:
+    with pytest.raises(sd.InputError, match=said.replace("+", r"\+")) as error:
         sd.read_pmks(address)
     assert "\n" not in str(error.value)
 

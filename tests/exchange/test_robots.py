@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import BODIES_MAX, DEPTH_MAX
 
 from .peer import by_mujoco, mujoco
@@ -128,7 +127,7 @@ def test_rounded_right_angles_are_read_with_a_note(first, axis, second, other, s
 
 def test_hinges_that_are_not_parallel_are_an_error():
     """Contract: beyond roundings the two joints are named with their angle."""
-    with pytest.raises(InputError, match=r"hinges 'j' and 'k' form an angle of 1\.146 deg"):
+    with pytest.raises(sd.InputError, match=r"hinges 'j' and 'k' form an angle of 1\.146 deg"):
         sd.read_mjcf(ARMS.format("", "0 0 0", "0 1 0", "0.02 0 0", "0 1 0", ""))
 
 
@@ -271,7 +270,7 @@ def test_a_slide_behind_a_hinge_turns_with_the_body():
     """Contract: no joint of the package says it, so that it is an error."""
     slide, hinge = '<joint name="s" type="slide" axis="1 0 0"/>', '<joint name="p" axis="0 1 0"/>'
     assert sd.read_mjcf(arm(slide + hinge)).mechanism.guides
-    with pytest.raises(InputError, match="slide 's' behind hinge 'p' turns with the body"):
+    with pytest.raises(sd.InputError, match="slide 's' behind hinge 'p' turns with the body"):
         sd.read_mjcf(arm(hinge + slide))
 
 
@@ -291,7 +290,7 @@ def test_a_default_namespace_and_lines_of_errors():
     text = arm('<joint\n name="j" axis="0 1 0"\n damping="much"/>').replace(
         "<mujoco>", '<mujoco xmlns="x"><visual>\n<a/>\n</visual>\n<!--\n-->'
     )
-    with pytest.raises(InputError, match="Element 'joint', line 6"):
+    with pytest.raises(sd.InputError, match="Element 'joint', line 6"):
         sd.read_mjcf(text)
 
 
@@ -414,7 +413,7 @@ def test_includes_that_are_not_read(file, said, tmp_path):
     (folder / "circle.xml").symlink_to("circle.xml")
     (folder / "broken.xml").write_text("<mujoco>")
     (folder / "model.xml").write_text(f"<mujoco><include file='{file}'/></mujoco>")
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(sd.InputError, match=said):
         sd.read_drawing(folder / "model.xml")
 
 
@@ -454,6 +453,6 @@ def test_bodies_that_are_not_made_are_named():
 )
 def test_models_without_bounds_are_one_line(text, said):
     """Contract: refused before MuJoCo compiles it."""
-    with pytest.raises(InputError, match=said) as error:
+    with pytest.raises(sd.InputError, match=said) as error:
         sd.read_mjcf(text)
     assert "\n" not in str(error.value)

@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import BODIES_MAX, DEPTH_MAX
 
 from .peer import by_mujoco, centres
@@ -307,7 +306,7 @@ CHAIN = "".join(link(f"l{k}", 1.0, "0 0 0 0 0 0") for k in range(DEPTH_MAX + 1))
 )
 def test_models_that_are_errors(text, said):
     """Contract: one line that says what is wrong and what is expected."""
-    with pytest.raises(InputError) as error:
+    with pytest.raises(sd.InputError) as error:
         sd.read_mjcf(text)
     assert said in str(error.value)
     assert "\n" not in str(error.value)

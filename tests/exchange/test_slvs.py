@@ -8,7 +8,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 
 from .slvs_file import ORIGIN, end, joined, length, slvs
 
@@ -116,7 +115,7 @@ def test_an_angle_to_the_ground_is_the_start_of_the_input():
     assert mechanism.input_body == "r005"
     assert "r005 is free to turn: its angle c010 to the ground is the start" in notes
     bent = [{"type": 120, "valA": 51, "entityA": end(3), "entityB": end(2)}]
-    with pytest.raises(InputError, match="no line of fixed length moves in the sketch; expected a linkage"):
+    with pytest.raises(sd.InputError, match="no line of fixed length moves in the sketch; expected a linkage"):
         sd.read_slvs(four_bar(bent))
     both = [(0, 100j), (0, 50), (50, 50 + 70j)]
     ends = joined((ORIGIN, end(0, 1)), (ORIGIN, end(1, 1)), (end(1, 2), end(2, 1)))
@@ -217,7 +216,7 @@ def test_what_is_not_read_is_named():
 )
 def test_damaged_and_other_files_are_one_line(text, said):
     """Contract: what is wrong is named in one line."""
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         sd.read_slvs(text)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)

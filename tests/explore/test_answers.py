@@ -31,8 +31,6 @@ from scissordyn.explore.answers import (
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
-from scissordyn.model.clearance import GuideClearance
-from scissordyn.model.linkage import slider_crank
 from scissordyn.numeral import numeral
 from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.scale import engineering
@@ -152,8 +150,8 @@ CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a clearance
 
 def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
     """Closed form: a block that falls from the middle is between surfaces at 1.35 half widths, and touches the lower one."""
-    linkage = slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
-    linkage = linkage.with_clearance("guide", GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
+    linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
+    linkage = linkage.with_clearance("guide", sd.GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
     run = sd.simulate(linkage, until=0.05, samples=201)
     (channel,) = json.loads(pack_run(run, linkage))["channels"]
     assert channel["name"] == "guide"

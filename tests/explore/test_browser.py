@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 
 from .browser import CASE, Tab, missing, served
 
@@ -220,7 +219,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     text = files["case"].read_text()
     assert tomllib.loads(text)["drive"]["speed"] == "120 rpm"
     assert text == CASE.replace("150 rpm", "120 rpm")
-    assert sd.load(files["run"]).scissordyn.mechanism == read_case(files["case"]).mechanism
+    assert sd.load(files["run"]).scissordyn.mechanism == sd.read_case(files["case"]).mechanism
     assert files["picture"].read_text().startswith("<?xml")
     assert files["film"].read_text().startswith("<!DOCTYPE html")
     tab.press("python")
@@ -228,7 +227,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     area.wait_for()
     made: dict[str, Any] = {}
     exec(area.input_value().rpartition("run = ")[0], made)
-    assert made["mechanism"] == read_case(files["case"]).mechanism
+    assert made["mechanism"] == sd.read_case(files["case"]).mechanism
     tab.page.keyboard.press("Escape")
     assert area.count() == 0
     assert tab.page.evaluate("document.activeElement.parentElement.dataset.id") == "export"

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import scissordyn as sd
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.explore.case import Case, open_case
 from scissordyn.explore.session import Outcome, Session, Worker
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.record.results import Results
-from scissordyn.record.store import save
 from scissordyn.record.xarray_dataset import as_dataset
-from scissordyn.run.simulate import compute_results, simulate
+from scissordyn.run.simulate import compute_results
 
 from .heard import PATIENCE, until
 
@@ -35,7 +34,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
     """Make runs with clearance wait for an event before they begin; return the event, and a list with an entry for each."""
     opened, runs = threading.Event(), []
 
-    def wait(mechanism: Mechanism, *given: Any, **named: Any) -> Results:
+    def wait(mechanism: sd.Mechanism, *given: Any, **named: Any) -> Results:
         if mechanism != mechanism.ideal():
             runs.append(1)
             assert opened.wait(PATIENCE)
@@ -89,7 +88,7 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
     ideal = session.good
     assert (ideal.note, session.computing) == ("ideal joints", True)
     run = shown(session)
-    wanted = simulate(case.mechanism.ideal(), until=case.options.until, samples=run.sizes["time"], rtol=1e-5, atol=1e-5)
+    wanted = sd.simulate(case.mechanism.ideal(), until=case.options.until, samples=run.sizes["time"], rtol=1e-5, atol=1e-5)
     np.testing.assert_allclose(run["angle"].values, wanted["angle"].values, rtol=0.0, atol=1e-12)
     opened.set()
     until(lambda: not session.computing)
@@ -127,7 +126,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
     found: list[str] = []
     session = Session(few, found.append)
     until(lambda: session.good is not None and session.good.fine is not None)
-    wanted = simulate(case.mechanism, until=case.options.until, samples="auto")
+    wanted = sd.simulate(case.mechanism, until=case.options.until, samples="auto")
     assert shown(session).sizes["time"] == few.options.count
     common = np.intersect1d(session.good.fine["time"], wanted["time"])  # all but those that round otherwise
     assert common.size >= wanted.sizes["time"] - 4
@@ -146,7 +145,7 @@ def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
     run = as_dataset(compute_results(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)))
-    save(run, tmp_path / "run.nc")
+    sd.save(run, tmp_path / "run.nc")
     saved = open_case(tmp_path / "run.nc")
     session = Session(saved, lambda what: None)
     assert not session.computing

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 from scissordyn.equilibrium.deflection import magnified_deflection
-from scissordyn.errors import InputError
 from scissordyn.explore.answers import cards
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
@@ -50,13 +48,13 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wish_is_a_number_or_auto(given: Any) -> None:
     """Bad input: what a page may ask for is "auto", or a number from 1 on."""
     assert (read_magnification("auto"), read_magnification(20)) == ("auto", 20.0)
-    with pytest.raises(InputError, match="magnification"):
+    with pytest.raises(sd.InputError, match="magnification"):
         read_magnification(given)
 
 
 def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
     """Contract: "auto" is 1, 2 or 5 times a power of ten; the largest deflection is then a 50th to a 20th of the mechanism."""
-    case = read_case(path)
+    case = sd.read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
     factor = magnification_of("auto", run, case.mechanism)
     assert f"{factor:e}"[0] in "125"
@@ -75,13 +73,13 @@ def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> No
     drag = Drag(case, "pin", "unit 1/pivot")
     drag.move_target(0.01, 0.02)
     assert drag.note.startswith("bar length 1.03")
-    with pytest.raises(InputError, match="'unit 1/bar 1' has no length to drag"):
+    with pytest.raises(sd.InputError, match="'unit 1/bar 1' has no length to drag"):
         Drag(case, "length", "unit 1/bar 1")
 
 
 def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
     """Cross-check: the shapes on the canvas are those of `magnified_deflection` and change with a section."""
-    case = read_case(path)
+    case = sd.read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
     factor = magnification_of("auto", run, case.mechanism)
     script = "() => JSON.parse(window.scissordyn.shown.scene)"

@@ -15,7 +15,6 @@ import xarray as xr
 from scipy.spatial import KDTree
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 
 from .browser import Tab, served
 
@@ -152,7 +151,7 @@ def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
 def test_page_shows_one_run_however_it_is_dragged(tab: Tab, drags: int) -> None:
     """Cross-check: after each drag every number on the page is that of `run`, and no frame has two runs."""
     chance = random.Random(7)
-    case = read_case(PAPER)
+    case = sd.read_case(PAPER)
     options = case.run.keywords
     tab.page.evaluate(LOOK)
     mouse = tab.page.mouse

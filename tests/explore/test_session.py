@@ -17,8 +17,6 @@ from scissordyn.cli.main import status_of
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
 from scissordyn.casefile.code import Code
-from scissordyn.components.flexible_bar import FlexibleBar
-from scissordyn.errors import InputError
 from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
@@ -165,8 +163,8 @@ def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
     )
     more = case.changed({"structure.bars.modes": "3"})
     assert (case.field("structure.bars.modes").text, more.field("structure.bars.modes").text) == ("auto", "3")
-    assert {part.modes for part in more.mechanism.components if isinstance(part, FlexibleBar)} == {3}
-    with pytest.raises(InputError, match="wall"):
+    assert {part.modes for part in more.mechanism.components if isinstance(part, sd.FlexibleBar)} == {3}
+    with pytest.raises(sd.InputError, match="wall"):
         case.changed({"structure.bars.section": "tube 60x60x40 mm"})
 
 

@@ -7,13 +7,9 @@ import numpy as np
 import pytest
 from pendula import DOUBLE, PENDULUM, double, pendulum
 
-from scissordyn.analysis.agreement import Measured
+import scissordyn as sd
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.config.file import read_case
-from scissordyn.config.fits import fit
-from scissordyn.errors import InputError
 from scissordyn.identification.jacobian import jacobian
-from scissordyn.identification.prediction import prediction
 from scissordyn.identification.problem import Problem, free_parameter, motion
 from scissordyn.identification.start import prepare_segments
 
@@ -24,26 +20,26 @@ NOISE = 2e-3  # [rad] standard deviation of the errors that are added to a recor
 def arm(tmp_path_factory):
     path = tmp_path_factory.mktemp("fit") / "arm.toml"
     path.write_text(PENDULUM)
-    return read_case(path)
+    return sd.read_case(path)
 
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory):
     path = tmp_path_factory.mktemp("fit") / "both.toml"
     path.write_text(DOUBLE)
-    return read_case(path)
+    return sd.read_case(path)
 
 
 def record(seed=1, *, until=3.0, count=61, noise=NOISE, start=0.0, **truth):
     times = np.linspace(0.0, until, count)
     angles = pendulum(times, angle=-0.6, **truth)[:, :1]
     angles = angles + noise * np.random.default_rng(seed).standard_normal(angles.shape)
-    return Measured(times + start, ("angle of arm",), angles, ("rad",))
+    return sd.Measured(times + start, ("angle of arm",), angles, ("rad",))
 
 
 @pytest.fixture(scope="module")
 def found(arm):
-    return fit(arm, record(inertia=0.0009, damping=0.0012), ["arm.inertia", "pivot.damping", "arm.angle"])
+    return sd.fit(arm, record(inertia=0.0009, damping=0.0012), ["arm.inertia", "pivot.damping", "arm.angle"])
 
 
 def assert_true(result, truth):
@@ -90,7 +86,7 @@ def test_standard_errors_are_those_of_the_linear_theory(arm, found):
 
 def test_numbers_that_cannot_be_told_apart_are_named(arm):
     """Contract: a free oscillation depends on m, I and d by their ratios only, at a given centre."""
-    said = fit(arm, record(), ["arm.mass", "arm.inertia", "pivot.damping"], segment=math.inf)
+    said = sd.fit(arm, record(), ["arm.mass", "arm.inertia", "pivot.damping"], segment=math.inf)
     (line,) = (each for each in json.loads(said.attrs["warnings"]) if "cannot be distinguished" in each)
     assert "'arm.mass'" in line
     assert "'arm.inertia'" in line
@@ -100,7 +96,7 @@ def test_numbers_that_cannot_be_told_apart_are_named(arm):
 def test_what_was_measured_otherwise_settles_it(arm):
     """Limit: with the mass known to 1 % the inertia is known to about 1 %."""
     free = {"arm.mass": "norm(loc=0.15, scale=0.0015) kg", "arm.inertia": None, "pivot.damping": None}
-    said = fit(arm, record(), free, segment=math.inf)
+    said = sd.fit(arm, record(), free, segment=math.inf)
     share = said["standard_error"].values / said["value"].values
     assert 0.005 < share[0] < 0.02
     assert 0.005 < share[1] < 0.2
@@ -108,15 +104,15 @@ def test_what_was_measured_otherwise_settles_it(arm):
 
 def test_segments_start_where_their_data_say(arm):
     """Cross-check: three segments, each with a start of its own, give the same numbers; the record begins at 60 s."""
-    said = fit(arm, record(inertia=0.0009, damping=0.0012, start=60.0), ["arm.inertia", "pivot.damping"], segment=1.0)
+    said = sd.fit(arm, record(inertia=0.0009, damping=0.0012, start=60.0), ["arm.inertia", "pivot.damping"], segment=1.0)
     assert said["segment"].values.max() == 2
     assert_true(said, {"arm.inertia": 0.0009, "pivot.damping": 0.0012})
 
 
 def test_small_jumps_make_segments_one_motion(arm):
     """Limit: with jumps of 1e-6 of the motion each segment ends where the next one starts."""
-    said = fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=0.5, jump=1e-6)
-    whole = fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=math.inf)
+    said = sd.fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=0.5, jump=1e-6)
+    whole = sd.fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=math.inf)
     assert np.max(np.abs(said["fitted"].values - whole["fitted"].values)) < 1e-4
     assert float(said["value"][0]) == pytest.approx(float(whole["value"][0]), rel=1e-3)
 
@@ -124,8 +120,8 @@ def test_small_jumps_make_segments_one_motion(arm):
 def test_turns_of_measured_angles_count(arm):
     """Contract: an angle that is larger by whole turns is the same."""
     first = record()
-    turned = Measured(first.time, first.headings, first.values + 4.0 * math.pi, first.units)
-    one, other = (fit(arm, each, ["arm.inertia"], segment=math.inf) for each in (first, turned))
+    turned = sd.Measured(first.time, first.headings, first.values + 4.0 * math.pi, first.units)
+    one, other = (sd.fit(arm, each, ["arm.inertia"], segment=math.inf) for each in (first, turned))
     apart = abs(float(one["value"][0]) - float(other["value"][0]))
     assert apart < 1e-3 * float(one["standard_error"][0])  # the search ends at a relative change of 1e-8 of chi^2
     assert np.max(np.abs(other["residual"].values)) < 5.0 * NOISE
@@ -153,14 +149,14 @@ def test_double_pendulum_in_segments(both):
     noise = np.array([2e-3, 2e-3, 2e-2, 2e-2])
     values = state + noise * np.random.default_rng(5).standard_normal(state.shape)
     names = ("angle of arm", "angle of tip", "angular_velocity of arm", "angular_velocity of tip")
-    whole = Measured(times, names, values, ("rad", "rad", "rad/s", "rad/s"))
+    whole = sd.Measured(times, names, values, ("rad", "rad", "rad/s", "rad/s"))
     parts = whole.segments(1.0)
     free = ["arm.inertia", "tip.inertia", "pivot.damping", "elbow.damping"]
-    said = fit(both, parts[:2], free, segment=math.inf, deviations=dict(zip(names, noise.tolist(), strict=True)))
+    said = sd.fit(both, parts[:2], free, segment=math.inf, deviations=dict(zip(names, noise.tolist(), strict=True)))
     assert_true(said, dict(zip(free, (0.0007, 0.0003, 0.0008, 0.0002), strict=True)))
     assert np.all(np.abs(said["rms"].values / noise - 1.0) < 0.3)
     made = read_configuration(said)
-    held = prediction(made.build_mechanism(), made.options, parts[2:3], segment=math.inf, window=0.5)
+    held = sd.prediction(made.build_mechanism(), made.options, parts[2:3], segment=math.inf, window=0.5)
     assert np.all(held["rms"].values < 0.1 * np.std(values, axis=0))
 
 
@@ -169,7 +165,9 @@ def test_intervals_hold_the_truth(arm):
     """Limit: of 40 fits to data with white noise the intervals of 95 % hold the inertia in 35 or more (probability 0.998)."""
     held = 0
     for seed in range(40):
-        one = fit(arm, record(seed, inertia=0.0009), ["arm.inertia", "pivot.damping", "arm.angle"]).sel(parameter="arm.inertia")
+        one = sd.fit(arm, record(seed, inertia=0.0009), ["arm.inertia", "pivot.damping", "arm.angle"]).sel(
+            parameter="arm.inertia"
+        )
         held += int(float(one["low"]) < 0.0009 < float(one["high"]))
     assert held >= 35
 
@@ -186,11 +184,11 @@ def test_intervals_hold_the_truth(arm):
 )
 def test_free_numbers_that_cannot_be(arm, free, said):
     """Bad input: one line that says what is allowed."""
-    with pytest.raises(InputError, match=said):
-        fit(arm, record(), free)
+    with pytest.raises(sd.InputError, match=said):
+        sd.fit(arm, record(), free)
 
 
 def test_segments_of_a_driven_mechanism_are_refused(arm):
     """Bad input: a segment cannot start amid a prescribed motion."""
-    with pytest.raises(InputError, match="the drive of 'arm'"):
-        fit(arm.mechanism.driven(speed=1.0, body="arm"), record(), ["gravity"], segment=1.0)
+    with pytest.raises(sd.InputError, match="the drive of 'arm'"):
+        sd.fit(arm.mechanism.driven(speed=1.0, body="arm"), record(), ["gravity"], segment=1.0)

@@ -9,7 +9,6 @@ from tests.mechanics.test_moving_guides import lever_angle, quick_return
 from tests.test_couplings import coupled_arms
 
 import scissordyn as sd
-from scissordyn.components.time_function import Polynomial
 from scissordyn.kinematics.branching import _closed_along, _passed
 from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
@@ -79,7 +78,7 @@ def test_a_four_bar_linkage(turn: float) -> None:
 
 def test_a_rod_that_changes_its_length() -> None:
     """Closed form: the same with a rod of 0.7 m + 0.1 m/s t: its length is an input beside the crank's angle."""
-    closure = closed(four_bar(motion=Polynomial((0.7, 0.1))))
+    closure = closed(four_bar(motion=sd.Polynomial((0.7, 0.1))))
     assert np.allclose(closure.inputs.at(0.5), [0.8 + 0.5, 0.75])
     assert np.allclose(closure.inputs.over(np.array([0.0, 2.0])), [[0.8, 0.7], [2.8, 0.9]])
     near = rocker_angle(1.3, 0.75)
@@ -106,7 +105,7 @@ def test_derivatives(mechanism: sd.Mechanism) -> None:
 
 def test_nothing_near() -> None:
     """Limit: a linkage whose links are too short to meet has no closed position."""
-    closure = closed(four_bar(motion=Polynomial((0.7, 0.0, 1.0))))
+    closure = closed(four_bar(motion=sd.Polynomial((0.7, 0.0, 1.0))))
     assert closure.close(closure.placed(), np.array([0.8, 1.9])) is None
 
 

@@ -6,25 +6,16 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.components.rod import Rod
-from scissordyn.components.time_function import Cycloidal
 from scissordyn.kinematics.path import drive_inertia, path_of, smooth_peak
-from scissordyn.model.addition import with_payload
-from scissordyn.model.body import bar
-from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.linkage import four_bar, slider_crank
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import hoberman_ring, mast, scissor
 from scissordyn.plan.plan import plan
-from scissordyn.run.simulate import simulate
 
 # Mechanisms and the speeds of their drives [rad/s], by name
 CASES = {
-    "scissor": (with_payload(scissor(units=3, angle=math.radians(60.0)), "unit 3/bar 1.end", 2.0), -2.0),
-    "mast": (mast(), 1.5),
-    "ring": (hoberman_ring(), -0.4),
-    "slider-crank": (slider_crank(), 30.0),
-    "four-bar": (four_bar(), 10.0),
+    "scissor": (sd.with_payload(sd.scissor(units=3, angle=math.radians(60.0)), "unit 3/bar 1.end", 2.0), -2.0),
+    "mast": (sd.mast(), 1.5),
+    "ring": (sd.hoberman_ring(), -0.4),
+    "slider-crank": (sd.slider_crank(), 30.0),
+    "four-bar": (sd.four_bar(), 10.0),
 }
 
 
@@ -35,7 +26,7 @@ def test_inertia_is_that_of_the_kinetic_energy(name: str) -> None:
     ideal = mechanism.ideal().driven(speed=speed)
     until = 0.3 / abs(speed)
     found = path_of(plan(ideal), until)
-    run = simulate(ideal, until=until, samples=2)
+    run = sd.simulate(ideal, until=until, samples=2)
     ends = drive_inertia(found)[[0, -1] if speed > 0.0 else [-1, 0]]
     np.testing.assert_allclose(ends, 2.0 * run["kinetic_energy"].values / speed**2, rtol=1e-9)
 
@@ -44,12 +35,15 @@ def test_a_driven_length_has_a_mass() -> None:
     """Closed form: a rod from the ground pushes a ladder's foot along the floor; m l^2/3 (dphi/ds)^2 with s = l cos phi."""
     length, mass, angle = 2.0, 3.0, math.radians(50.0)
     foot = length * math.cos(angle)
-    ladder = Mechanism(
-        bodies=(bar("ladder", length=length, mass=mass, position=(foot, 0.0), angle=math.pi - angle),),
+    ladder = sd.Mechanism(
+        bodies=(sd.bar("ladder", length=length, mass=mass, position=(foot, 0.0), angle=math.pi - angle),),
         ground=(("corner", (0.0, 0.0)),),
         joints=(),
-        guides=(Guide("floor", ("ladder", "start"), direction=0.0), Guide("wall", ("ladder", "end"), direction=0.5 * math.pi)),
-        rods=(Rod("jack", ("ground", "corner"), ("ladder", "start"), motion=Cycloidal(foot, 1.1 * foot, 1.0)),),
+        guides=(
+            sd.Guide("floor", ("ladder", "start"), direction=0.0),
+            sd.Guide("wall", ("ladder", "end"), direction=0.5 * math.pi),
+        ),
+        rods=(sd.Rod("jack", ("ground", "corner"), ("ladder", "start"), motion=sd.Cycloidal(foot, 1.1 * foot, 1.0)),),
         gravity=0.0,
     )
     path = path_of(plan(ladder), 1.0)
@@ -60,10 +54,10 @@ def test_a_driven_length_has_a_mass() -> None:
 
 def test_a_bar_about_its_pin() -> None:
     """Closed form: m l^2/3."""
-    arm = Mechanism(
-        bodies=(bar("arm", length=0.7, mass=1.3),),
+    arm = sd.Mechanism(
+        bodies=(sd.bar("arm", length=0.7, mass=1.3),),
         ground=(("O", (0.0, 0.0)),),
-        joints=(Revolute("pin", ("arm", "start"), ("ground", "O")),),
+        joints=(sd.Revolute("pin", ("arm", "start"), ("ground", "O")),),
         input_body="arm",
     ).driven(speed=1.0)
     path = path_of(plan(arm), 1.0)

@@ -9,15 +9,15 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from tests.build import in_c
 
+import scissordyn as sd
 from scissordyn.kernel import F1
 from scissordyn.laws.contact import JointContact
 from scissordyn.laws.evaluate import elastic_force, friction_force, friction_states, normal_force
-from scissordyn.laws.material import STEEL
 from scissordyn.plugin.element import pointers, row_of
 
 # Joint of the contacts in the tests of laws
-JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=STEEL, bearing=STEEL)
-UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=STEEL, bearing=STEEL)
+JOINT = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=15e-3, journal=sd.STEEL, bearing=sd.STEEL)
+UNIT_LENGTH = JointContact(clearance=0.5e-3, journal_radius=9.5e-3, length=1.0, journal=sd.STEEL, bearing=sd.STEEL)
 """Joint with R_B = 10 mm, c = 0.5 mm and a bearing length of 1 m, for which publications print values."""
 
 STATELESS = np.zeros(0)  # Array of internal states, or of their rates, of a law without states

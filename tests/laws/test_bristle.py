@@ -10,14 +10,12 @@ from bouncing import NORMAL, Sliding, at, by_name, row
 import scissordyn as sd
 from scissordyn.laws import catalogue
 from scissordyn.laws.evaluate import friction_force, friction_limit
-from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.friction.dahl import Dahl
 from scissordyn.laws.friction.elastoplastic import ElastoPlastic
 from scissordyn.laws.friction.gonthier import GonthierBristle
-from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
 
@@ -25,7 +23,7 @@ CONSTANT = 1e6  # [m/s] speed above which damping fades, so high that damping is
 SLIP = np.concatenate([[0.0], np.geomspace(1e-9, 10.0, 41)])  # [m/s] slip speeds at which laws are evaluated
 # Friction laws with bristles
 BRISTLES = [law for law in catalogue.FRICTION.values() if "bristle_deflection" in [state.name for state in law.states]]
-FADING = [LuGre, ElastoPlastic]  # Friction laws whose bristle damping fades with speed
+FADING = [sd.LuGre, ElastoPlastic]  # Friction laws whose bristle damping fades with speed
 
 
 def force(law, v, z, normal=NORMAL):
@@ -51,13 +49,13 @@ def states_of(law):
     ("law", "limit"),
     [
         (Coulomb(0.2), 200.0),
-        (Ambrosio(0.2), 200.0),
+        (sd.Ambrosio(0.2), 200.0),
         (Threlfall(0.2), 200.0),
         (Dahl(0.2), 200.0),
         (BengisuAkay(0.2, 0.5), 500.0),
         (BrownMcPhee(0.2), 300.0),
         (Stribeck(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
-        (LuGre(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
+        (sd.LuGre(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
         (ElastoPlastic(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
         (GonthierBristle(0.2, 0.4, viscous=0.1), 400.0 + 0.1 * 2.0 * 1000.0),
         (catalogue.FRICTION["none"](), 0.0),
@@ -103,10 +101,10 @@ def test_lugre_reaches_its_limit_with_more_damping():
 
     At a slip speed where g = mu_k the bound is sigma_1 |v| <= 2 mu_s mu_k/(mu_s + mu_k) = 1.2 mu_k.
     """
-    law = LuGre(0.1)
+    law = sd.LuGre(0.1)
     speed = row(law)[7]
-    faster = LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.25 * speed)
-    within = LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.19 * speed)
+    faster = sd.LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.25 * speed)
+    within = sd.LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.19 * speed)
     for friction, exceeds in ((faster, True), (within, False)):
         slip = np.linspace(0.5, 1.0, 51) * speed
         largest = max(abs(force(friction, v, z)[0]) for v, z in itertools.product(slip, states_of(friction)))
@@ -125,13 +123,13 @@ def test_fading_damping(law):
 
 def test_lugre_damping_speed():
     """Closed form: the default v_d makes the peak of sigma_1 |v| exp(-(v/v_d)^2), at v_d/sqrt 2, the kinetic coefficient."""
-    law = LuGre(0.08, bristle_damping=200.0)
+    law = sd.LuGre(0.08, bristle_damping=200.0)
     speed = row(law)[7]
     peak = force(law, speed / math.sqrt(2.0), [0.0])[0]
     assert peak == pytest.approx(NORMAL * 0.08, rel=1e-14)
     assert force(law, 1.01 * speed / math.sqrt(2.0), [0.0])[0] < peak > force(law, 0.99 * speed / math.sqrt(2.0), [0.0])[0]
-    assert row(LuGre(0.08, damping_speed=3e-3))[7] == 3e-3
-    assert force(LuGre(0.08, bristle_damping=0.0), 1e-3, [2e-7])[0] == pytest.approx(NORMAL * 1e5 * 2e-7, rel=1e-14)
+    assert row(sd.LuGre(0.08, damping_speed=3e-3))[7] == 3e-3
+    assert force(sd.LuGre(0.08, bristle_damping=0.0), 1e-3, [2e-7])[0] == pytest.approx(NORMAL * 1e5 * 2e-7, rel=1e-14)
 
 
 def test_elasto_plastic_damping_speed():
@@ -211,7 +209,7 @@ def test_passive_in_cycles_of_slow_and_fast_slip(law):
     """
     for fast in (1e-3, 3e-3, 1e-2, 1e-1, 1.0):
         assert cycle_work(law(0.1), fast) > 0.5
-    if law is LuGre:
+    if law is sd.LuGre:
         assert cycle_work(law(0.1, damping_speed=CONSTANT), 1.0) == pytest.approx(-78.5, rel=1e-2)
 
 
@@ -265,7 +263,7 @@ def test_contact_that_begins_in_sliding(law):
 @pytest.mark.parametrize("kinetic", [0.01, 0.1])
 def test_friction_keeps_to_its_limit_in_a_run(array, kinetic):
     """Limit: in the paper's case |F_t| stays within mu_s F_n in 20001 samples of the first 20 ms."""
-    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, friction=LuGre(kinetic))), until=0.02, samples=20_001)
+    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic))), until=0.02, samples=20_001)
     joint = run.sel(joint="A")
     assert float(joint["normal_force"].max()) > 5e4
     # the bristle's deflection has a relative error of 1e-6

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bouncing import JOINT, at, row
 
-from scissordyn.errors import InputError
+import scissordyn as sd
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping import proportional
@@ -76,7 +76,7 @@ def test_friction_states():
 )
 def test_unknown_names(kind, name, says):
     """Contract: the error about an unknown name suggests the nearest one."""
-    with pytest.raises(InputError, match=says):
+    with pytest.raises(sd.InputError, match=says):
         catalogue.law(kind, name)
 
 
@@ -104,7 +104,7 @@ def test_parameters_are_bounded(kind, name, key, quantity):
     assert low < high
     law = catalogue.law(kind, name)
     for value in (1e308, -1e308, math.inf, math.nan, -5e-324, *((5e-324,) if low > 0.0 else ())):
-        with pytest.raises(InputError, match=rf"{key} = .*expected a number (from|>)"):
+        with pytest.raises(sd.InputError, match=rf"{key} = .*expected a number (from|>)"):
             law(**{key: value})
     for value in (low, high):
         other = {"kinetic": value} if key == "static" else {}
@@ -130,7 +130,7 @@ def test_parameters_are_bounded(kind, name, key, quantity):
 def test_materials_are_bounded(field, value):
     """Contract: moduli are 1 kPa to 10 TPa, Poisson's ratios above -1 up to 0.5, densities 0.1 to 1e5 kg/m^3."""
     given = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "density": 7800.0, field: value}
-    with pytest.raises(InputError, match=field):
+    with pytest.raises(sd.InputError, match=field):
         catalogue.MATERIALS["steel"].__class__("odd", **given)
 
 

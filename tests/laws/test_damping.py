@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bouncing import JOINT, STATELESS, at, bounce, by_name, row, step, work
 
-from scissordyn.errors import InputError
+import scissordyn as sd
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping import kelvin_voigt, proportional
 from scissordyn.laws.damping.anagnostopoulos import Anagnostopoulos
@@ -171,7 +171,7 @@ def test_restitution_bounds(law):
     """
     silent = ("hunt-crossley", "herbert-mcwhannell", "lee-wang", "lankarani-nikravesh")
     assert law.restitution_range == (None if law.name in silent else (0.0, 1.0))
-    with pytest.raises(InputError, match="restitution"):
+    with pytest.raises(sd.InputError, match="restitution"):
         law(restitution=1.01)
     assert law(restitution=1.0).factor == 0.0
 

@@ -9,6 +9,7 @@ import pytest
 from bouncing import JOINT, at, by_name, row
 from scipy.integrate import quad
 
+import scissordyn as sd
 from scissordyn.laws import catalogue
 from scissordyn.laws.contact import Continued
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
@@ -17,7 +18,6 @@ from scissordyn.laws.elastic.persson import Persson
 from scissordyn.laws.elastic.power_law import PowerLaw
 from scissordyn.laws.elastic.radzimovsky import Radzimovsky
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
-from scissordyn.plugin.element import element
 
 C = JOINT.clearance  # [m] radial clearance of the joint
 INDENTATIONS = (1e-6, 1e-3, 0.1, 0.5, 0.525, 0.999, 1.0, 1.001, 2.0, 3.0, 5.999, 6.001, 8.0, 18.0)
@@ -64,7 +64,7 @@ def test_where_continued_laws_begin_their_tangent():
 
 def stiffness(function):
     """Return a stiffness law made of one function without parameters."""
-    return element(slot="stiffness")(function)()
+    return sd.element(slot="stiffness")(function)()
 
 
 def test_users_laws():

@@ -7,16 +7,14 @@ import pytest
 from bouncing import NORMAL, Sliding, by_name
 from scipy.integrate import solve_ivp
 
-from scissordyn.errors import InputError
+import scissordyn as sd
 from scissordyn.laws import catalogue
-from scissordyn.laws.friction.ambrosio import Ambrosio
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.friction.dahl import Dahl
 from scissordyn.laws.friction.elastoplastic import ElastoPlastic
 from scissordyn.laws.friction.gonthier import GonthierBristle
-from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.maxwell_slip import MaxwellSlip
 from scissordyn.laws.friction.stribeck import Stribeck
 from scissordyn.laws.friction.threlfall import Threlfall
@@ -36,7 +34,7 @@ def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
     [
         (Coulomb(0.05, ramp_speed=0.0), lambda v: 0.05),
         (Coulomb(0.05, ramp_speed=1e-3), lambda v: 0.05 * math.tanh(v / 1e-3)),
-        (Ambrosio(), lambda v: 0.05 * min(1.0, max(0.0, (v - 1e-4) / 9e-4))),
+        (sd.Ambrosio(), lambda v: 0.05 * min(1.0, max(0.0, (v - 1e-4) / 9e-4))),
         (Threlfall(), lambda v: 0.05 * (1 - math.exp(-3 * v / 1e-3))),
         (
             BengisuAkay(),
@@ -50,7 +48,7 @@ def curve(v, *, mu_k=0.05, mu_s=0.075, v_s=1e-3):
         (Stribeck(ramp_speed=0.0, viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (Dahl(), lambda v: 0.05),
         (MaxwellSlip(), lambda v: 0.05),
-        (LuGre(viscous=0.1), lambda v: curve(v) + 0.1 * v),
+        (sd.LuGre(viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (ElastoPlastic(viscous=0.1), lambda v: curve(v) + 0.1 * v),
         (
             GonthierBristle(viscous=0.1),
@@ -125,7 +123,7 @@ def test_lugre_stick_slip_reference():
     m = 1 kg, k = 2 N/m, sigma_0 = 1e5, sigma_1 = sqrt(1e5), sigma_2 = 0.4, F_C = 1 N, F_S = 1.5 N, v_s = 1 mm/s; after 25 s
     x = 1.908839199 m and z = 1.18167955e-5 m (docs/reference.md, friction). By scipy's Radau at 1e-10.
     """
-    law = LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4, damping_speed=1e6)
+    law = sd.LuGre(kinetic=1.0, static=1.5, bristle_damping=math.sqrt(1e5), viscous=0.4, damping_speed=1e6)
     sliding = Sliding(law, normal=1.0)
 
     def motion(t, y):
@@ -137,7 +135,7 @@ def test_lugre_stick_slip_reference():
     assert found.y[2, -1] == pytest.approx(1.18167955e-5, rel=1e-6)
 
 
-@pytest.mark.parametrize("law", [LuGre(), Dahl(), ElastoPlastic()], ids=by_name)
+@pytest.mark.parametrize("law", [sd.LuGre(), Dahl(), ElastoPlastic()], ids=by_name)
 def test_bristles_bend_first(law):
     """Limit: for slips far below mu/sigma_0 = 0.5 um the law is a spring sigma_0 F_n."""
     sliding = Sliding(law)
@@ -160,7 +158,7 @@ def test_dahl_exponential():
 
 def test_lugre_rate():
     """Closed form: z' and force of lugre with constant damping at one state, computed by hand."""
-    force, rate = Sliding(LuGre(damping_speed=1e6))(1e-3, [3e-7])
+    force, rate = Sliding(sd.LuGre(damping_speed=1e6))(1e-3, [3e-7])
     z_rate = 1e-3 - 1e5 * 1e-3 * 3e-7 / (0.05 + 0.025 / math.e)
     assert rate[0] == pytest.approx(z_rate, rel=1e-14)
     assert force == pytest.approx(NORMAL * (1e5 * 3e-7 + 316.0 * z_rate), rel=1e-14)
@@ -172,7 +170,7 @@ def test_elasto_plastic_does_not_creep():
     A pull of half the breakaway force plus a ripple moves a mass back and forth; the drift between two equal phases is zero.
     """
     drift = {}
-    for law in (ElastoPlastic(bristle_damping=500.0), LuGre(bristle_damping=500.0)):
+    for law in (ElastoPlastic(bristle_damping=500.0), sd.LuGre(bristle_damping=500.0)):
         sliding = Sliding(law, normal=1.0)
 
         def motion(t, y, sliding=sliding):
@@ -283,5 +281,5 @@ def test_proportional_to_the_normal_force(law):
 @pytest.mark.parametrize("law", [law for law in ALL if "static" in law.__dataclass_fields__], ids=by_name)
 def test_static_at_least_kinetic(law):
     """Contract: a static coefficient below the kinetic one is refused."""
-    with pytest.raises(InputError, match="static"):
+    with pytest.raises(sd.InputError, match="static"):
         law(kinetic=0.2, static=0.1)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
+import scissordyn as sd
 from scissordyn.laws.damping.exact import Exact
-from scissordyn.laws.damping.factors import Flores
 from scissordyn.laws.damping.proportional import force as published
 from scissordyn.laws.evaluate import APPROACH_FLOOR, reference_speed
 
@@ -80,7 +80,7 @@ def test_small_vibrations_about_a_load(n, load):
 @pytest.mark.parametrize("n", [1.0, 1.5])
 def test_slow_loading(restitution, n):
     """Closed form: (F - F_el)/F_el = 2 xi P'/(sqrt(n) w P) for a load that grows at the rate P'."""
-    xi, (depth, omega) = Flores(restitution=restitution).factor, static(n)
+    xi, (depth, omega) = sd.Flores(restitution=restitution).factor, static(n)
     for loading in (1e5, 1e3):
         rate = depth * loading / (n * PRELOAD)
         excess = damped(depth, rate, n, xi) / PRELOAD - 1.0

@@ -3,7 +3,6 @@
 import pytest
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.laws.oil import OILS, hot_viscosity, viscosity_index
 
 
@@ -37,5 +36,5 @@ def test_oil_of_a_viscosity_index() -> None:
     made = sd.Oil.of_index("synthetic", 46e-6, 140.0, density=830.0)
     assert viscosity_index(46.0, 1e6 * made.viscosity_100) == pytest.approx(140.0, abs=1e-6)
     assert made.density == 830.0
-    with pytest.raises(InputError, match="viscosity index -500"):
+    with pytest.raises(sd.InputError, match="viscosity index -500"):
         sd.Oil.of_index("thin", 5e-6, -500.0)

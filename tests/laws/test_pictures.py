@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from bouncing import JOINT
 
+import scissordyn as sd
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.exact import returned_restitution
-from scissordyn.laws.damping.factors import Flores
-from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.experiment import impact, oscillation, steady_coefficient
 from scissordyn.plot.law import draw_gallery, draw_law
 
@@ -16,8 +15,8 @@ ENTRIES = [(kind, name) for kind, laws in catalogue.BY_KIND.items() for name in 
 
 def test_impact():
     """Identity: the rebound is the root of the energy integral, and the loop's area is the energy lost."""
-    history = impact(Liu(), Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
-    assert history.restitution == pytest.approx(returned_restitution(Flores(0.6).factor), rel=1e-7)
+    history = impact(sd.Liu(), sd.Flores(0.6), JOINT, mass=3.0, speed=0.4, samples=4001)
+    assert history.restitution == pytest.approx(returned_restitution(sd.Flores(0.6).factor), rel=1e-7)
     area = np.trapezoid(history.force, history.indentation)
     assert area == pytest.approx(0.5 * 3.0 * 0.4**2 * (1.0 - history.restitution**2), rel=1e-5)
 

@@ -14,29 +14,25 @@ from bouncing import JOINT, STATELESS, at, bounce, force, row, step
 from tests.build import one_line_error
 
 import scissordyn as sd
-from scissordyn.errors import InputError
-from scissordyn.laws.damping.factors import Flores
-from scissordyn.laws.elastic.hertz import Hertz
 from scissordyn.laws.evaluate import elastic_force, friction_force, normal_force
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.trial import doubts, trial_forces
-from scissordyn.plugin.element import element, element_class
-from scissordyn.run.simulate import replay
-from scissordyn.units import Quantity, quantities
+from scissordyn.plugin.element import element_class
+from scissordyn.units import quantities
 
 
-@element(slot="stiffness")
+@sd.element(slot="stiffness")
 def spring(indentation, stiffness, exponent=1.5):
     return stiffness * indentation**exponent
 
 
-@element(slot="damping")
-def lossy(elastic, rate, approach, xi: Annotated[float, Quantity("1", minimum=0.0, help="loss")] = 0.2):
+@sd.element(slot="damping")
+def lossy(elastic, rate, approach, xi: Annotated[float, sd.Quantity("1", minimum=0.0, help="loss")] = 0.2):
     """Return the damping force of a law that a user defines."""
     return elastic * (1.0 + xi * rate / approach)
 
 
-@element(slot="friction")
+@sd.element(slot="friction")
 def dry_friction(slip_speed, normal_force, mu):
     """Return the friction force of a law that a user defines."""
     return mu * normal_force * math.tanh(slip_speed / 1e-4)
@@ -44,7 +40,7 @@ def dry_friction(slip_speed, normal_force, mu):
 
 def made_of(slot, function):
     """Return a law made of one function without parameters."""
-    return element(slot=slot)(function)()
+    return sd.element(slot=slot)(function)()
 
 
 def stiffness(function):
@@ -58,23 +54,23 @@ def test_function_becomes_a_law():
     assert spring(stiffness=1e9, exponent=1.2) == spring(1e9, 1.2)
     assert [quantity.help for quantity in quantities(lossy).values()] == ["loss"]
     assert (lossy.name, lossy.__doc__) == ("lossy", "Return the damping force of a law that a user defines.")
-    with pytest.raises(InputError, match="xi = -1"):
+    with pytest.raises(sd.InputError, match="xi = -1"):
         lossy(-1.0)
     exec(f"def many(indentation, {', '.join(f'a{k}' for k in range(17))}):\n    return 0.0", scope := {})
-    with pytest.raises(InputError, match="stiffness law 'many' has 17 parameters; expected at most 16"):
-        element(slot="stiffness")(scope["many"])
+    with pytest.raises(sd.InputError, match="stiffness law 'many' has 17 parameters; expected at most 16"):
+        sd.element(slot="stiffness")(scope["many"])
 
 
 def test_users_hertz_equals_the_built_in_law():
     """Cross-check: Hertz's law as a user's function gives the same impact."""
-    own, built_in, damping = spring(Hertz().parameters(JOINT)[0]), Hertz(), Flores(0.7)
+    own, built_in, damping = spring(sd.Hertz().parameters(JOINT)[0]), sd.Hertz(), sd.Flores(0.7)
     pair = [bounce(at(law), row(law), at(damping), row(damping), 0.5, 2.0, step(built_in, 2.0, 0.5)) for law in (own, built_in)]
     assert pair[0] == pytest.approx(pair[1], rel=1e-10)
 
 
 def test_users_damping_and_friction_equal_the_built_in_laws():
     """Cross-check: Flores's damping and Coulomb's friction as users' functions give the same forces."""
-    own, built_in = lossy(Flores(0.6).factor), Flores(0.6)
+    own, built_in = lossy(sd.Flores(0.6).factor), sd.Flores(0.6)
     for rate in (-0.4, 0.0, 0.7):
         pair = [normal_force(at(law), 321.0, 1e-5, rate, 0.5, STATELESS, STATELESS, row(law)) for law in (own, built_in)]
         assert pair[0] == pytest.approx(pair[1], rel=1e-14)
@@ -141,7 +137,7 @@ def test_law_from_a_file(tmp_path):
     assert force(law, 1e-5) == pytest.approx(2e4, rel=1e-14)
     file.write_text(text.replace("2e9", "3e9"))
     assert force(element_class("stiffness", "my_laws.py:soft", tmp_path)(), 1e-5) == pytest.approx(3e4, rel=1e-14)
-    with pytest.raises(InputError, match="has changed"):
+    with pytest.raises(sd.InputError, match="has changed"):
         pickle.loads(pickle.dumps(law).replace(type(law).origin[1].encode(), b"0" * 16))
 
 
@@ -294,7 +290,7 @@ def test_doubtful_laws(slot, function, says):
 def users_clearance():
     """Return a clearance with Liu's law, defined in no file."""
 
-    @element(slot="stiffness")
+    @sd.element(slot="stiffness")
     def foundation(indentation, stiffness=JOINT.length * 0.5 * np.pi * JOINT.modulus, clearance=0.5e-3):
         """Return the elastic force of a law that a user defines."""
         return stiffness * indentation * (indentation / (2.0 * (clearance + indentation))) ** 0.5
@@ -315,8 +311,8 @@ def test_users_function_is_recorded_but_not_executed(array, tmp_path):
     with pytest.warns(UserWarning, match=r"cannot be run again: .* is not defined in a file"):
         loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
     assert "Return the elastic force of a law" in loaded.attrs["configuration"]
-    with pytest.raises(InputError, match=r"mine\.py:foundation"):
-        replay(loaded)
+    with pytest.raises(sd.InputError, match=r"mine\.py:foundation"):
+        sd.replay(loaded)
 
 
 def test_law_that_gives_nan_ends_the_run(array):

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from bouncing import JOINT
 
+import scissordyn as sd
 from scissordyn.laws.catalogue import DAMPING, ELASTIC, MATERIALS
 from scissordyn.laws.validity import contact_failure, contact_warnings
-from scissordyn.plugin.element import element
 
 
 def warnings(stiffness="liu", damping="exact", joint=JOINT, speed=0.01, indentation=1e-6):
@@ -98,9 +98,9 @@ def test_continued_laws(stiffness, share):
 
 def test_doubts_about_users_laws_are_warnings():
     """Contract: doubts about each kind of user-defined law become warnings with the joint's name."""
-    flat = element(slot="stiffness")(lambda indentation: 1e9 * min(indentation, 1e-4))()
-    gaining = element(slot="damping")(lambda elastic: 0.5 * elastic)()
-    viscous = element(slot="friction")(lambda slip_speed: slip_speed)()
+    flat = sd.element(slot="stiffness")(lambda indentation: 1e9 * min(indentation, 1e-4))()
+    gaining = sd.element(slot="damping")(lambda elastic: 0.5 * elastic)()
+    viscous = sd.element(slot="friction")(lambda slip_speed: slip_speed)()
     found = texts("A", JOINT, flat, gaining, viscous, approach_speed=[], indentation=0.0)
     assert [text.split(": ")[:2] for text in found] == [
         ["joint 'A'", f"{kind} law"] for kind in ("stiffness", "damping", "friction")

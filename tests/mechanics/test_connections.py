@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 from tests.build import warnings_of
 
 import scissordyn as sd
-from scissordyn.components.time_function import Cycloidal, Harmonic, Polynomial
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 201}  # Options of `simulate` for accurate runs
 METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
@@ -37,7 +36,7 @@ def worst_residual(run):
 def test_pendulum_of_varying_length(method):
     """Second formulation: a mass on a rod of prescribed length, in polar coordinates."""
     mass = dataclasses.replace(sd.point_mass("p", mass=2.0), position=(1.0, 0.0))
-    cord = sd.Rod("cord", ("ground", "origin"), ("p", "centre"), motion=Harmonic(1.0, 0.2, 5.0))
+    cord = sd.Rod("cord", ("ground", "origin"), ("p", "centre"), motion=sd.Harmonic(1.0, 0.2, 5.0))
     run = sd.simulate(sd.Mechanism((mass,), ground=GROUND, rods=(cord,)), until=3.0, method=method, **TIGHT)
 
     def length(t):
@@ -73,7 +72,7 @@ def test_rod_is_a_bar_without_mass():
 def test_jack_lifts_an_array():
     """Closed form: a jack across one unit prescribes its angle; its work is the gain of potential energy."""
     arm = sd.scissor(units=2, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=0.5)
-    jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
+    jack = sd.Rod("jack", ("ground", "origin"), ("slider", "centre"), motion=sd.Cycloidal(math.sin(0.5), math.sin(0.9), 0.5))
     run = sd.simulate(dataclasses.replace(arm, rods=(jack,)), until=0.5, **TIGHT)
     assert run.attrs["status"] == "complete"
     assert run["angle"].sel(body="unit 1/bar 1").values[-1] == pytest.approx(0.9, abs=1e-9)
@@ -163,7 +162,7 @@ def test_travel_stop_without_loss_reverses(method):
 @pytest.mark.parametrize("units", [2, 18])
 def test_equilibrium_in_clearance_joints(units):
     """Contract: from static equilibrium nothing moves, and joints carry nearly the reactions of the ideal array."""
-    mechanism = sd.scissor(units=units).with_clearance("all", sd.Clearance(0.1e-3)).driven(Polynomial((sd.degrees(30),)))
+    mechanism = sd.scissor(units=units).with_clearance("all", sd.Clearance(0.1e-3)).driven(sd.Polynomial((sd.degrees(30),)))
     assert len(mechanism.clearance_joints) == 3 * units
     run = sd.simulate(mechanism, until=0.02, start="static", samples=11)
     assert float(np.max(np.abs(run["velocity"]))) < 1e-8
@@ -274,7 +273,7 @@ def test_latch_at_its_angle_is_refused():
 def test_more_contacts_at_the_start_than_the_log_has_room_for():
     """Contract: an array of 100 units starts in contact in all its pins; the event log grows."""
     arm = sd.scissor(units=100, bar_length=0.5, bar_mass=0.1, slider_mass=0.1, angle=sd.degrees(60))
-    resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(Polynomial((sd.degrees(60),)))
+    resting = arm.with_clearance("all", sd.Clearance(1e-4)).driven(sd.Polynomial((sd.degrees(60),)))
     run = sd.simulate(resting, until=1e-6, start="in-contact", samples=2)
     assert run.attrs["status"] == "complete"
     assert int(run["in_contact"].values[0].sum()) > 256

@@ -2,21 +2,19 @@
 
 import numpy as np
 
+import scissordyn as sd
 from reference.kernels import at_start
-from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.monitored import FRICTION_RATIO, INDENTATION, PRESSURE_VELOCITY, entries_read, monitored_rows
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.scissor import scissor
 
 JOINTS = ("unit 1/upper", "unit 4/pivot")  # Clearance joints of the array
 
 
 def test_entries_read_by_a_contact() -> None:
     """Independent formulation: a contact reads the entries that change its gap or gap rate, and its friction states."""
-    arm = scissor(units=5, angle=0.6).driven(speed=2.0)
+    arm = sd.scissor(units=5, angle=0.6).driven(speed=2.0)
     for joint in JOINTS:
-        arm = arm.with_clearance(joint, Clearance(5e-4, friction=LuGre(0.1)))
+        arm = arm.with_clearance(joint, sd.Clearance(5e-4, friction=sd.LuGre(0.1)))
     handle, state = at_start(arm)
     model = handle.content.model
     start, entries = entries_read(model, len(JOINTS))

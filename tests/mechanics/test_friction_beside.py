@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.model.mechanism import Mechanism
 
 G = 9.81  # [m/s^2] gravitational acceleration
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
@@ -20,11 +19,11 @@ ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 LOAD = 400.0  # [N] weight on an axle
 
 
-def rolling_cart(radius: float, axle: float, mu: float) -> Mechanism:
+def rolling_cart(radius: float, axle: float, mu: float) -> sd.Mechanism:
     """Return a cart on a light wheel that rolls on a road, with friction in the axle, pulled at a constant speed."""
     wheel = sd.Body("wheel", mass=1e-3, inertia=1e-5, points={"c": (0.0, 0.0)}, position=(0.0, radius), angle=0.0)
     cart = sd.point_mass("cart", mass=LOAD / G, position=(0.0, radius))
-    return Mechanism(
+    return sd.Mechanism(
         (wheel, cart),
         joints=(sd.Revolute("axle", ("wheel", "c"), ("cart", "centre")),),
         guides=(sd.Guide("road", ("wheel", "c"), through=(0.0, radius)),),
@@ -43,7 +42,7 @@ def test_rolling_cart(mu: float) -> None:
     np.testing.assert_allclose(run["coordinate_drive_force"], LOAD * share / math.sqrt(1.0 - share**2), rtol=1e-12)
 
 
-def jack(screw: bool, mu: float) -> Mechanism:
+def jack(screw: bool, mu: float) -> sd.Mechanism:
     """Return an arm with friction in its pin, raised by a rod of varying length or by a screw between the same points."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
@@ -52,10 +51,10 @@ def jack(screw: bool, mu: float) -> Mechanism:
     friction = sd.PinFriction("friction", "arm", 0.05, mu, transition=0.02)
     if not screw:
         rod = sd.Rod("rod", ("ground", "P"), ("arm", "end"), motion=sd.Harmonic(length, 0.06, 5.0))
-        return Mechanism((arm,), (pin,), rods=(rod,), components=(friction,), ground=ground, gravity=G)
+        return sd.Mechanism((arm,), (pin,), rods=(rod,), components=(friction,), ground=ground, gravity=G)
     motor = sd.Body("motor", mass=1.0, inertia=1e-4, points={"c": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
     distance = sd.Distance(("ground", "P"), ("arm", "end"))
-    return Mechanism(
+    return sd.Mechanism(
         (arm, motor),
         (pin, sd.Revolute("M", ("motor", "c"), ("ground", "P"))),
         drives=(sd.Drive("motor", sd.Harmonic(0.0, 30.0, 5.0)),),
@@ -81,11 +80,11 @@ def test_jam_of_a_rolling_wheel() -> None:
     assert "the mechanism jams: no reactions are in balance with friction 'friction'" in run.attrs["cause"]
 
 
-def hinged(mu: float, sense: float, **bent: Any) -> Mechanism:
+def hinged(mu: float, sense: float, **bent: Any) -> sd.Mechanism:
     """Return a horizontal bar that bends, on a pin with friction; a long rope slowly lifts or lowers its end."""
     bar = sd.bar("bar", length=1.0, mass=4.0, position=(0.0, 0.0), angle=0.0)
     rope = sd.Rod("rope", ("ground", "top"), ("bar", "end"), motion=sd.Polynomial((50.0, -0.01 * sense)))
-    mechanism = Mechanism(
+    mechanism = sd.Mechanism(
         (bar,),
         (sd.Revolute("O", ("bar", "start"), ("ground", "O")),),
         rods=(rope,),
@@ -126,7 +125,7 @@ PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slid
 BENT = {"bending_stiffness": 50.0, "axial_stiffness": 5e4, "damping": 1e-4}
 
 
-def crank_with_friction(*joints: str, mu: float = 0.3) -> Mechanism:
+def crank_with_friction(*joints: str, mu: float = 0.3) -> sd.Mechanism:
     """Return a slider-crank of uniform bars with friction in some pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     rod = crank.body("rod")
@@ -135,25 +134,25 @@ def crank_with_friction(*joints: str, mu: float = 0.3) -> Mechanism:
     return dataclasses.replace(crank, bodies=bodies, components=tuple(pins))
 
 
-def loaded(mechanism: Mechanism) -> Mechanism:
+def loaded(mechanism: sd.Mechanism) -> sd.Mechanism:
     """Return the mechanism with a payload next to the end of the crank."""
     at = mechanism.body("crank/2")
     heavy = dataclasses.replace(at, mass=at.mass + 0.5, centre=(0.02, 0.03), inertia=(at.inertia or 0.0) + 1e-3)
     return dataclasses.replace(mechanism, bodies=tuple(heavy if body is at else body for body in mechanism.bodies))
 
 
-def on_rollers() -> Mechanism:
+def on_rollers() -> sd.Mechanism:
     """Return a heavy block on two rollers along an arm that bends, with friction in the pin of the arm."""
     car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(1.0, 0.0))
     rollers = tuple(sd.Roller(end, ("car", end), "arm", stiffness=1e4, damping=10.0) for end in ("front", "rear"))
     arm = sd.bar("arm", length=1.0, mass=3.0, angle=0.0)
     pin = sd.Revolute("ground pin", ("arm", "start"), ("ground", "O"))
     friction = sd.PinFriction("ground pin", "arm", 0.02, 0.3, transition=0.05)
-    mechanism = Mechanism((arm, car), (pin,), components=(*rollers, friction), ground=ORIGIN, gravity=G)
+    mechanism = sd.Mechanism((arm, car), (pin,), components=(*rollers, friction), ground=ORIGIN, gravity=G)
     return sd.with_bending(mechanism, "arm", bending_stiffness=500.0, axial_stiffness=5e4)
 
 
-def loose() -> Mechanism:
+def loose() -> sd.Mechanism:
     """Return a crank of bending bars with friction in two pins and clearance in the third."""
     bent = sd.with_bending(crank_with_friction("ground pin", "crank pin"), ["crank", "rod"], **BENT)
     return bent.with_clearance("slider pin", sd.Clearance(2e-4)).driven(speed=12.0)

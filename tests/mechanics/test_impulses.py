@@ -11,7 +11,6 @@ from tests.build import warnings_of
 from tests.reference.impulse import Chain, plastic_impact
 
 import scissordyn as sd
-from scissordyn.components.time_function import Polynomial
 
 TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate runs
 METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
@@ -79,7 +78,7 @@ def test_latch_on_a_base_moved_by_a_jack(speed: float) -> None:
         (cart, bar),
         joints=(sd.Revolute("pin", ("rod", "start"), ("cart", "centre")),),
         guides=(sd.Guide("rail", ("cart", "centre")),),
-        rods=(sd.Rod("jack", ("ground", "O"), ("cart", "centre"), motion=Polynomial((1.0, speed))),),
+        rods=(sd.Rod("jack", ("ground", "O"), ("cart", "centre"), motion=sd.Polynomial((1.0, speed))),),
         latches=(sd.Latch("catch", "rod", angle=-1.1),),
         ground=GROUND,
     )

@@ -13,7 +13,6 @@ import pytest
 from tests.build import on_pin
 
 import scissordyn as sd
-from scissordyn.model.mechanism import Mechanism
 
 G = 9.81  # [m/s^2] gravitational acceleration
 WEDGE = 1e-4  # [kg] mass of a wedge, so small that its weight and inertia hardly matter
@@ -22,11 +21,11 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate run
 ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
-def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> Mechanism:
+def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> sd.Mechanism:
     """Return a disc of 3 kg on a pin with friction."""
     disc = sd.Body("disc", mass=3.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **start)
     pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
-    return Mechanism((disc,), joints=(pin,), components=(friction, *more), ground=ORIGIN, gravity=G)
+    return sd.Mechanism((disc,), joints=(pin,), components=(friction, *more), ground=ORIGIN, gravity=G)
 
 
 def rubbing(mu: float, radius: float) -> sd.PinFriction:
@@ -60,7 +59,7 @@ def test_disc_runs_down() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * turnover
 
 
-def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("floor", "wall", "incline")) -> Mechanism:
+def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("floor", "wall", "incline")) -> sd.Mechanism:
     """Return a wedge that a rod pushes under a load of 500 N, which a wall guides."""
     slider = sd.Body("wedge", mass=WEDGE, inertia=1e-4, points={"c": (0.0, 0.0)})
     load = sd.Body("load", mass=500.0 / G, inertia=None, points={"c": (0.0, 0.0)})
@@ -78,7 +77,7 @@ def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("f
     rod = sd.Rod("push", ("ground", "far"), ("wedge", "c"), motion=sd.Polynomial((1.0, speed)))
     ground = (("O", (0.0, 0.0)), ("far", (-1.0, 0.0)))
     rubbing = tuple(part for part in frictions if part.name in surfaces)
-    return Mechanism((slider, load), guides=guides, rods=(rod,), components=rubbing, ground=ground, gravity=G)
+    return sd.Mechanism((slider, load), guides=guides, rods=(rod,), components=rubbing, ground=ground, gravity=G)
 
 
 @pytest.mark.parametrize(("alpha", "mu"), [(20.0, 0.1), (35.0, 0.2)])
@@ -113,12 +112,12 @@ def test_wedge_that_jams() -> None:
     assert lowered.attrs["status"] == "complete"
 
 
-def sideways(mu: float, friction: Callable[..., Any]) -> Mechanism:
+def sideways(mu: float, friction: Callable[..., Any]) -> sd.Mechanism:
     """Return a drawer of 0.4 m that is pulled 0.2 m off its guide."""
     box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, 0.2)})
     rod = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
     rails = friction("friction", ("ground", "O"), ("box", "c"), 0.0, mu, length=0.4)
-    return Mechanism(
+    return sd.Mechanism(
         (box,),
         guides=(sd.Guide("rails", ("box", "c"), aligned=True),),
         rods=(rod,),
@@ -141,7 +140,7 @@ def test_drawer(friction: Callable[..., Any], since: int) -> None:
 PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slider pin", "rod", "slider"))
 
 
-def rubbing_crank(mu: float, transition: float = 1e-3) -> Mechanism:
+def rubbing_crank(mu: float, transition: float = 1e-3) -> sd.Mechanism:
     """Return a slider-crank with friction in its pins and its guide."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = [sd.PinFriction(joint, body, 0.012, mu, base=base, transition=transition) for joint, body, base in PINS]
@@ -149,14 +148,14 @@ def rubbing_crank(mu: float, transition: float = 1e-3) -> Mechanism:
     return dataclasses.replace(crank, components=(*pins, guide))
 
 
-def crank_with_bristles() -> Mechanism:
+def crank_with_bristles() -> sd.Mechanism:
     """Return a slider-crank with bristle friction in its pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = tuple(sd.PinLuGre(joint, body, 0.012, 0.2, base=base, static=0.3) for joint, body, base in PINS)
     return dataclasses.replace(crank, components=pins)
 
 
-def spinning(crank: Mechanism) -> Mechanism:
+def spinning(crank: sd.Mechanism) -> sd.Mechanism:
     """Return the mechanism with an initial crank speed of 30 rad/s."""
     bodies = (dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
     return dataclasses.replace(crank, bodies=tuple(bodies))
@@ -169,7 +168,7 @@ def assert_reactions(run: Any, part: str, rtol: float) -> None:
         np.testing.assert_allclose(run[f"{part}_reaction"][:, k], size[:, joints.index(joint)], rtol=rtol)
 
 
-def torque_by_hand(crank: Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
+def torque_by_hand(crank: sd.Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
     """Solve Newton's and Euler's equations of each body for the crank torque, with friction by successive substitution."""
     a, l = 0.1, 0.3
     m1, m2, m3 = (crank.body(name).mass for name in ("crank", "rod", "slider"))
@@ -228,7 +227,7 @@ def test_slider_crank_by_newton_and_euler(mu: float) -> None:
     ids=["rubbing", "bristles"],
 )
 def test_free_motion_of_explicit_and_implicit_steps(
-    crank: Mechanism, until: float, within: float, least: float, part: str
+    crank: sd.Mechanism, until: float, within: float, least: float, part: str
 ) -> None:
     """Cross-check: two methods agree, the energy balance closes, and friction follows the reactions of the result."""
     explicit, implicit = (
@@ -371,14 +370,14 @@ def test_stiff_bristles() -> None:
     assert errors[0] / errors[1] == pytest.approx(10.0, rel=1e-3)
 
 
-def pulled(**friction: float) -> Mechanism:
+def pulled(**friction: float) -> sd.Mechanism:
     """Return a block of 1 kg on a floor, pulled by a spring of 1 N/mm whose end moves at 2 mm/s."""
     block, hand = sd.point_mass("block", mass=1.0, position=(0.0, 0.0)), sd.point_mass("hand", mass=1.0, position=(1.0, 0.0))
     guides = (sd.Guide("floor", ("block", "centre")), sd.Guide("rail", ("hand", "centre")))
     pull = sd.CoordinateDrive("pull", sd.Slide(("hand", "centre")), sd.Polynomial((1.0, 2e-3)))
     spring = sd.Spring("spring", ("block", "centre"), ("hand", "centre"), stiffness=1e3, free_length=1.0)
     floor = sd.GuideLuGre("floor", ("ground", "O"), ("block", "centre"), 0.0, **friction)
-    return Mechanism((block, hand), guides=guides, drives=(pull,), components=(spring, floor), ground=ORIGIN, gravity=G)  # type: ignore[arg-type]
+    return sd.Mechanism((block, hand), guides=guides, drives=(pull,), components=(spring, floor), ground=ORIGIN, gravity=G)  # type: ignore[arg-type]
 
 
 def test_stick_slip() -> None:
@@ -406,7 +405,7 @@ def test_block_on_an_incline(slope: float, holds: bool) -> None:
     friction = sd.GuideLuGre("friction", ("ground", "O"), ("block", "centre"), angle, 0.2, 0.3)
     guide = sd.Guide("incline", ("block", "centre"), direction=angle)
     run = sd.simulate(
-        Mechanism((block,), guides=(guide,), components=(friction,), ground=ORIGIN, gravity=G), until=2.0, samples=3
+        sd.Mechanism((block,), guides=(guide,), components=(friction,), ground=ORIGIN, gravity=G), until=2.0, samples=3
     )
     assert (math.hypot(*run["position"].values[-1, 0]) < 1e-4) is holds
     if holds:

@@ -5,23 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import scissordyn as sd
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
-from scissordyn.components.clutch import Clutch
-from scissordyn.components.time_function import Harmonic
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.evaluate import reference_speed
-from scissordyn.laws.friction.lugre import LuGre
-from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics import functions
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.scissor import scissor
 
 
 def array(joint, units, slip="surfaces", **laws):
     """Return a moving array with a clearance joint with friction."""
-    drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
-    arm = scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    return arm.with_clearance(joint, Clearance(5e-4, **{"friction": LuGre(0.1)} | laws, slip=slip))
+    drive = sd.Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
+    arm = sd.scissor(units=units, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
+    return arm.with_clearance(joint, sd.Clearance(5e-4, **{"friction": sd.LuGre(0.1)} | laws, slip=slip))
 
 
 @pytest.mark.parametrize(
@@ -55,7 +50,7 @@ def test_step_matrix_with_the_slip_of_contact_points(joint):
     check_step_matrix(handle, state, 1e-5, increments(handle, state))
 
 
-@pytest.mark.parametrize("friction", [NoFriction(), LuGre(0.1)])
+@pytest.mark.parametrize("friction", [sd.NoFriction(), sd.LuGre(0.1)])
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_states_of_the_normal_force(friction, step):
     """Cross-check: step matrix where surfaces relax, with and without bristles."""
@@ -71,10 +66,10 @@ def test_step_matrix_with_states_of_the_normal_force(friction, step):
 @pytest.mark.parametrize("step", [1e-7, 1e-5, 1e-3])
 def test_step_matrix_with_eliminated_unknowns(units, damped, step):
     """Cross-check: step matrix where bristles and pairs of multiplier and coordinate are eliminated before the band."""
-    arm = scissor(units=units, angle=0.6).with_clearance("all", Clearance(5e-4, friction=LuGre(0.1)))
+    arm = sd.scissor(units=units, angle=0.6).with_clearance("all", sd.Clearance(5e-4, friction=sd.LuGre(0.1)))
     if damped:  # a state of a component, and one body that is moved by a time function
-        clutch = Clutch("clutch", "unit 1/bar 1", 20.0, base="unit 1/bar 2", yield_angle=2e-3)
-        arm = replace(arm, components=(clutch,)).driven(Harmonic(mean=0.6, amplitude=0.3, angular_frequency=40.0))
+        clutch = sd.Clutch("clutch", "unit 1/bar 1", 20.0, base="unit 1/bar 2", yield_angle=2e-3)
+        arm = replace(arm, components=(clutch,)).driven(sd.Harmonic(mean=0.6, amplitude=0.3, angular_frequency=40.0))
     closed = np.arange(len(arm.clearance_joints)) % 4 > 0  # one joint in four stays open
     handle, state = touching(arm, 11, closed, spread=1e-4)
     model = handle.content.model

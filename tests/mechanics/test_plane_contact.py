@@ -6,34 +6,27 @@ from functools import partial
 import numpy as np
 import pytest
 
+import scissordyn as sd
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
-from scissordyn.components.time_function import Harmonic
 from scissordyn.laws.elastic.power_law import PowerLaw
-from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import GuideClearance
-from scissordyn.model.joint import Guide
-from scissordyn.model.linkage import slider_crank
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.simulate import simulate
 
 
 def floating(clearance):
     """Return a block in a channel of a body that floats and tumbles freely."""
-    block = Body("block", 2.0, 4e-3, {"guided": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
-    frame = Body("frame", 5.0, 0.05, {"end": (0.3, 0.0)}, centre=(0.1, -0.03), position=(-0.1, 0.05), angle=-0.3)
+    block = sd.Body("block", 2.0, 4e-3, {"guided": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
+    frame = sd.Body("frame", 5.0, 0.05, {"end": (0.3, 0.0)}, centre=(0.1, -0.03), position=(-0.1, 0.05), angle=-0.3)
     frame = dataclasses.replace(frame, velocity=(0.2, -0.1), angular_velocity=3.0)
     block = dataclasses.replace(block, velocity=(0.5, 0.3))
-    guide = Guide("channel", ("block", "guided"), through=(0.05, 0.02), direction=0.7, body="frame")
-    return Mechanism((block, frame), guides=(guide,), gravity=0.0).with_clearance("channel", clearance)
+    guide = sd.Guide("channel", ("block", "guided"), through=(0.05, 0.02), direction=0.7, body="frame")
+    return sd.Mechanism((block, frame), guides=(guide,), gravity=0.0).with_clearance("channel", clearance)
 
 
 def crank_and_block(clearance):
     """Return a slider-crank whose slider is a block in a channel."""
-    linkage = slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
-    drive = Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, angular_frequency=20.0, phase=0.2)
+    linkage = sd.slider_crank(gravity=9.81, angle=0.5, slider_inertia=2e-5)
+    drive = sd.Harmonic(mean=0.5 - 0.3 * np.sin(0.2), amplitude=0.3, angular_frequency=20.0, phase=0.2)
     return linkage.driven(drive).with_clearance("guide", clearance)
 
 
@@ -41,7 +34,7 @@ two_touching = partial(touching, chosen=[0, 2], surface="level")
 """The system in a random state in which two corners slide in contact."""
 
 # Clearance of a block in its guide
-BLOCK = GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, friction=LuGre(0.1))
+BLOCK = sd.GuideClearance(5e-4, length=0.06, width=0.03, corner_radius=3e-3, friction=sd.LuGre(0.1))
 
 
 @pytest.mark.parametrize("describe", [floating, crank_and_block])
@@ -76,7 +69,7 @@ def test_rate_of_the_gap_is_its_derivative():
 def test_floating_guide_keeps_momenta():
     """Identity: without outer forces both momenta are constant, and damping and friction account for the energy."""
     mechanism = floating(dataclasses.replace(BLOCK, clearance=1e-3, stiffness=PowerLaw(1e8, 1.5), friction=Threlfall(0.1)))
-    run = simulate(mechanism, until=0.3, rtol=1e-9, atol=1e-9)
+    run = sd.simulate(mechanism, until=0.3, rtol=1e-9, atol=1e-9)
     assert run.attrs["status"] == "complete"
     mass = np.array([body.mass for body in mechanism.bodies])
     inertia = np.array([body.inertia for body in mechanism.bodies])
@@ -96,7 +89,7 @@ def test_floating_guide_keeps_momenta():
 def test_reactions_balance_the_body_of_the_guide():
     """Identity: the forces of the corners account for the accelerations of both bodies."""
     mechanism = floating(dataclasses.replace(BLOCK, stiffness=PowerLaw(1e7, 1.5), friction=Threlfall(0.3)))
-    run = simulate(mechanism, until=0.05)
+    run = sd.simulate(mechanism, until=0.05)
     force = run["reaction"].sel(joint="channel").values
     touching = np.abs(force).max(axis=1) > 1.0
     assert np.sum(touching) > 20

@@ -10,13 +10,12 @@ import pytest
 
 import scissordyn as sd
 from reference.kernels import accepted, at_start, check_step_matrix, check_time_derivative
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan import joint_friction
 
 FRICTION = {"radius": 0.02, "kinetic": 0.3}  # Pin radius [m] and friction coefficient
 
 
-def arm(driven: bool, **friction: float) -> Mechanism:
+def arm(driven: bool, **friction: float) -> sd.Mechanism:
     """Return an arm with friction in its ideal pins and a spring at its tip; driven with a loose joint, or free."""
     array = sd.scissor(units=2, angle=0.6)
     tip = next(iter(array.body("unit 2/bar 1").points))
@@ -27,7 +26,7 @@ def arm(driven: bool, **friction: float) -> Mechanism:
     return sd.with_joint_friction(array, **FRICTION, **friction)
 
 
-def crank(driven: bool, **friction: float) -> Mechanism:
+def crank(driven: bool, **friction: float) -> sd.Mechanism:
     """Return a slider-crank with friction in its pins, closed by quadratic constraints."""
     linkage = sd.slider_crank(crank=0.1, rod=0.3)
     linkage = linkage.driven(sd.Harmonic(0.6, 0.3, 40.0)) if driven else linkage

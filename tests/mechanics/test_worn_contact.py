@@ -6,25 +6,17 @@ import math
 import numpy as np
 import pytest
 
+import scissordyn as sd
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
-from scissordyn.components.time_function import Harmonic
-from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import ELASTIC
 from scissordyn.laws.damping.standard_linear_solid import StandardLinearSolid
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.laws.foundation import pressure_table
-from scissordyn.laws.friction.lugre import LuGre
 from scissordyn.laws.friction.threlfall import Threlfall
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.contour import DEPTH, deepest, place_under, press_at, wear_out
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
 from scissordyn.plan.numbers import contour_table
 from scissordyn.plugin.element import pointers, row_of
-from scissordyn.run.simulate import simulate
 
 
 def lobed(count=720, depth=2e-5):
@@ -36,20 +28,20 @@ def lobed(count=720, depth=2e-5):
 
 def floating(**laws):
     """Return two free bodies that rotate at different speeds and are joined by a worn bearing."""
-    inner = Body("inner", 2.0, 4e-3, {"pin": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
-    outer = Body("outer", 5.0, 0.05, {"hole": (0.05, 0.02)}, centre=(0.1, -0.03), position=(-0.01, -0.03), angle=0.3)
+    inner = sd.Body("inner", 2.0, 4e-3, {"pin": (0.01, -0.02)}, centre=(0.02, 0.01), position=(0.03, 0.02), angle=0.4)
+    outer = sd.Body("outer", 5.0, 0.05, {"hole": (0.05, 0.02)}, centre=(0.1, -0.03), position=(-0.01, -0.03), angle=0.3)
     inner = dataclasses.replace(inner, velocity=(0.5, 0.3), angular_velocity=20.0)
     outer = dataclasses.replace(outer, velocity=(0.2, -0.1), angular_velocity=3.0)
-    joint = Revolute("joint", ("inner", "pin"), ("outer", "hole"))
-    clearance = Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": Threlfall(0.1)} | laws)
-    return Mechanism((inner, outer), joints=(joint,), gravity=0.0).with_clearance("joint", clearance)
+    joint = sd.Revolute("joint", ("inner", "pin"), ("outer", "hole"))
+    clearance = sd.Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": Threlfall(0.1)} | laws)
+    return sd.Mechanism((inner, outer), joints=(joint,), gravity=0.0).with_clearance("joint", clearance)
 
 
 def array(joint, **laws):
     """Return a moving array with a worn joint with friction."""
-    drive = Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
-    arm = scissor(units=2, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
-    return arm.with_clearance(joint, Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": LuGre(0.1)} | laws))
+    drive = sd.Harmonic(mean=0.5, amplitude=0.3, angular_frequency=40.0, phase=0.2)
+    arm = sd.scissor(units=2, angle=0.5 + 0.3 * np.sin(0.2)).driven(drive)
+    return arm.with_clearance(joint, sd.Clearance(**{"clearance": 5e-4, "contour": lobed(), "friction": sd.LuGre(0.1)} | laws))
 
 
 WORN_JOURNALS = pytest.mark.parametrize("worn", [{}, {"journal_contour": lobed()}, {"contour": (), "journal_contour": lobed()}])
@@ -69,7 +61,7 @@ def test_step_matrix_is_the_derivative(joint, step, worn):
 @WORN_JOURNALS
 def test_step_matrix_of_two_moving_bodies(step, worn):
     """Cross-check: the same where the bearing's body turns freely."""
-    handle, state = touching(floating(friction=LuGre(0.1), **worn), 5)
+    handle, state = touching(floating(friction=sd.LuGre(0.1), **worn), 5)
     check_step_matrix(handle, state, step, increments(handle, state))
 
 
@@ -110,7 +102,7 @@ def test_rate_of_the_gap_is_its_derivative(worn):
 def test_a_floating_joint_keeps_momenta_and_energy(worn):
     """Identity: nothing from outside acts; energy goes where damping and friction take it (integration at 1e-9)."""
     mechanism = floating(**worn)
-    run = simulate(mechanism, until=0.1, rtol=1e-9, atol=1e-9, trust=False)
+    run = sd.simulate(mechanism, until=0.1, rtol=1e-9, atol=1e-9, trust=False)
     assert run.attrs["status"] == "complete"
     mass = np.array([body.mass for body in mechanism.bodies])
     inertia = np.array([body.inertia for body in mechanism.bodies])
@@ -125,7 +117,7 @@ def test_a_floating_joint_keeps_momenta_and_energy(worn):
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-7 * run["kinetic_energy"].values[0]
 
 
-BORE = Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # Clearance of a bearing with a radius of 10 mm
+BORE = sd.Clearance(5e-5, journal_radius=10e-3 - 5e-5, bearing_length=15e-3)  # Clearance of a bearing with a radius of 10 mm
 
 
 def bearing(clearance, count):
@@ -145,7 +137,7 @@ def pressed_by(made, x, y):
 @pytest.mark.parametrize("name", ELASTIC)
 def test_pressures_give_the_law(name):
     """Limit: a round contour has the force of each law; half the cell has a quarter of the error, as linear cells do."""
-    clearance = Clearance(2e-4, stiffness=ELASTIC[name]())
+    clearance = sd.Clearance(2e-4, stiffness=ELASTIC[name]())
     delta, surfaces = 5e-6, clearance.surfaces
     force = elastic_force(pointers(clearance.stiffness)["force"], delta, row_of(clearance.stiffness, surfaces))
     errors = []
@@ -160,7 +152,7 @@ def test_pressures_give_the_law(name):
 
 def test_force_is_the_gradient_of_the_energy():
     """Identity: f = dU/de on a worn contour, also where the contact ends within cells (central differences)."""
-    made = (contour_table(lobed()), *bearing(Clearance(5e-4), 720)[1:])
+    made = (contour_table(lobed()), *bearing(sd.Clearance(5e-4), 720)[1:])
     place, h = np.array([5.4e-4 * math.cos(0.45), 5.4e-4 * math.sin(0.45)]), 1e-10
     force = pressed_by(made, *place)[:2]
     differences = [
@@ -172,7 +164,7 @@ def test_force_is_the_gradient_of_the_energy():
 
 def test_place_under_a_force():
     """Cross-check: the journal at the place found for a force presses with that force."""
-    made = (contour_table(lobed()), *bearing(Clearance(5e-4), 720)[1:])
+    made = (contour_table(lobed()), *bearing(sd.Clearance(5e-4), 720)[1:])
     out = np.zeros(3)
     place_under(300.0, 400.0, *made, out)
     np.testing.assert_allclose(pressed_by(made, *out[:2])[:2], (300.0, 400.0), rtol=1e-8)
@@ -280,15 +272,15 @@ def test_wear_stops_at_its_substeps():
     ],
 )
 def test_contours_that_a_contact_cannot_have(laws, said):
-    with pytest.raises(InputError, match=said):
-        Clearance(5e-4, **laws)
+    with pytest.raises(sd.InputError, match=said):
+        sd.Clearance(5e-4, **laws)
 
 
 def test_a_round_contour_is_a_round_bearing():
     """Limit: events and peaks of a run with a contour of zero depth are those of the round bearing (1440 cells: 1e-4)."""
-    arm = scissor(units=2).driven(speed=15.0)
+    arm = sd.scissor(units=2).driven(speed=15.0)
     runs = [
-        simulate(arm.with_clearance("A", Clearance(5e-4, contour=contour)), until=5e-3, rtol=1e-9, atol=1e-9, trust=False)
+        sd.simulate(arm.with_clearance("A", sd.Clearance(5e-4, contour=contour)), until=5e-3, rtol=1e-9, atol=1e-9, trust=False)
         for contour in ((), (0.0,) * 1440)
     ]
     assert runs[0].sizes["contact"] >= 2
@@ -303,11 +295,11 @@ def test_an_angle_that_turns_under_a_resting_journal():
     """
     gap, turning, away = 1e-4, 10.0, 1e-6
     e = 1.0003 * gap
-    journal = Body("journal", 1.0, 1e-3, {"pin": (0.0, 0.0)}, position=(e, 0.0), velocity=(-away, 0.0))
-    ring = Body("ring", 1.0, 1e-3, {"hole": (0.0, 0.0)}, angle=math.pi / 90, angular_velocity=turning)
-    joints = (Revolute("joint", ("journal", "pin"), ("ring", "hole")),)
-    mechanism = Mechanism((journal, ring), joints=joints, gravity=0.0)
-    run = simulate(mechanism.with_clearance("joint", Clearance(gap, contour=(0.0,) * 90)), until=0.02, start="as-placed")
+    journal = sd.Body("journal", 1.0, 1e-3, {"pin": (0.0, 0.0)}, position=(e, 0.0), velocity=(-away, 0.0))
+    ring = sd.Body("ring", 1.0, 1e-3, {"hole": (0.0, 0.0)}, angle=math.pi / 90, angular_velocity=turning)
+    joints = (sd.Revolute("joint", ("journal", "pin"), ("ring", "hole")),)
+    mechanism = sd.Mechanism((journal, ring), joints=joints, gravity=0.0)
+    run = sd.simulate(mechanism.with_clearance("joint", sd.Clearance(gap, contour=(0.0,) * 90)), until=0.02, start="as-placed")
     assert run.attrs["status"] == "complete"
     start = float(run["contact_start"][0])
     e -= away * start
@@ -318,7 +310,7 @@ def test_an_angle_that_turns_under_a_resting_journal():
 
 def test_a_journal_without_a_place():
     """Contract: NaN, which a step that is rejected may contain, gives NaN and reads no memory outside the contour."""
-    clearance, out = Clearance(1e-4), np.zeros(4)
+    clearance, out = sd.Clearance(1e-4), np.zeros(4)
     table = pressure_table(clearance.stiffness, clearance.surfaces)
     press_at(math.nan, 0.0, contour_table([0.0] * 90), table, 1e-4, 1e-5, np.zeros(0), out)
     assert math.isnan(out[3])

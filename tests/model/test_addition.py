@@ -11,8 +11,6 @@ import pytest
 from tests.build import one_line_error
 
 import scissordyn as sd
-from scissordyn.errors import InputError
-from scissordyn.model.joint import Weld
 
 TIGHT = {"until": 1.0, "rtol": 1e-12, "atol": 1e-12, "samples": 51}  # Options of `simulate` for accurate runs
 
@@ -41,7 +39,7 @@ def test_payload_oscillates_as_a_pinned_mass():
 def test_panel_oscillates_as_a_welded_bar():
     """Cross-check: a panel over half of a bar moves as a separate bar that is welded on, to 1e-10 rad over 1 s."""
     panel = sd.bar("panel", length=0.5, mass=3.0, angle=0.3)
-    welded = pendulum(panel, welds=(Weld("seam", ("rod", "start"), ("panel", "start")),))
+    welded = pendulum(panel, welds=(sd.Weld("seam", ("rod", "start"), ("panel", "start")),))
     loaded = sd.with_panels(pendulum(), "rod", 3.0, end="middle")
     assert np.allclose(angle(loaded), angle(welded), rtol=0, atol=1e-10)
 
@@ -117,7 +115,7 @@ def test_straight_bar_is_a_bar():
 @pytest.mark.parametrize("length", [0.0, -1.0, math.inf, True, "1 m"])
 def test_refused_lengths(length):
     """Contract: a leg that is not a positive length is refused by name."""
-    with pytest.raises(InputError, match="second"):
+    with pytest.raises(sd.InputError, match="second"):
         sd.angulated_bar("rod", first=0.5, second=length, mass=1.0)
 
 
@@ -160,11 +158,11 @@ def test_friction_in_joints_of_a_pattern() -> None:
     assert len(kinds) == len(other.components) == 5
     loose = array.with_clearance("A", sd.Clearance(1e-4))
     assert "A" not in {part.name for part in sd.with_joint_friction(loose, **RUBBING).components}
-    with pytest.raises(InputError, match="ideal joint 'A'"):
+    with pytest.raises(sd.InputError, match="ideal joint 'A'"):
         sd.with_joint_friction(loose, "A", **RUBBING)
     named = sd.with_joint_friction(array, "unit 1/pivot", **RUBBING).components[0]
     own = array.with_parts({"components": (sd.PinFriction("mine", named.body, 0.01, 0.1, named.base),)})  # type: ignore[attr-defined]
-    with pytest.raises(InputError, match="pin 'unit 1/pivot' already has friction 'mine'; expected one of them"):
+    with pytest.raises(sd.InputError, match="pin 'unit 1/pivot' already has friction 'mine'; expected one of them"):
         sd.with_joint_friction(own, **RUBBING)
 
 

@@ -7,7 +7,6 @@ import pytest
 from tests.build import one_line_error
 
 import scissordyn as sd
-from scissordyn.components.torque import Torque
 from scissordyn.plan.plan import plan
 
 TIGHT = {"rtol": 1e-12, "atol": 1e-12, "samples": 41}  # Options of `simulate` for accurate runs
@@ -87,7 +86,7 @@ def test_pushed_ring():
     """
     n, p, m, push = 8, 0.5, 1.0, 5.0
     ring = sd.hoberman_ring(units=n, leg=p, bar_mass=m).replace(
-        "components", (Torque("push", "unit 1/bar 1", push, "unit 1/bar 2"),)
+        "components", (sd.Torque("push", "unit 1/bar 1", push, "unit 1/bar 2"),)
     )
     run = sd.simulate(ring, until=1.0, **TIGHT)
     one, other = (run.sel(body=f"unit 5/bar {number}") for number in (1, 2))

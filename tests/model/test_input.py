@@ -12,10 +12,8 @@ import pytest
 from tests.build import EXAMPLES, warnings_of
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 from scissordyn.model.check import proportion_warnings
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import RANGES, Quantity
+from scissordyn.units import RANGES
 
 ARM = sd.scissor(units=1)  # Mechanism without a drive
 DRIVEN = ARM.driven(speed=1.0)  # Mechanism with ideal joints and a drive
@@ -126,14 +124,14 @@ def test_numbers_of_numpy_are_numbers() -> None:
 def test_every_quantity_has_bounds() -> None:
     """Contract: a quantity without bounds has those of its unit; a positive one also has the unit's smallest size."""
     for unit, (smallest, largest) in {**RANGES, "N/m^7": (1e-30, 1e30)}.items():
-        free, positive = Quantity(unit), Quantity(unit, above=0.0)
+        free, positive = sd.Quantity(unit), sd.Quantity(unit, above=0.0)
         assert free.admits(-largest)
         assert free.admits(largest)
         assert not free.admits(1.01 * largest)
         assert positive.admits(smallest)
         assert not positive.admits(0.99 * smallest)
         assert not free.admits(10**400)
-    assert Quantity("m", above=0.1, below=0.2).expected == "a number > 0.1 and < 0.2 [m]"
+    assert sd.Quantity("m", above=0.1, below=0.2).expected == "a number > 0.1 and < 0.2 [m]"
 
 
 def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
@@ -141,7 +139,7 @@ def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
     harmonic = '[drive.harmonic]\nmean = "45 deg"\namplitude = "1 deg"\nfrequency = "3 Hz"\n'
     (tmp_path / "case.toml").write_text('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n' + harmonic)
     with pytest.raises(sd.InputError, match="did you mean 'angular_frequency'"):
-        read_case(tmp_path / "case.toml")
+        sd.read_case(tmp_path / "case.toml")
     with pytest.raises(TypeError, match="frequency"):
         sd.Harmonic(mean=0.0, amplitude=1.0, frequency=3.0)
 
@@ -191,18 +189,18 @@ def test_invalid_points(given: object) -> None:
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
 
-def arm(**surfaces: float) -> Mechanism:
+def arm(**surfaces: float) -> sd.Mechanism:
     """Return the paper's array of two units of 2 m, with clearance at A."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(**{"clearance": 5e-4, **surfaces}))  # type: ignore[arg-type]
 
 
-def changed(mechanism: Mechanism, name: str, **facts: object) -> Mechanism:
+def changed(mechanism: sd.Mechanism, name: str, **facts: object) -> sd.Mechanism:
     """Return the mechanism with other properties of one body."""
     bodies = tuple(dataclasses.replace(b, **facts) if b.name == name else b for b in mechanism.bodies)  # type: ignore[arg-type]
     return dataclasses.replace(mechanism, bodies=bodies)
 
 
-def rotor(inertia: float) -> Mechanism:
+def rotor(inertia: float) -> sd.Mechanism:
     """Return the array with a motor whose rotor has an inertia."""
     motor = sd.Motor("m", "unit 1/bar 1", 1.0, 10.0, inertia=inertia)
     return dataclasses.replace(arm(), components=(motor,))
@@ -222,7 +220,7 @@ def rotor(inertia: float) -> Mechanism:
         (rotor(1e9), r"motor 'm' has a rotor of 1e\+09 kg m\^2"),
     ],
 )
-def test_warning_of_values_out_of_proportion(mechanism: Mechanism, message: str) -> None:
+def test_warning_of_values_out_of_proportion(mechanism: sd.Mechanism, message: str) -> None:
     """Contract: a value a million times out of proportion gives one warning with its name and the ratio."""
     (said,) = proportion_warnings(mechanism)
     assert re.match(message, said)
@@ -246,4 +244,4 @@ def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_examples_are_in_proportion(path: Path) -> None:
     """Contract: no example gives a proportion warning."""
-    assert proportion_warnings(read_case(path).mechanism) == []
+    assert proportion_warnings(sd.read_case(path).mechanism) == []

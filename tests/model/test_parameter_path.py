@@ -11,10 +11,8 @@ import pytest
 from tests.build import EXAMPLES, one_line_error
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.model.parameter_path import every_number, find, matching, number
 from scissordyn.model.walk import Place, Route, at, declared, given, is_described, replaced
-from scissordyn.units import Quantity
 
 PIN = sd.Clearance(0.5e-3)  # Clearance of the joints
 
@@ -65,7 +63,7 @@ def test_nothing_matches(pattern, hint):
 
 def test_no_names():
     """Contract: an empty list of joints is an error."""
-    with pytest.raises(InputError, match="no joint given"):
+    with pytest.raises(sd.InputError, match="no joint given"):
         sd.scissor(units=3).with_clearance([], PIN)
 
 
@@ -129,7 +127,7 @@ def test_value_at_a_path(frictional, path, value, unit):
 )
 def test_invalid_paths(frictional, path, words):
     """Contract: an invalid path is refused in one line, with the nearest name."""
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(sd.InputError, match=words):
         number(frictional, path)
 
 
@@ -148,7 +146,7 @@ def test_mass_per_length_of_a_bar_cannot_change_alone():
     bent = sd.with_bending(sd.scissor(units=1).driven(speed=1.0), section="tube 60x60x1.5 mm", material="steel")
     parameter = f"{bent.components[0].name}.mass_per_length"
     for change in (lambda: number(bent, parameter), lambda: bent.replace(parameter, 3.0)):
-        with pytest.raises(InputError, match="cannot change alone; expected the section or material"):
+        with pytest.raises(sd.InputError, match="cannot change alone; expected the section or material"):
             change()
 
 
@@ -159,11 +157,11 @@ def test_masses_of_payloads_do_not_change_alone() -> None:
         loaded = sd.with_payload(loaded, f"unit 1/bar 1.{end}", mass=mass)
     assert not [path for path in every_number(loaded) if ".payloads" in path]
     for path in ("payloads", "payloads.x"):
-        with pytest.raises(InputError, match="cannot change alone; expected the mass of the body"):
+        with pytest.raises(sd.InputError, match="cannot change alone; expected the mass of the body"):
             loaded.replace(f"unit 1/bar 1.{path}", 3.0)
 
 
-def leaves(value: Any, path: Route = (), quantity: Quantity | None = None) -> Iterator[Place]:
+def leaves(value: Any, path: Route = (), quantity: sd.Quantity | None = None) -> Iterator[Place]:
     """Yield every elementary value of a description; a tuple with a unit, such as a position, is one value."""
     if is_described(value):
         for field in declared(type(value)).values():

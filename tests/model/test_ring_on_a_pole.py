@@ -10,7 +10,6 @@ import pytest
 from scipy.optimize import brentq
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 # Half width and half height of the ring, radius of its edges, clearance [m], and speed [rad/s]
 HALF_WIDTH, HALF_HEIGHT, RADIUS, CLEARANCE, SPEED = 3.2e-3, 5.8e-3, 0.1e-3, 0.6e-3, -5.0
@@ -60,5 +59,5 @@ def test_pole_without_room_is_refused() -> None:
     described = ring()
     gap = described.guides[0].clearance
     assert gap is not None
-    with pytest.raises(InputError, match=r"the corners of the ring leave -0\.2 mm for the pole"):
+    with pytest.raises(sd.InputError, match=r"the corners of the ring leave -0\.2 mm for the pole"):
         _ = described.with_clearance("pole", dataclasses.replace(gap, clearance=3.2e-3)).contact_points

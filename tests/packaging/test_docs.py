@@ -17,7 +17,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.bibliography.reference import bibliography, dois
-from scissordyn.config.file import read_case
 
 ROOT = Path(__file__).parents[2]  # Root folder of the repository
 DOCS = ROOT / "docs"  # Folder of the documentation
@@ -232,7 +231,7 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
 def test_pictures_of_examples_have_cases() -> None:
     """Contract: every picture of an example has its case."""
     for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
-        assert read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
+        assert sd.read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 
 
 def test_every_doi_is_in_the_bibliography() -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import xarray as xr
 
-from scissordyn.config.file import read_case
+import scissordyn as sd
 from scissordyn_paper import open_answers
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.open_answers import changes
@@ -20,7 +20,7 @@ def test_every_case_has_its_own_file(tmp_path):
     for case in (OpenCase("deployment", "steel tube", 0.1), OpenCase(bars=next(iter(STIFFER))), OpenCase(bars="solid steel")):
         path = tmp_path / "case.toml"
         path.write_text(case.toml, encoding="utf-8")
-        mechanism = read_case(path).mechanism
+        mechanism = sd.read_case(path).mechanism
         assert any(body.name == "unit 1/bar 1/1" for body in mechanism.bodies)
         assert (mechanism.joint("A").clearance.lubrication is not None) == (case.oil is not None)
         weight = sum(body.mass for body in mechanism.bodies)

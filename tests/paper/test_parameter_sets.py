@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import scissordyn as sd
 from scissordyn.cli import paper as command
-from scissordyn.config.file import read_case
-from scissordyn.errors import InputError, ScissordynError
 from scissordyn_paper import judge, parameter_sets, parameter_sets_page
 from scissordyn_paper.cases import DEFAULT, PaperCase, every_case
 from scissordyn_paper.judge import findings
@@ -78,7 +77,7 @@ def test_every_parameter_set_is_a_case_file(seed, tmp_path):
     case = next(case for case in every_case(choice) if case.friction)
     path = tmp_path / "case.toml"
     path.write_text(case.toml)
-    again = read_case(path)
+    again = sd.read_case(path)
     assert again.mechanism == case.build().mechanism
     assert again.run.keywords == case.options.keywords
     assert round(np.degrees(choice.angle)) in ANGLES[choice.travel]
@@ -136,7 +135,7 @@ def test_parameter_sets_continue_after_an_interruption(small, tmp_path, monkeypa
     monkeypatch.setattr(parameter_sets, "findings", never)
     again = fetch_parameter_sets(tmp_path / "whole", 12, engine=1)
     assert np.array_equal(again.agreeing, whole.agreeing)
-    with pytest.raises(ScissordynError, match="AssertionError: judged again"):
+    with pytest.raises(sd.ScissordynError, match="AssertionError: judged again"):
         fetch_parameter_sets(tmp_path / "whole", 14, engine=1)
 
 
@@ -186,7 +185,7 @@ def test_page_and_command(small, tmp_path, monkeypatch, capsys):
     assert {path.name for path in (tmp_path / "figures").iterdir()} == {
         f"parameter_sets-{name}.{form}" for name in ("checks", "parameters") for form in ("png", "svg")
     }
-    with pytest.raises(InputError, match="--beyond and --parameter-sets together"):
+    with pytest.raises(sd.InputError, match="--beyond and --parameter-sets together"):
         command.paper(tmp_path, beyond=True, parameter_sets=True)
     assert answer_parameter_sets(tmp_path, 12, engine=1).leading.agreeing_count.size == 4
     assert PaperCase(choice=DEFAULT).options.rtol == 1e-8

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scissordyn.errors import InputError
+import scissordyn as sd
 from scissordyn_paper import periodic
 from scissordyn_paper.cases import PaperCase
 from scissordyn_paper.periodic import CYCLES, PERIODIC, SKIP, examine, fetch_diagram, regularity_of
@@ -77,10 +77,10 @@ def test_full_disk_keeps_the_diagram(tmp_path, monkeypatch):
     path.write_bytes(kept)
 
     def full(*_, **__):
-        raise InputError(f"cannot write '{path}': No space left on device")
+        raise sd.InputError(f"cannot write '{path}': No space left on device")
 
     monkeypatch.setattr(periodic, "bifurcation", full)
-    with pytest.raises(InputError, match="No space left"):
+    with pytest.raises(sd.InputError, match="No space left"):
         periodic.fetch_diagram(path)
     assert path.read_bytes() == kept
 
@@ -89,6 +89,6 @@ def test_other_files_are_not_overwritten(tmp_path):
     """Contract: another file with the diagram's name is not overwritten."""
     path = tmp_path / "bifurcation.nc"
     path.write_text("notes")
-    with pytest.raises(InputError, match="not overwritten"):
+    with pytest.raises(sd.InputError, match="not overwritten"):
         periodic.fetch_diagram(path)
     assert path.read_text() == "notes"

@@ -9,10 +9,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+import scissordyn as sd
 from scissordyn.cli import paper as command
 from scissordyn.cli.option import EngineOptions
-from scissordyn.config.file import read_case
-from scissordyn.errors import InputError
 from scissordyn.run import engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
@@ -93,7 +92,7 @@ def test_tables_agree_with_the_page(report):
     assert len(cases) == 24 + len(periodic.ALL_CASES)
     assert (len(list((folder / "runs").iterdir())), len(list((folder / "periodic").iterdir()))) == (24, len(periodic.ALL_CASES))
     for path in cases:
-        read_case(path)
+        sd.read_case(path)
     both = [(row["periodic"] or {}).get("answer") for row in rows]
     assert both == [None if v.periodic is None else v.periodic.answer for v in report.verdicts]
     assert sum(answer is not None for answer in both) == PERIODIC_CHECKS
@@ -141,7 +140,7 @@ def test_one_figure_can_be_drawn_alone(report):
 
 def test_figure_without_results_is_refused(tmp_path):
     """Contract: the error names the figure, and nothing is written."""
-    with pytest.raises(InputError, match="figure 4"):
+    with pytest.raises(sd.InputError, match="figure 4"):
         draw_figure(4, tmp_path / "none", engine=1)
     assert not (tmp_path / "none").exists()
 

@@ -6,8 +6,7 @@ import time
 import pytest
 import xarray as xr
 
-from scissordyn.errors import ScissordynError
-from scissordyn.record.store import load, save
+import scissordyn as sd
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn_paper import runs as module
 from scissordyn_paper.beyond import REFERENCE, event_table
@@ -53,11 +52,11 @@ def test_damaged_or_outdated_files_are_replaced(folder, monkeypatch, spoil):
     if spoil == "cut":
         path.write_bytes(path.read_bytes()[:1000])
     else:
-        save(load(path).assign_attrs({spoil: "other"}), path)
+        sd.save(sd.load(path).assign_attrs({spoil: "other"}), path)
     made = counting(monkeypatch)
     fetch_runs([CASE], folder, engine=1)
     assert made == [CASE]
-    assert (load(path).attrs["case"], load(path).attrs["provenance"]) == (CASE.toml, provenance())
+    assert (sd.load(path).attrs["case"], sd.load(path).attrs["provenance"]) == (CASE.toml, provenance())
 
 
 def test_failed_run_is_an_error(tmp_path, monkeypatch):
@@ -68,7 +67,7 @@ def test_failed_run_is_an_error(tmp_path, monkeypatch):
         return broken(mechanism, **{**options, "most_steps": 10})
 
     monkeypatch.setattr(module, "simulate", short)
-    with pytest.raises(ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
+    with pytest.raises(sd.ScissordynError, match=r"run 'c-0\.5mm_150rpm' .*10 steps are not enough"):
         fetch_runs([PaperCase()], tmp_path, engine=1)
     assert not list(tmp_path.iterdir())
 

@@ -12,7 +12,6 @@ from scipy.sparse import issparse
 from tests.test_attached_to_bars import ATTACHED, STIFF, bars
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.laws.catalogue import DAMPING, FRICTION
 from scissordyn.plan.plan import Plan, compiled
 
@@ -59,7 +58,7 @@ def variations(part: Any) -> Iterator[tuple[str, Any]]:
         try:
             if changes:
                 yield field.name, dataclasses.replace(part, **changes)
-        except InputError:
+        except sd.InputError:
             continue  # the field is tied to another one
 
 
@@ -78,7 +77,7 @@ def test_plans_that_fit_have_equal_tables(name: str, bent: bool) -> None:
             try:
                 other = dataclasses.replace(made, components=components)
                 found = compiled(other)
-            except InputError:
+            except sd.InputError:
                 continue
             if known.fits(other):
                 wrong = [path for path, entry in entries(found).items() if expected.get(path) != entry]
@@ -92,7 +91,7 @@ def clearances() -> Iterator[sd.Clearance]:
             for given in ({}, {"kinetic": 0.1}, {"restitution": 0.9}):
                 try:
                     chosen = {slot: law(**given)}
-                except (InputError, TypeError):
+                except (sd.InputError, TypeError):
                     continue
                 yield sd.Clearance(5e-4, **chosen)
                 break

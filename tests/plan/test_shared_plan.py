@@ -7,7 +7,6 @@ import pickle
 import pytest
 
 import scissordyn as sd
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import RECENT_PLANS, Plan, compiled, plan
 from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import Driver
@@ -16,7 +15,7 @@ from scissordyn.run.trajectory import compute, make_driver
 
 FREE = sd.Clearance(0.5e-3)  # Clearance without friction
 RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))  # Clearance with friction
-OPTIONS = Options(0.02, samples=101)  # Options of the compared runs
+OPTIONS = sd.Options(0.02, samples=101)  # Options of the compared runs
 
 
 def array() -> sd.Mechanism:

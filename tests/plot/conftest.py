@@ -3,7 +3,7 @@
 import pytest
 import xarray as xr
 
-from scissordyn.model.mechanism import Mechanism
+import scissordyn as sd
 
 from .made_up import CLEARANCE_JOINTS, made_up, mechanism_with
 
@@ -24,5 +24,5 @@ def two_joints() -> xr.Dataset:
 
 
 @pytest.fixture(scope="session")
-def arm() -> Mechanism:
+def arm() -> sd.Mechanism:
     return mechanism_with(("A",))

@@ -12,9 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
+import scissordyn as sd
 from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import scene_of
 
@@ -24,10 +22,10 @@ CLEARANCE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
 """[s] Delay of the contacts in each clearance joint of a made-up run."""
 
 
-def mechanism_with(joints: tuple[str, ...]) -> Mechanism:
-    arm = scissor(units=2)
+def mechanism_with(joints: tuple[str, ...]) -> sd.Mechanism:
+    arm = sd.scissor(units=2)
     for name in joints:
-        arm = arm.with_clearance(name, Clearance(CLEARANCE))
+        arm = arm.with_clearance(name, sd.Clearance(CLEARANCE))
     return arm
 
 
@@ -164,7 +162,7 @@ def floats(pack_scene: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(pack_scene), np.float32)
 
 
-def magnified(run: xr.Dataset, mechanism: Mechanism, sample: int, joint: str) -> Axes:
+def magnified(run: xr.Dataset, mechanism: sd.Mechanism, sample: int, joint: str) -> Axes:
     """Return the panel of a joint in a film that begins at one sample."""
     guides = [guide.name for guide in mechanism.guides if guide.name == joint]
     film = Film(

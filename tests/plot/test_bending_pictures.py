@@ -8,10 +8,9 @@ from scissordyn.cli.main import status_of
 from scissordyn.components.port.axis import bent_axis
 from scissordyn.components.port.stroke import bent
 from scissordyn.equilibrium.deflection import magnified_deflection
-from scissordyn.errors import InputError
 from scissordyn.plan.bending import beams_of
 from scissordyn.plan.flexible import flexible_bars
-from scissordyn.plot.animation import Film, animate
+from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.bar_diagram import QUANTITIES, diagram_of, ordinate_edges
 from scissordyn.plot.modes import frequencies, oscillation, shapes
@@ -62,7 +61,7 @@ def test_magnified_deflections(run, unit):
     straight = 2.0 * run["position"] - two  # factor 0
     ends = [straight.sel(body=name).values for name in ("unit 1/bar 1", "unit 1/bar 1/1", "unit 1/bar 1/2")]
     np.testing.assert_allclose(ends[1], 0.5 * (ends[0] + ends[2]), atol=1e-9)
-    with pytest.raises(InputError, match="no flexible bars to magnify"):
+    with pytest.raises(sd.InputError, match="no flexible bars to magnify"):
         magnified_deflection(run, sd.scissor(units=1), 2.0)
 
 
@@ -86,7 +85,7 @@ def test_diagram_of_moment_and_stress(run, unit):
     assert float(np.max(lines[0].get_ydata())) == pytest.approx(1e-6 * float(run["beam_stress"].max()), rel=1e-12)
     assert lines[1].get_ydata()[0] == pytest.approx(235.0, rel=1e-9)
     rigid = sd.scissor(units=1)
-    with pytest.raises(InputError, match="no bar of the mechanism bends"):
+    with pytest.raises(sd.InputError, match="no bar of the mechanism bends"):
         sd.plot.bending(run, rigid)
 
 
@@ -178,11 +177,11 @@ def test_stress_without_a_section_is_refused(tmp_path):
     found = sd.simulate(numbers, until=1e-3, samples=3)
     for draw in (
         lambda: sd.plot.structure(found, numbers, bars="stress"),
-        lambda: animate(found, numbers, tmp_path / "film.html", bars="utilisation"),
+        lambda: sd.animate(found, numbers, tmp_path / "film.html", bars="utilisation"),
     ):
-        with pytest.raises(InputError, match="has no youngs_modulus"):
+        with pytest.raises(sd.InputError, match="has no youngs_modulus"):
             draw()
-    with pytest.raises(InputError, match="stres"):
+    with pytest.raises(sd.InputError, match="stres"):
         sd.plot.structure(found, numbers, bars="stres")
     assert len(sd.plot.bending(found, numbers)) == 3
     legends = sd.plot.structure(found, numbers, bars="bending moment", times=1)[0].get_figure(root=True).legends
@@ -197,7 +196,7 @@ def test_film_with_stress(run, unit, tmp_path):
     parts = [part for shape in scene.shapes for part in shape.parts]
     expected = diagram_of(run, unit, "stress").values[3, parts, 0]
     np.testing.assert_array_equal(film.drawing.diagram.lines.get_array(), expected)
-    page = animate(run, unit, tmp_path / "film.html", bars="stress").read_text()
+    page = sd.animate(run, unit, tmp_path / "film.html", bars="stress").read_text()
     assert all(f'"quantity":"{name}"' in page for name in QUANTITIES)
     assert '"onBars":"stress"' in page
 
@@ -212,8 +211,8 @@ def test_pictures_of_modes(unit, tmp_path):
     np.testing.assert_allclose(moved / np.abs(moved).max(), shape / np.abs(shape).max(), atol=1e-12)
     assert len(shapes(first, unit)) == 3
     assert frequencies(found).get_lines()[0].get_ydata() == pytest.approx(found["frequency"].sel(mode=1).values)
-    assert animate(motion, ideal, tmp_path / "mode.gif", seconds=0.5).stat().st_size > 1000
-    with pytest.raises(InputError, match="mode 9"):
+    assert sd.animate(motion, ideal, tmp_path / "mode.gif", seconds=0.5).stat().st_size > 1000
+    with pytest.raises(sd.InputError, match="mode 9"):
         oscillation(first, ideal, 9)
 
 

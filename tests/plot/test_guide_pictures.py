@@ -10,11 +10,8 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.laws.elastic.linear import Linear
-from scissordyn.model.clearance import GuideClearance
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation import Film, animate
+from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import guides_for_contacts, scene_of
 from scissordyn.plot.canvas import pack_scene
 from scissordyn.plot.drawing import block_walls
@@ -22,7 +19,6 @@ from scissordyn.plot.joint import orbit
 from scissordyn.plot.report import draw_all
 from scissordyn.plot.still import structure
 from scissordyn.plot.style import SIZES, VERMILION
-from scissordyn.run.simulate import simulate
 
 from .made_up import data_of, floats, magnified
 
@@ -30,18 +26,18 @@ GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a cle
 
 
 @pytest.fixture(scope="module")
-def linkage() -> Mechanism:
+def linkage() -> sd.Mechanism:
     """Return a slider-crank at rest whose slider falls on the lower guide surface."""
     linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
-    return linkage.with_clearance("guide", GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
+    return linkage.with_clearance("guide", sd.GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
 
 
 @pytest.fixture(scope="module")
-def fallen(linkage: Mechanism) -> xr.Dataset:
-    return simulate(linkage, until=0.05, samples=501)
+def fallen(linkage: sd.Mechanism) -> xr.Dataset:
+    return sd.simulate(linkage, until=0.05, samples=501)
 
 
-def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: Mechanism) -> None:
+def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: sd.Mechanism) -> None:
     """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is 0.35 delta/c beyond its surface."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
@@ -59,19 +55,19 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
 
 
-def test_panel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path) -> None:
+def test_panel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mechanism, tmp_path) -> None:
     """Contract: four corners share a panel; there is no orbit without a journal; an ideal guide is refused."""
     assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
     assert len(structure(fallen, linkage, times=2)) == 3
     drawn = draw_all(fallen, None, tmp_path, linkage)
     assert [path.stem for path in drawn] == ["response", "force", "torque", "energy", "structure"]
-    with pytest.raises(InputError, match="without clearance joints"):
+    with pytest.raises(sd.InputError, match="without clearance joints"):
         orbit(fallen)
-    with pytest.raises(InputError, match="'guide' is ideal"):
+    with pytest.raises(sd.InputError, match="'guide' is ideal"):
         scene_of(fallen, linkage.ideal(), np.array([0]), [], guides=["guide"])
 
 
-def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanism, tmp_path: Path) -> None:
+def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mechanism, tmp_path: Path) -> None:
     """Cross-check: block and contacts of each frame are those of the still and of the page."""
     frames = np.array([0, 150, 500])
     film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
@@ -88,7 +84,7 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     assert view.touching.any(axis=1).tolist() == touched.tolist()
     peaks = fallen["peak_force"].values[(fallen["contact_start"] + fallen["peak_time"]).values > fallen["time"].values[150]]
     assert view.force[2] == max(float(fallen["normal_force"].sel(joint=names)[151:].max()), *peaks.tolist())
-    text = animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
+    text = sd.animate(fallen, linkage, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8")
     (drawn,) = data_of(text)["channels"]
     assert drawn["name"] == "guide"
     assert len(drawn["surfaces"]) == 2
@@ -97,11 +93,11 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: Mechanis
     assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)
 
 
-def test_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
+def test_ring_on_a_pole_is_hollow(linkage: sd.Mechanism) -> None:
     """Contract: film and page do not fill a ring around a pole; a block in a channel is filled."""
-    ring = GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
+    ring = sd.GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
     for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
-        run = simulate(mechanism, until=1e-3, samples=3)
+        run = sd.simulate(mechanism, until=1e-3, samples=3)
         scene = scene_of(run, mechanism, np.arange(3), [], guides=["guide"])
         assert (Film(scene, 1.0).joints[0].block.get_facecolor()[3] == 0.0) is hollow
         [drawn] = json.loads(pack_scene(scene, run))["channels"]
@@ -112,7 +108,7 @@ def test_ring_on_a_pole_is_hollow(linkage: Mechanism) -> None:
         assert not hollow or all(np.all(np.abs(wall[:, 1]) > pole - 1e-9) for wall in walls)
 
 
-def test_title_of_a_film_is_inside(fallen: xr.Dataset, linkage: Mechanism) -> None:
+def test_title_of_a_film_is_inside(fallen: xr.Dataset, linkage: sd.Mechanism) -> None:
     """Contract: the title stays in the figure when equal scales move the panel after the first layout."""
     scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
     for height in (0.8, 0.9, 1.0, 1.2):

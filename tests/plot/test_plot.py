@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 import scissordyn as sd
-from scissordyn.errors import InputError, printable
-from scissordyn.model.mechanism import Mechanism
+from scissordyn.errors import printable
 from scissordyn.plot.animation_scene import load_shapes
 from scissordyn.plot.file import write
 from scissordyn.plot.joint import force, orbit
@@ -38,7 +37,7 @@ def curve(axes: Axes, label: str) -> Line2D:
     return found
 
 
-def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: Mechanism) -> dict[str, list[Axes]]:
+def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: sd.Mechanism) -> dict[str, list[Axes]]:
     """Return the pictures of a run by name."""
     return {
         "response": response(run, ideal),
@@ -101,7 +100,7 @@ CURVES = [
 ]
 
 
-def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
+def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism) -> None:
     """Contract: each panel has the values of the run and of the ideal mechanism, in the unit of its label."""
     drawn = figures(run, ideal, arm)
     for kind, panel, label, name, variable, factor in CURVES:
@@ -125,7 +124,7 @@ def test_response_of_another_body(run: xr.Dataset) -> None:
     drawn = response(run, body="unit 2/bar 1")
     np.testing.assert_array_equal(drawn[3].lines[0].get_ydata(), run["angular_velocity"].sel(body="unit 2/bar 1"))
     assert [len(axes.lines) for axes in drawn] == [1] * 6
-    with pytest.raises(InputError, match=r"did you mean 'unit 2/bar 1'\?"):
+    with pytest.raises(sd.InputError, match=r"did you mean 'unit 2/bar 1'\?"):
         response(run, body="unit 2/bar1")
 
 
@@ -152,7 +151,7 @@ def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
     both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
     first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
     assert (first.get_ylabel(), second.get_ylabel()) == ("torque of drive 1 [kN·m]", "torque of drive 2 [N·m]")
-    with pytest.raises(InputError, match="no drive, actuator or motor"):
+    with pytest.raises(sd.InputError, match="no drive, actuator or motor"):
         torque(run.drop_vars("drive_torque"))
 
 
@@ -190,7 +189,7 @@ def test_force_without_contacts(ideal: xr.Dataset) -> None:
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
     assert not axes.collections
-    with pytest.raises(InputError, match="without clearance joints"):
+    with pytest.raises(sd.InputError, match="without clearance joints"):
         force(ideal)
 
 
@@ -202,7 +201,7 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
     shared = min(len(first), len(second))
     np.testing.assert_allclose(np.subtract(second[:shared], first[:shared]), 1.3, rtol=1e-9)
     assert len(force(two_joints, joint="unit 1/pivot")) == 2
-    with pytest.raises(InputError, match=r"did you mean 'unit 1/pivot'\?"):
+    with pytest.raises(sd.InputError, match=r"did you mean 'unit 1/pivot'\?"):
         force(two_joints, joint="unit 1/pivto")
 
 
@@ -251,7 +250,7 @@ def test_default_exaggeration(run: xr.Dataset, depth: float, said: str) -> None:
     assert axes.get_title(loc="left") == ", ".join(filter(None, ["joint A", said]))
 
 
-def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dataset) -> None:
+def test_trust_horizon_is_shaded_and_labelled_once(arm: sd.Mechanism, ideal: xr.Dataset) -> None:
     """Contract: every panel over time is shaded from the horizon to the end, and each figure explains it once."""
     doubtful = made_up(trusted_until=0.021)
     for name, drawn in figures(doubtful, ideal, arm).items():
@@ -266,7 +265,7 @@ def test_trust_horizon_is_shaded_and_labelled_once(arm: Mechanism, ideal: xr.Dat
 
 
 @pytest.mark.parametrize("until", [math.nan, END])
-def test_trusted_run_is_not_shaded(until: float, arm: Mechanism) -> None:
+def test_trusted_run_is_not_shaded(until: float, arm: sd.Mechanism) -> None:
     """Limit: nothing is shaded when the horizon is unknown or at the end."""
     for name, drawn in figures(made_up(trusted_until=until), None, arm).items():
         labels = [label for axes in drawn for label in axes.get_legend_handles_labels()[1]]
@@ -299,11 +298,11 @@ def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
     one = Figure().subplots()
     assert torque(run, ideal, axes=one) == [one]
     assert orbit(run, axes=one) == [one]
-    with pytest.raises(InputError, match="got 1 Axes; expected 2 Axes"):
+    with pytest.raises(sd.InputError, match="got 1 Axes; expected 2 Axes"):
         force(run, ideal, axes=one)
 
 
-def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism) -> None:
+def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism) -> None:
     """Contract: no two curves of one panel share colour, dash, marker and width."""
     for name, drawn in figures(run, ideal, arm).items():
         for axes in drawn:
@@ -332,7 +331,7 @@ def test_one_sample() -> None:
 
 
 @pytest.mark.parametrize("name", [r"$\frac{$", "a $ b", "[/red]pin", "\x1b[31m\x00m", r"$\alpha$", r"a\$b", "{x}^_%"])
-def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
+def test_names_are_text(name: str, run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Contract: a joint's name is drawn as text, not as a formula; a control character as its code."""
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
@@ -346,7 +345,7 @@ def test_names_are_text(name: str, run: xr.Dataset, arm: Mechanism) -> None:
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])
-def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
     """Contract: all pictures, in a created folder, in the given format, with the same bytes each time, and nothing else."""
     first = draw_all(run, ideal, tmp_path / "a" / "b", arm, format)
     second = draw_all(run, ideal, tmp_path / "c", arm, format=format)
@@ -364,17 +363,17 @@ def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
     assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
 
 
-def test_failed_writes_leave_no_files(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_failed_writes_leave_no_files(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
     """Contract: an unknown format writes nothing, and a file that cannot be replaced leaves no parts."""
-    with pytest.raises(InputError, match=r"did you mean 'png'\?"):
+    with pytest.raises(sd.InputError, match=r"did you mean 'png'\?"):
         draw_all(run, None, tmp_path / "new", arm, "pgn")
     assert not (tmp_path / "new").exists()
     (tmp_path / "taken.png").mkdir()
-    with pytest.raises(InputError, match="cannot write"):
+    with pytest.raises(sd.InputError, match="cannot write"):
         write(Figure(), tmp_path / "taken.png")
     assert [path.name for path in tmp_path.iterdir()] == ["taken.png"]
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="cannot make the folder"):
+    with pytest.raises(sd.InputError, match="cannot make the folder"):
         draw_all(run, None, tmp_path / "file", arm)
 
 

@@ -16,21 +16,18 @@ from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.kinematics.transmission import dyads
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import ring_size, scene_of, upright_turns
 from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.file import svg
 from scissordyn.plot.label import PLACING, name_offsets
-from scissordyn.plot.preview import preview
 from scissordyn.plot.still import structure
 from scissordyn.plot.stroke import kinematics
 from scissordyn.plot.style import SCALE_BAR
-from scissordyn.run.ideal import ideal_kinematics, motion_range
+from scissordyn.run.ideal import motion_range
 from scissordyn.units import short
 
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
@@ -63,8 +60,8 @@ def on_rings(axes: Axes) -> list[str]:
 
 def test_long_names_keep_off_clearance_joints() -> None:
     """Contract: in a flat array with twelve long names no name touches a joint."""
-    mechanism = read_case(EXAMPLES / "solar_array.toml", []).mechanism
-    axes = preview(mechanism.replace("A.clearance", 2e-4))
+    mechanism = sd.read_case(EXAMPLES / "solar_array.toml", []).mechanism
+    axes = sd.preview(mechanism.replace("A.clearance", 2e-4))
     assert sum("(clearance 0.1 mm)" in text for text in written(names_in(axes))) == 11
     assert not on_rings(axes)
 
@@ -72,8 +69,8 @@ def test_long_names_keep_off_clearance_joints() -> None:
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
 def test_names_of_all_parts(case: Path) -> None:
     """Contract: all parts of every example have their names, without overlap, off clearance joints and inside the frame."""
-    mechanism = read_case(case, []).mechanism
-    axes = preview(mechanism)
+    mechanism = sd.read_case(case, []).mechanism
+    axes = sd.preview(mechanism)
     named = [
         *mechanism.bodies,
         *mechanism.joints,
@@ -110,23 +107,23 @@ def hostile() -> sd.Mechanism:
 
 def test_names_are_text() -> None:
     """Contract: names are drawn letter by letter, and an SVG is well-formed without a script."""
-    shown = written(names_in(preview(hostile())))
+    shown = written(names_in(sd.preview(hostile())))
     assert r"$\frac{$" in shown
     assert "<script>alert(1)</script>" in shown
     assert not any("\x1b" in text for text in shown)
-    drawn = svg(preview(hostile()))
+    drawn = svg(sd.preview(hostile()))
     tree = ElementTree.fromstring(drawn)
     assert tree.tag.endswith("svg")
     assert not [each for each in tree.iter() if str(each.tag).endswith("script")]
     assert "<script" not in drawn
-    figure = kinematics(ideal_kinematics(hostile(), until=1.0))[0].get_figure(root=True)
+    figure = kinematics(sd.ideal_kinematics(hostile(), until=1.0))[0].get_figure(root=True)
     figure.draw_without_rendering()
 
 
 def test_omitted_names_are_counted() -> None:
     """Contract: a long array keeps the most important names, and gives the number of omitted ones."""
     long = sd.scissor(units=40).with_clearance("unit 33/pivot", sd.Clearance(1e-4)).driven(speed=1.0)
-    axes = preview(long)
+    axes = sd.preview(long)
     shown = written(names_in(axes))
     assert "unit 33/pivot (clearance 0.1 mm)" in shown
     answer = axes.get_title(loc="right")
@@ -136,7 +133,7 @@ def test_omitted_names_are_counted() -> None:
 def test_transmission_angle_of_a_four_bar() -> None:
     """Closed form: cos mu = (c^2 + r^2 - g^2 - k^2 + 2 g k cos th) / (2 c r), by the law of cosines in both triangles."""
     ground, crank, coupler, rocker = 0.2, 0.06, 0.18, 0.12
-    ideal = ideal_kinematics(
+    ideal = sd.ideal_kinematics(
         sd.four_bar(ground=ground, crank=crank, coupler=coupler, rocker=rocker, angle=0.3).driven(speed=1.0), until=6.0
     )
     th = ideal["angle"].sel(body="crank").values
@@ -147,7 +144,7 @@ def test_transmission_angle_of_a_four_bar() -> None:
 def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """Closed form: the smallest transmission angle over 100 turns, reactions of one turn, and a warning of coarse instants."""
     crank = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=sd.rpm(6000))
-    turn, turns = (ideal_kinematics(crank, until=until) for until in (0.01, 1.0))
+    turn, turns = (sd.ideal_kinematics(crank, until=until) for until in (0.01, 1.0))
     smallest = math.acos((0.18**2 + 0.12**2 - (0.2 - 0.06) ** 2) / (2.0 * 0.18 * 0.12))
     assert float(turns["transmission_angle"].min()) == pytest.approx(smallest, rel=1e-4)
     np.testing.assert_allclose(turns["peak_reaction"], turn["peak_reaction"], rtol=1e-3)
@@ -159,7 +156,7 @@ def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: 
 
 def test_transmission_angle_of_a_slider_crank() -> None:
     """Closed form: the cosine of the transmission angle is the sine of the rod's inclination, k sin(th)/l."""
-    ideal = ideal_kinematics(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), until=6.0)
+    ideal = sd.ideal_kinematics(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), until=6.0)
     th = ideal["angle"].sel(body="crank").values
     assert np.allclose(np.cos(ideal["transmission_angle"].values[:, 0]), np.abs(0.05 * np.sin(th)) / 0.12, atol=1e-8)
 
@@ -168,7 +165,7 @@ def test_every_body_of_an_array_is_in_a_dyad() -> None:
     """Contract: an array of N units has N dyads behind its driven bar, also with a jack at the slider; a ring has none."""
     for units in (1, 2, 5):
         assert len(dyads(plan(sd.scissor(units=units).driven(speed=1.0)))) == units
-    lift = read_case(LIFT, []).mechanism
+    lift = sd.read_case(LIFT, []).mechanism
     assert [dyad.joint for dyad in dyads(plan(lift))] == ["unit 1/pivot", "unit 2/pivot", "unit 3/pivot"]
     assert not dyads(plan(sd.hoberman_ring(units=6).driven(speed=1.0)))
 
@@ -180,7 +177,7 @@ def test_range_of_motion() -> None:
     low, high, unit = motion_range(plan(linkage))
     assert (low, high) == pytest.approx((-angle, angle), abs=1e-6)
     assert unit == "rad"
-    lift = read_case(LIFT, []).mechanism
+    lift = sd.read_case(LIFT, []).mechanism
     assert motion_range(plan(lift))[1:] == (pytest.approx(1.0, abs=1e-6), "m")
     crank = sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0)
     assert all(map(math.isnan, motion_range(plan(crank))[:2]))
@@ -188,8 +185,8 @@ def test_range_of_motion() -> None:
 
 def test_ideal_kinematics_marks_singular_positions() -> None:
     """Closed form: the paper's array at 250 rpm is flat after 40 ms, with transmission angle zero and a mark."""
-    case = read_case(Path(PAPER), ["drive.speed='250 rpm'"])
-    ideal = ideal_kinematics(case.mechanism, until=case.run.until)
+    case = sd.read_case(Path(PAPER), ["drive.speed='250 rpm'"])
+    ideal = sd.ideal_kinematics(case.mechanism, until=case.run.until)
     assert ideal["singular_time"].values == pytest.approx([0.04], abs=1e-8)
     assert ideal["singular_input"].values == pytest.approx([math.pi / 2], abs=1e-6)
     at = ideal.sel(time=0.04, method="nearest")
@@ -218,10 +215,10 @@ def test_torque_of_a_servo_before_a_run(tmp_path: Path, capsys: pytest.CaptureFi
     assert status_of(["new", "scissor", "--with", "servo"]) == 0
     case = tmp_path / "servo.toml"
     case.write_text(capsys.readouterr().out)
-    mechanism = read_case(case).mechanism
+    mechanism = sd.read_case(case).mechanism
     (servo,) = mechanism.components
     driven = dataclasses.replace(mechanism.ideal(), components=()).driven(servo.reference)
-    torque = float(np.abs(sd.simulate(driven, until=read_case(case).run.until)["drive_torque"]).max())
+    torque = float(np.abs(sd.simulate(driven, until=sd.read_case(case).run.until)["drive_torque"]).max())
     assert status_of([command, str(case)]) == 0
     answer = " ".join(capsys.readouterr().out.split())
     assert f"follows its reference with up to {short(torque, 'N m')}" in answer
@@ -241,18 +238,18 @@ def test_preview_reports_assembly(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.fixture(scope="module")
-def lift() -> Mechanism:
+def lift() -> sd.Mechanism:
     """Return the lift, whose gravity points along -x, without clearance."""
-    return read_case(LIFT, []).mechanism.ideal()
+    return sd.read_case(LIFT, []).mechanism.ideal()
 
 
 @pytest.fixture(scope="module")
-def start(lift: Mechanism) -> xr.Dataset:
+def start(lift: sd.Mechanism) -> xr.Dataset:
     return sd.simulate(lift, until=1e-9, samples=2)
 
 
 @pytest.mark.parametrize("turns", [1, 2, 3])
-def test_scene_is_turned_as_a_whole(lift: Mechanism, start: xr.Dataset, turns: int) -> None:
+def test_scene_is_turned_as_a_whole(lift: sd.Mechanism, start: xr.Dataset, turns: int) -> None:
     """Cross-check: every point is that of the scene with gravity downwards, rotated about the origin."""
     plain = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi), np.array([0, 1]), [])
     standing = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi * (1 + turns)), np.array([0, 1]), [])
@@ -267,9 +264,9 @@ def test_scene_is_turned_as_a_whole(lift: Mechanism, start: xr.Dataset, turns: i
     assert np.allclose([standing.low, standing.high], [corners.min(axis=0), corners.max(axis=0)], atol=1e-12)
 
 
-def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
+def test_lift_stands_upright(lift: sd.Mechanism, start: xr.Dataset) -> None:
     """Contract: the three units are above each other; the scale bar shows the directions of the axes of the case."""
-    for axes in (preview(lift, start=start), structure(start, lift, times=1)[0]):
+    for axes in (sd.preview(lift, start=start), structure(start, lift, times=1)[0]):
         [scale] = [text.get_text() for text in axes.texts if text.get_gid() == SCALE_BAR]
         [bar] = [line for line in axes.lines if line.get_gid() == SCALE_BAR]
         assert scale == "0.2 m   x ↑, y ←"
@@ -279,7 +276,7 @@ def test_lift_stands_upright(lift: Mechanism, start: xr.Dataset) -> None:
         assert np.allclose(height, np.repeat(np.array([1, 3, 5]) * 0.5 * math.sqrt(1.0 - 0.9397**2), 2), atol=1e-9)
 
 
-def test_oblique_gravity_turns_nothing(lift: Mechanism) -> None:
+def test_oblique_gravity_turns_nothing(lift: sd.Mechanism) -> None:
     """Limit: a picture is rotated by multiples of 90 degrees only, and not without gravity."""
     assert upright_turns(lift) == 1
     assert upright_turns(dataclasses.replace(lift, gravity_direction=math.radians(200.0))) == 0
@@ -302,7 +299,7 @@ RADIUS, RING = 4.1, 5.5
 @pytest.fixture(scope="module")
 def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     """Return box, joint and other clearance joints of each name in a still of the ring [pt]."""
-    case = read_case(LIFT.with_name("ring.toml"))
+    case = sd.read_case(LIFT.with_name("ring.toml"))
     run = sd.simulate(case.mechanism, until=0.25, samples=4)
     axes = structure(run, case.mechanism)[0]  # of four instants
     dot = axes.get_figure(root=True).dpi / 72.0
@@ -332,7 +329,7 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
 def test_names_of_a_preview_keep_off_lines() -> None:
     """Contract: no name in the previews of two examples covers a bar or a symbol."""
     for example in ("ring", "periodic"):
-        axes = preview(read_case(LIFT.with_name(f"{example}.toml")).mechanism)
+        axes = sd.preview(sd.read_case(LIFT.with_name(f"{example}.toml")).mechanism)
         names = names_in(axes)
         lines = [line for line in axes.lines if line.get_linewidth() > 0.5]  # leaders are thinner
         paths = [(line.get_transform().transform_path(line.get_path()), line.get_linestyle()) for line in lines]

@@ -7,12 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
+import scissordyn as sd
 from scissordyn.analysis.recurrence import recurrence
 from scissordyn.analysis.scatter import velocity_acceleration as scatter
-from scissordyn.analysis.section import stroboscopic
-from scissordyn.analysis.spectrum import spectrum
-from scissordyn.analysis.zero_one import zero_one_test
-from scissordyn.errors import InputError
 from scissordyn.plot.regularity import (
     bifurcation,
     distribution,
@@ -51,14 +48,14 @@ def diagram() -> xr.Dataset:
 
 def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
     """Return all pictures of regularity by name."""
-    strobe = stroboscopic(run, period=1e-3)
+    strobe = sd.stroboscopic(run, period=1e-3)
     return {
         "map": stroboscopic_map(strobe),
         "map of the journal": stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), x="eccentricity", y="eccentricity"),
         "scatter": velocity_acceleration(scatter(run), scatter(ideal)),
-        "spectrum": power_spectrum(spectrum(SIGNAL, spacing=0.01, unit="m/s")),
+        "spectrum": power_spectrum(sd.spectrum(SIGNAL, spacing=0.01, unit="m/s")),
         "bifurcation": bifurcation(diagram()),
-        "0-1 test": zero_one(zero_one_test(SIGNAL)),
+        "0-1 test": zero_one(sd.zero_one_test(SIGNAL)),
         "recurrence": recurrence_plot(recurrence(SIGNAL)),
         "distribution": distribution(run),
     }
@@ -75,7 +72,7 @@ def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 def test_stroboscopic_map(run: xr.Dataset) -> None:
     """Contract: one dot per sample in the units of the labels; those beyond the predictability horizon are grey."""
-    strobe = stroboscopic(run, period=1e-3)
+    strobe = sd.stroboscopic(run, period=1e-3)
     (axes,) = stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), y="slider_acceleration")
     before, beyond = axes.lines
     assert len(before.get_xdata()) == 21
@@ -88,9 +85,9 @@ def test_stroboscopic_map(run: xr.Dataset) -> None:
     place = 1e3 * strobe["eccentricity"].sel(joint="A")
     np.testing.assert_allclose(axes.lines[0].get_ydata(), place.sel(axis="y"), rtol=1e-14)
     assert strobe["eccentricity"].attrs == run["eccentricity"].attrs
-    with pytest.raises(InputError, match="did you mean 'slider_position'"):
+    with pytest.raises(sd.InputError, match="did you mean 'slider_position'"):
         stroboscopic_map(strobe, x="slider_positon")
-    with pytest.raises(InputError, match="joint 'O'"):
+    with pytest.raises(sd.InputError, match="joint 'O'"):
         stroboscopic_map(strobe, x="eccentricity", joint="O")
 
 
@@ -104,7 +101,7 @@ def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
 
 def test_spectrum_names_its_peaks() -> None:
     """Contract: logarithmic density, with marks and values at the dominant frequencies."""
-    found = spectrum(SIGNAL, spacing=0.01, unit="m/s")
+    found = sd.spectrum(SIGNAL, spacing=0.01, unit="m/s")
     (axes,) = power_spectrum(found)
     assert axes.get_yscale() == "log"
     assert axes.get_ylabel() == "power density [(m/s)² s]"
@@ -121,15 +118,15 @@ def test_bifurcation_shows_every_cycle() -> None:
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), data["slider_velocity"].values.ravel())
     (axes,) = bifurcation(data, variable="peak_force", joint="A")
     assert axes.get_ylabel() == "largest force [kN]"
-    with pytest.raises(InputError, match="did you mean 'slider_velocity'"):
+    with pytest.raises(sd.InputError, match="did you mean 'slider_velocity'"):
         bifurcation(data, variable="slider_velocty")
-    with pytest.raises(InputError, match="joint 'B'"):
+    with pytest.raises(sd.InputError, match="joint 'B'"):
         bifurcation(data, variable="peak_force", joint="B")
 
 
 def test_zero_one_and_recurrence_show_their_numbers() -> None:
     """Contract: p against q, the histogram of all angles, the median, and every pair of samples."""
-    test = zero_one_test(SIGNAL)
+    test = sd.zero_one_test(SIGNAL)
     plane, spread = zero_one(test)
     np.testing.assert_array_equal(plane.lines[0].get_ydata(), test["q"])
     assert sum(bar.get_height() for bar in spread.patches) == test.sizes["angle"]
@@ -165,7 +162,7 @@ def test_distribution_counts_every_contact(run: xr.Dataset, two_joints: xr.Datas
     assert sum(bar.get_height() for bar in distribution(equal, variable="impulse")[0].patches) == run.sizes["contact"]
     (axes,) = distribution(made_up(contacts=False))
     assert axes.texts[0].get_text() == "no contact in this run"
-    with pytest.raises(InputError, match="did you mean 'peak_force'"):
+    with pytest.raises(sd.InputError, match="did you mean 'peak_force'"):
         distribution(run, variable="peak_forces")
-    with pytest.raises(InputError, match="joint 'O'"):
+    with pytest.raises(sd.InputError, match="joint 'O'"):
         distribution(run, joint="O")

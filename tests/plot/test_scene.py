@@ -17,11 +17,7 @@ from PIL import Image
 from tests.explore.browser import chromium, missing
 
 import scissordyn as sd
-from scissordyn.components.spring import Spring
-from scissordyn.errors import InputError
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.plot.animation import Film, animate
+from scissordyn.plot.animation import Film
 from scissordyn.plot.animation_scene import Scene, outline, scene_of
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import BAR_FILLS
@@ -35,13 +31,13 @@ FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])  # Indices of the samples t
 
 
 @pytest.fixture(scope="module")
-def scene(run: xr.Dataset, arm: Mechanism) -> Scene:
+def scene(run: xr.Dataset, arm: sd.Mechanism) -> Scene:
     """Return the scene of a made-up run with a spring from the ground to the slider."""
-    sprung = dataclasses.replace(arm, components=(Spring("rope", ("ground", "origin"), ("slider", "centre")),))
+    sprung = dataclasses.replace(arm, components=(sd.Spring("rope", ("ground", "origin"), ("slider", "centre")),))
     return scene_of(run, sprung, FRAMES, ["A"])
 
 
-def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
+def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: sd.Mechanism, scene: Scene) -> None:
     """Cross-check: each frame equals the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
@@ -59,7 +55,7 @@ def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: Mechanism, scene: Sc
         np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre("slider")[0]], atol=1e-13)
 
 
-def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: Mechanism, scene: Scene) -> None:
+def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: sd.Mechanism, scene: Scene) -> None:
     """Cross-check: each bar of a film and of a page has its colour in a still of the same run."""
     still = structure(run, arm)[0]
     where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_color() in BAR_FILLS}
@@ -89,7 +85,7 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
     assert joint.gain == pytest.approx(SIZES.magnified_clearance * 10e-3 / CLEARANCE, rel=1e-12)
 
 
-def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: Mechanism) -> None:
+def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Contract: with a frame every 8 ms and contacts of 0.3 ms, each frame has the largest force since the previous one."""
     frames = np.arange(0, INSTANTS, 320)
     joint = scene_of(run, arm, frames, ["A"]).clearance_joints[0]
@@ -114,9 +110,9 @@ def test_film_moves_its_artists(scene: Scene) -> None:
     assert film.axes.get_title(loc="left").startswith("t = 0 ms")
 
 
-def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_gif_has_every_frame(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
     """Contract: number and duration of frames, and pictures that differ."""
-    path = animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
+    path = sd.animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
     with Image.open(path) as film:
         assert film.n_frames == 4
         assert film.info["duration"] == 100
@@ -127,9 +123,9 @@ def test_gif_has_every_frame(run: xr.Dataset, arm: Mechanism, tmp_path: Path) ->
 
 
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="no ffmpeg on this machine: apt-get install ffmpeg")
-def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_mp4_is_a_film(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
     """Contract: ffmpeg reads back codec, rate and duration."""
-    path = animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
+    path = sd.animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
     report = subprocess.run(["ffmpeg", "-i", str(path)], capture_output=True, text=True, check=False, timeout=60).stderr
     assert "Video: h264" in report
     assert "yuv420p" in report
@@ -138,23 +134,23 @@ def test_mp4_is_a_film(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
 
 
 def test_mp4_without_ffmpeg_is_refused(
-    run: xr.Dataset, arm: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Contract: the error says what is missing and what to do."""
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    with pytest.raises(InputError, match=r"the program ffmpeg is not installed.*film\.html"):
-        animate(run, arm, tmp_path / "film.mp4")
+    with pytest.raises(sd.InputError, match=r"the program ffmpeg is not installed.*film\.html"):
+        sd.animate(run, arm, tmp_path / "film.mp4")
     assert not list(tmp_path.iterdir())
 
 
-def test_failing_ffmpeg(run: xr.Dataset, arm: Mechanism, tmp_path: Path) -> None:
+def test_failing_ffmpeg(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
     """Contract: an ffmpeg that ends with an error gives one line and leaves no file."""
     broken = tmp_path / "bin" / "ffmpeg"
     broken.parent.mkdir()
     broken.write_text("#!/bin/sh\ncat >/dev/null\nexit 3\n")
     broken.chmod(0o755)
-    with mpl.rc_context({"animation.ffmpeg_path": str(broken)}), pytest.raises(InputError, match=r"exit status 3"):
-        animate(run, arm, tmp_path / "film.mp4", seconds=0.2, rate=10)
+    with mpl.rc_context({"animation.ffmpeg_path": str(broken)}), pytest.raises(sd.InputError, match=r"exit status 3"):
+        sd.animate(run, arm, tmp_path / "film.mp4", seconds=0.2, rate=10)
     assert [found.name for found in tmp_path.iterdir()] == ["bin"]
 
 
@@ -177,7 +173,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
     name = "</script><b>&"
     arm = mechanism_with(())
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
-    arm = dataclasses.replace(arm, joints=joints).with_clearance(name, Clearance(CLEARANCE))
+    arm = dataclasses.replace(arm, joints=joints).with_clearance(name, sd.Clearance(CLEARANCE))
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
     scene = scene_of(named, arm, FRAMES, [name])
     text = page(scene, named, float(scene.time[-1] - scene.time[0]))
@@ -211,32 +207,32 @@ def test_browser_shows_a_frame(run: xr.Dataset, scene: Scene, tmp_path: Path) ->
         ("film.html", {"rate": 0}, "rate >= 1"),
     ],
 )
-def test_refused_films(run: xr.Dataset, arm: Mechanism, tmp_path: Path, name: str, options: dict, says: str) -> None:
+def test_refused_films(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path, name: str, options: dict, says: str) -> None:
     """Contract: wrong arguments give an error of one line, and no file."""
-    with pytest.raises(InputError) as caught:
-        animate(run, arm, tmp_path / name, **options)
+    with pytest.raises(sd.InputError) as caught:
+        sd.animate(run, arm, tmp_path / name, **options)
     assert says in str(caught.value)
     assert not list(tmp_path.iterdir())
 
 
 def test_runs_without_clearance_joints_and_short_ones(
-    ideal: xr.Dataset, run: xr.Dataset, arm: Mechanism, tmp_path: Path
+    ideal: xr.Dataset, run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path
 ) -> None:
     """Limit: a film without clearance joints, of two samples, and of one sample, which is refused."""
-    path = animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
+    path = sd.animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
     film = data_of(path.read_text(encoding="utf-8"))
     assert (film["joints"], floats(film["time"]).size, film["seconds"]) == ([], 2, 2.0)
-    with pytest.raises(InputError, match="fewer than two samples"):
-        animate(run.isel(time=[0]), arm, tmp_path / "short.html")
+    with pytest.raises(sd.InputError, match="fewer than two samples"):
+        sd.animate(run.isel(time=[0]), arm, tmp_path / "short.html")
 
 
 def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
     """Contract: every clearance joint has a ring and a magnified view, the chosen ones first."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
-    film = data_of(animate(many, mechanism, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8"))
+    film = data_of(sd.animate(many, mechanism, tmp_path / "film.html", seconds=1.0).read_text(encoding="utf-8"))
     assert {joint["name"] for joint in film["joints"]} == set(names)
-    chosen = animate(many, mechanism, tmp_path / "one.html", seconds=1.0, joints=["A"]).read_text(encoding="utf-8")
+    chosen = sd.animate(many, mechanism, tmp_path / "one.html", seconds=1.0, joints=["A"]).read_text(encoding="utf-8")
     assert [joint["name"] for joint in data_of(chosen)["joints"]] == ["A", "unit 1/pivot"]
 
 

@@ -9,22 +9,17 @@ import xarray as xr
 from matplotlib.colors import to_rgba
 
 import scissordyn as sd
-from scissordyn.errors import InputError
-from scissordyn.model.body import Body, bar, point_mass
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import outline
 from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.still import structure
 from scissordyn.plot.style import SIZES, SKY, VERMILION
 from scissordyn.record.placement import Placement
-from scissordyn.run.simulate import simulate
 from scissordyn.warning import LISTED_MAX
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, magnified, mechanism_with
 
 
-def test_positions_of_bars(run: xr.Dataset, arm: Mechanism) -> None:
+def test_positions_of_bars(run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Closed form: bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
     axes = structure(run, arm, times=[0.025])[0]
     theta = math.pi / 6 + 5.0 * math.pi * 0.025
@@ -37,7 +32,7 @@ def test_positions_of_bars(run: xr.Dataset, arm: Mechanism) -> None:
     assert len(axes.patches) == 3  # slider, and the two parts of the ground pin
 
 
-def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
+def test_turned_frame(run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Closed form: a quarter turn of a body rotates its points about its mass centre."""
     placed = Placement.at(arm, run, [0])
     turned = placed.angles.copy()
@@ -52,15 +47,15 @@ def test_turned_frame(run: xr.Dataset, arm: Mechanism) -> None:
 
 def test_outlines() -> None:
     """Contract: a bar is the line between its extreme points, a bent body a polygon, a point mass a point."""
-    np.testing.assert_array_equal(outline(bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
-    np.testing.assert_array_equal(outline(point_mass("p", mass=1.0)), [[0.0, 0.0]])
-    bent = Body("k", 1.0, 1.0, {"a": (0.0, 0.0), "c": (2.0, 0.0), "b": (1.0, 0.5), "d": (1.0, -0.5)})
+    np.testing.assert_array_equal(outline(sd.bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
+    np.testing.assert_array_equal(outline(sd.point_mass("p", mass=1.0)), [[0.0, 0.0]])
+    bent = sd.Body("k", 1.0, 1.0, {"a": (0.0, 0.0), "c": (2.0, 0.0), "b": (1.0, 0.5), "d": (1.0, -0.5)})
     corners = outline(bent).tolist()
     start = corners.index([0.0, 0.0])
     assert corners[start:] + corners[:start] == [[0.0, 0.0], [1.0, -0.5], [2.0, 0.0], [1.0, 0.5]]
 
 
-def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
+def test_magnified_joint(run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Closed form: in units of R_J the clearance is 0.35, so that a journal in contact overlaps the bearing by delta only."""
     sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
     axes = magnified(run, arm, sample, "A")
@@ -74,11 +69,11 @@ def test_magnified_joint(run: xr.Dataset, arm: Mechanism) -> None:
     assert axes.get_xlabel() == "clearance magnified 7\ntimes"
     flying = magnified(run, arm, 0, "A")
     assert flying.patches[1].get_edgecolor() == to_rgba(SKY)
-    with pytest.raises(InputError, match="joint 'O'"):
+    with pytest.raises(sd.InputError, match="joint 'O'"):
         structure(run, arm, joint="O")
 
 
-def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: Mechanism) -> None:
+def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: sd.Mechanism) -> None:
     """Contract: each number's mark is at the journal's place at its instant, and a turned picture turns it with the bars."""
     samples = [100, 900, 1700]
     drawn = structure(run, arm, times=[float(run["time"][k]) for k in samples])
@@ -96,7 +91,7 @@ def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: Mechanism) -> 
 
 
 @pytest.mark.parametrize("joint", ["A", None])
-def test_rings_of_stills_show_contact(run: xr.Dataset, arm: Mechanism, joint: str | None) -> None:
+def test_rings_of_stills_show_contact(run: xr.Dataset, arm: sd.Mechanism, joint: str | None) -> None:
     """Contract: the ring of a joint in a still has the colour of `in_contact` at its sample."""
     touched = run["in_contact"].sel(joint="A").values.astype(bool)
     samples = [int(np.argmax(touched)), int(np.argmin(touched))]
@@ -115,7 +110,7 @@ def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
     assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
     assert len(drawn) == 4
     assert drawn[0].get_xlim() == drawn[1].get_xlim()
-    with pytest.raises(InputError, match="times"):
+    with pytest.raises(sd.InputError, match="times"):
         structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 
 
@@ -124,8 +119,8 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     arm = sd.scissor(units=4)
     names = [joint.name for joint in arm.joints]
     for name in names:
-        arm = arm.with_clearance(name, Clearance(CLEARANCE))
-    started = simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
+        arm = arm.with_clearance(name, sd.Clearance(CLEARANCE))
+    started = sd.simulate(arm.driven(speed=1.0), until=1e-4, samples=2)
     drawn = structure(started, arm, times=1)
     titles = [axes.get_title().replace("joint ", "").split("\n")[0] for axes in drawn[1:]]
     shown = {text.get_text() for text in drawn[0].texts if text.get_text()}
@@ -139,8 +134,8 @@ def test_height_of_wide_structures() -> None:
     """Contract: structures of six and twenty units are at least 0.7 in high, with titles inside the figure."""
     for units in (6, 20):
         arm = sd.scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=math.radians(30.0))
-        arm = arm.with_clearance("all", Clearance(5e-4))
-        drawn = structure(simulate(arm, until=1e-4, samples=2), arm, times=2)
+        arm = arm.with_clearance("all", sd.Clearance(5e-4))
+        drawn = structure(sd.simulate(arm, until=1e-4, samples=2), arm, times=2)
         figure = drawn[0].get_figure(root=True)
         figure.draw_without_rendering()
         assert drawn[0].bbox.height > 0.7 * figure.dpi

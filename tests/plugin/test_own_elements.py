@@ -12,10 +12,8 @@ from scipy.interpolate import CubicSpline
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
 from scissordyn.explore.case import open_case
 from scissordyn.model.record import to_plain
-from scissordyn.run.advance.checkpoint import Checkpoint
 
 # Python file with user-defined laws and controllers
 MINE = '''
@@ -183,13 +181,13 @@ def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
     """Contract: a saved run is run again bit for bit from the allowed file, and refused from an edited one."""
     run = simulated(case)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
-    with pytest.raises(InputError, match=r"of 'mine\.py', which is not executed unless you allow it"):
+    with pytest.raises(sd.InputError, match=r"of 'mine\.py', which is not executed unless you allow it"):
         sd.replay(loaded)
     again = sd.replay(loaded, allow_code=tmp_path / "mine.py")
     for name in ("friction_force", "control_torque", "short", "long", "filtered", "band_force"):
         np.testing.assert_array_equal(again[name], run[name])
     (tmp_path / "mine.py").write_text(MINE.replace("2.0 * stiff", "2.1 * stiff"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"with the digest .* the file as it was when the run was made"):
+    with pytest.raises(sd.InputError, match=r"with the digest .* the file as it was when the run was made"):
         sd.replay(loaded, allow_code=tmp_path / "mine.py")
 
 
@@ -207,7 +205,7 @@ def test_text_of_a_case(case: Path, tmp_path: Path) -> None:
     for path in (tmp_path / "again.toml", far):
         assert to_plain(sd.read_case(path).mechanism) == to_plain(read.mechanism)
     (tmp_path / "mine.py").write_text(MINE + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="has changed since"):
+    with pytest.raises(sd.InputError, match="has changed since"):
         sd.case_text(read.mechanism)
 
 
@@ -245,7 +243,7 @@ def test_class_in_no_file(tmp_path: Path) -> None:
         """Smooth friction."""
 
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, friction=Smooth()))
-    with pytest.raises(InputError, match=r"friction law: its class 'Smooth' is not in a file.*from mine import Smooth"):
+    with pytest.raises(sd.InputError, match=r"friction law: its class 'Smooth' is not in a file.*from mine import Smooth"):
         sd.case_text(arm)
     run = sd.simulate(arm, until=1e-3, samples=3)
     with pytest.warns(
@@ -255,20 +253,20 @@ def test_class_in_no_file(tmp_path: Path) -> None:
     assert "\n" not in str(told[0].message)
     loaded = sd.load(saved)
     assert sd.contact_statistics(loaded) is not None
-    with pytest.raises(InputError, match=r"the Python class '.*Smooth' as a friction law, which is not in a file"):
+    with pytest.raises(sd.InputError, match=r"the Python class '.*Smooth' as a friction law, which is not in a file"):
         sd.replay(loaded)
 
 
 def test_checkpoint_depends_on_the_code(case: Path, tmp_path: Path) -> None:
     """Contract: a checkpoint is used until the user's file is edited, and refused afterwards."""
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", keep=True)
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", keep=True)
     read = sd.read_case(case)
     options = {**read.run.keywords, "until": 2e-3}
     run = sd.simulate(read.mechanism, **options, checkpoint=checkpoint)
     again = sd.simulate(sd.read_case(case).mechanism, **options, checkpoint=checkpoint)
     np.testing.assert_array_equal(again["friction_force"], run["friction_force"])
     (tmp_path / "mine.py").write_text(MINE.replace("2.0 * soft", "2.1 * soft"), encoding="utf-8")
-    with pytest.raises(InputError, match="belongs to another run"):
+    with pytest.raises(sd.InputError, match="belongs to another run"):
         sd.simulate(sd.read_case(case).mechanism, **options, checkpoint=checkpoint)
 
 
@@ -355,7 +353,7 @@ def test_wrong_declaration(options: dict[str, object], message: str) -> None:
     def force():
         return 0.0
 
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(sd.InputError, match=message):
         sd.element(force=force, **options)(type("Own", (), {}))  # type: ignore[arg-type]
 
 
@@ -366,7 +364,7 @@ def test_kernel_with_an_unknown_argument() -> None:
         return 0.0
 
     with pytest.raises(
-        InputError, match=r"its kernel 'force' has the unknown argument 'slip_sped' \(did you mean 'slip_speed'\?\)"
+        sd.InputError, match=r"its kernel 'force' has the unknown argument 'slip_sped' \(did you mean 'slip_speed'\?\)"
     ):
         sd.element(slot="friction", force=force)(type("Own", (), {}))
 
@@ -374,7 +372,7 @@ def test_kernel_with_an_unknown_argument() -> None:
 def test_class_of_another_slot(case: Path) -> None:
     """Contract: a controller given as a friction law is refused in one line."""
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"FilteredRate' is not a friction law"):
+    with pytest.raises(sd.InputError, match=r"FilteredRate' is not a friction law"):
         sd.read_case(case)
 
 
@@ -386,5 +384,7 @@ def test_pulling_stiffness_is_refused_before_a_run() -> None:
         """A law."""
 
     arm = sd.scissor(units=1).driven(speed=1.0).with_clearance("A", sd.Clearance(2e-4, stiffness=Own()))
-    with pytest.raises(InputError, match=r"stiffness law 'own' gives -2000.0 at indentation = 0.0002; expected a push at one"):
+    with pytest.raises(
+        sd.InputError, match=r"stiffness law 'own' gives -2000.0 at indentation = 0.0002; expected a push at one"
+    ):
         sd.simulate(arm, until=1e-3)

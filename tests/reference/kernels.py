@@ -4,17 +4,17 @@ from typing import Any
 
 import numpy as np
 
+import scissordyn as sd
 from scissordyn.equilibrium.start import prepare_start
 from scissordyn.kernel import Handle
 from scissordyn.mechanics import functions
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.plan import plan
 from scissordyn.plan.system import make_system
 
 INDENTATION = 2e-5  # [m] indentation to which the chosen contacts are moved
 
 
-def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
+def at_start(mechanism: sd.Mechanism) -> tuple[Handle, np.ndarray]:
     """Return the system of a mechanism and its concentric start."""
     made = plan(mechanism)
     system = make_system(made)
@@ -22,7 +22,7 @@ def at_start(mechanism: Mechanism) -> tuple[Handle, np.ndarray]:
 
 
 def touching(
-    mechanism: Mechanism, seed: int, chosen: Any = slice(None), *, surface: str = "clearance", spread: float = 3e-4
+    mechanism: sd.Mechanism, seed: int, chosen: Any = slice(None), *, surface: str = "clearance", spread: float = 3e-4
 ) -> tuple[Handle, np.ndarray]:
     """Return the system of a mechanism in a random state; the surfaces of chosen contacts are moved until they touch."""
     random, (system, state) = np.random.default_rng(seed), at_start(mechanism)

@@ -11,10 +11,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.model.options import Options
-from scissordyn.run.batch import simulate_many
 from scissordyn.run.measure import MEASURES
-from scissordyn.run.simulate import simulate
 
 CASES = 12  # Number of cases in a batch
 
@@ -169,10 +166,10 @@ def test_deployment_time() -> None:
     assert np.isinf(batch["deployment_time"][2])
 
 
-FIELDS = {field.name: field.default for field in dataclasses.fields(Options)}  # Default values of the options by name
+FIELDS = {field.name: field.default for field in dataclasses.fields(sd.Options)}  # Default values of the options by name
 
 
-@pytest.mark.parametrize("function", [simulate, simulate_many])
+@pytest.mark.parametrize("function", [sd.simulate, sd.simulate_many])
 def test_keywords_have_names_order_and_defaults_of_the_options(function):
     """Contract: keywords with an option's name have its default and the order of the options."""
     keywords = inspect.signature(function).parameters
@@ -183,4 +180,4 @@ def test_keywords_have_names_order_and_defaults_of_the_options(function):
 
 def test_simulate_has_every_option():
     """Contract: `simulate` takes every option."""
-    assert set(FIELDS) <= set(inspect.signature(simulate).parameters)
+    assert set(FIELDS) <= set(inspect.signature(sd.simulate).parameters)

@@ -24,18 +24,12 @@ from tests.build import EXAMPLES, counts_of, on_pin
 import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
-from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
-from scissordyn.record.store import load, save
 from scissordyn.run.advance import driver as driver_module
 from scissordyn.run.advance import loop as loop_module
-from scissordyn.run.advance.checkpoint import Checkpoint, Keeper, open_checkpoint
+from scissordyn.run.advance.checkpoint import Keeper, open_checkpoint
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.loop import advance
-from scissordyn.run.simulate import replay, simulate
 from scissordyn.run.trajectory import compute, make_driver
 
 CASES = {
@@ -49,18 +43,20 @@ CASES = {
 """Ends of the runs [s] of examples, by name."""
 
 
-def case(name: str, *changes: str) -> tuple[Mechanism, Options]:
+def case(name: str, *changes: str) -> tuple[sd.Mechanism, sd.Options]:
     """Return an example with a shorter time, and changes."""
-    found = read_case(EXAMPLES / f"{name}.toml", [f"run.until={CASES[name]}", "run.samples=101", "run.trust=false", *changes])
+    found = sd.read_case(
+        EXAMPLES / f"{name}.toml", [f"run.until={CASES[name]}", "run.samples=101", "run.trust=false", *changes]
+    )
     return found.mechanism, found.run
 
 
-def opened(checkpoint: Checkpoint, mechanism: Mechanism, options: Options) -> Keeper:
+def opened(checkpoint: sd.Checkpoint, mechanism: sd.Mechanism, options: sd.Options) -> Keeper:
     """Return the keeper of the checkpoints of a run."""
     return open_checkpoint(checkpoint, write_configuration(mechanism, options))
 
 
-def fresh(mechanism: Mechanism, options: Options) -> Driver:
+def fresh(mechanism: sd.Mechanism, options: sd.Options) -> Driver:
     """Return a driver at the start of a run with samples and recorded steps."""
     driver, _, _ = make_driver(plan(mechanism), options)
     driver.sample_at(np.linspace(0.0, options.until, options.samples))
@@ -108,7 +104,7 @@ def test_driver_continues_bit_for_bit(name: str, changes: tuple[str, ...], monke
         assert {key: part.tobytes() for key, part in other.arrays().items()} == expected
 
 
-def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options: object) -> xr.Dataset:
+def stopped(mechanism: sd.Mechanism, checkpoint: sd.Checkpoint, after: int, **options: object) -> xr.Dataset:
     """Return a run that is interrupted at the given call of its progress function."""
     calls = [0]
 
@@ -117,21 +113,21 @@ def stopped(mechanism: Mechanism, checkpoint: Checkpoint, after: int, **options:
         if calls[0] == after:
             raise KeyboardInterrupt
 
-    return simulate(mechanism, checkpoint=checkpoint, progress=told, **options)  # type: ignore[arg-type]
+    return sd.simulate(mechanism, checkpoint=checkpoint, progress=told, **options)  # type: ignore[arg-type]
 
 
-def rubbing() -> Mechanism:
+def rubbing() -> sd.Mechanism:
     """Return the array with friction in its clearance joint and a tracked point."""
     loose = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1))).driven(speed=sd.rpm(150))
     return loose.track("tip", "slider", "centre")
 
 
-def delayed() -> Mechanism:
+def delayed() -> sd.Mechanism:
     """Return a bar whose controller keeps a history of its signal, which grows when it is restored."""
     return on_pin(sd.bar("arm", length=0.5, mass=1.0), gravity=9.81).controlled(sd.Pyragas(0.05, 0.02, onset=0.0))
 
 
-def hard() -> Mechanism:
+def hard() -> sd.Mechanism:
     """Return the array with a hard contact."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(4e-4, contact="hard")).driven(speed=sd.rpm(150))
 
@@ -146,13 +142,13 @@ def hard() -> Mechanism:
     ],
 )
 def test_interrupted_run_continues(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], Mechanism], slices: int, options: dict[str, Any]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], sd.Mechanism], slices: int, options: dict[str, Any]
 ) -> None:
     """Identity: a run interrupted several times, also while it is repeated, is the same bit for bit; the file is removed."""
     monkeypatch.setattr(driver_module, "FIRST_STEPS", slices)
     monkeypatch.setattr(loop_module, "SLICE_STEPS_MAX", slices)
-    expected = simulate(made(), **options)
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    expected = sd.simulate(made(), **options)
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     part, times = None, 0
     while part is None or part.attrs["status"] == "interrupted":
         part = stopped(made(), checkpoint, 3, **options)
@@ -164,21 +160,21 @@ def test_interrupted_run_continues(
 
 def test_replay_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
     """Contract: `replay` writes checkpoints, too; with `keep` the file stays, and another run ends at once."""
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
-    assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
-    assert load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
-    assert numbers(replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
+    assert numbers(sd.replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
+    assert sd.load(checkpoint.path).attrs["reached"] == clearance_run.attrs["end"]
+    assert numbers(sd.replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
     checkpoint.remove()
     assert not list(tmp_path.iterdir())
 
 
-def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> None:
+def test_other_runs_are_refused(tmp_path: Path, clearance_array: sd.Mechanism) -> None:
     """Contract: another description, option, version or kind of file, and a damaged file, are refused with the difference."""
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
-    options = Options(0.01)
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    options = sd.Options(0.01)
 
-    def refused(mechanism: Mechanism, options: Options) -> str:
-        with pytest.raises(InputError) as error:
+    def refused(mechanism: sd.Mechanism, options: sd.Options) -> str:
+        with pytest.raises(sd.InputError) as error:
             opened(checkpoint, mechanism, options)
         assert "\n" not in str(error.value)
         return str(error.value)
@@ -186,45 +182,49 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: Mechanism) -> N
     keeper = opened(checkpoint, clearance_array, options)
     compute(plan(clearance_array), options, keeper=keeper)
     assert opened(checkpoint, clearance_array, options).parts.keys() == {"run"}
-    assert 'configuration.run.until = "10 ms" in the checkpoint, "20 ms" in this run' in refused(clearance_array, Options(0.02))
+    assert 'configuration.run.until = "10 ms" in the checkpoint, "20 ms" in this run' in refused(
+        clearance_array, sd.Options(0.02)
+    )
     other = clearance_array.replace("A.clearance", 4e-4)
     assert 'configuration.clearance[0].clearance = "0.5 mm" in the checkpoint, "0.4 mm" in this run' in refused(other, options)
-    whole = load(checkpoint.path)
-    save(whole.assign_attrs(versions=json.dumps({**json.loads(whole.attrs["versions"]), "sources": "0"})), checkpoint.path)
+    whole = sd.load(checkpoint.path)
+    sd.save(whole.assign_attrs(versions=json.dumps({**json.loads(whole.attrs["versions"]), "sources": "0"})), checkpoint.path)
     assert 'versions.sources = "0" in the checkpoint' in refused(clearance_array, options)
     damaged = whole.copy(deep=True)
     damaged["run"].values[100] += 1
-    save(damaged, checkpoint.path)
+    sd.save(damaged, checkpoint.path)
     assert "is damaged" in refused(clearance_array, options)
-    save(simulate(clearance_array, until=1e-4, samples=2), checkpoint.path)
+    sd.save(sd.simulate(clearance_array, until=1e-4, samples=2), checkpoint.path)
     assert "is a 'scissordyn run'" in refused(clearance_array, options)
     Path(checkpoint.path).write_text("something else\n")
     assert "is not overwritten" in refused(clearance_array, options)
 
 
-def test_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: Mechanism) -> None:
+def test_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: sd.Mechanism) -> None:
     """Contract: a run without room for checkpoints continues with a warning; a missing folder is refused."""
-    expected = simulate(clearance_array, until=5e-3, samples=11)
+    expected = sd.simulate(clearance_array, until=5e-3, samples=11)
 
     def full(*_: Any, **__: Any) -> None:
-        raise InputError("cannot write 'run.checkpoint': No space left on device")
+        raise sd.InputError("cannot write 'run.checkpoint': No space left on device")
 
     monkeypatch.setattr("scissordyn.record.store.save", full)
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint", every=0.0)
-    run = simulate(clearance_array, until=5e-3, samples=11, checkpoint=checkpoint)
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
+    run = sd.simulate(clearance_array, until=5e-3, samples=11, checkpoint=checkpoint)
     assert run.equals(expected)
     assert "the last checkpoints are missing: cannot write" in run.attrs["warnings"]
-    with pytest.raises(InputError, match="no folder"):
-        simulate(clearance_array, until=5e-3, checkpoint=Checkpoint(tmp_path / "none" / "run.checkpoint"))
+    with pytest.raises(sd.InputError, match="no folder"):
+        sd.simulate(clearance_array, until=5e-3, checkpoint=sd.Checkpoint(tmp_path / "none" / "run.checkpoint"))
 
 
-def test_state_of_another_size_is_refused(tmp_path: Path, clearance_array: Mechanism, frictional_array: Mechanism) -> None:
+def test_state_of_another_size_is_refused(
+    tmp_path: Path, clearance_array: sd.Mechanism, frictional_array: sd.Mechanism
+) -> None:
     """Contract: arrays of the wrong shape are refused, even if the file claims to belong to this run."""
-    checkpoint = Checkpoint(tmp_path / "run.checkpoint")
+    checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint")
     keeper = Keeper(checkpoint, {})
-    compute(plan(frictional_array), Options(1e-3, samples=5), keeper=keeper)
-    with pytest.raises(InputError, match="does not fit this run"):
-        compute(plan(clearance_array), Options(1e-3, samples=5), keeper=keeper)
+    compute(plan(frictional_array), sd.Options(1e-3, samples=5), keeper=keeper)
+    with pytest.raises(sd.InputError, match="does not fit this run"):
+        compute(plan(clearance_array), sd.Options(1e-3, samples=5), keeper=keeper)
 
 
 def stiffening(length, rate, stiffness):
@@ -239,7 +239,7 @@ def softening(length, rate, stiffness):
 
 def test_edited_kernels_are_refused(tmp_path: Path) -> None:
     """Contract: a component whose Python kernel differs belongs to another run, though its fields are the same."""
-    checkpoint, options = Checkpoint(tmp_path / "run.checkpoint"), Options(1e-3, samples=2)
+    checkpoint, options = sd.Checkpoint(tmp_path / "run.checkpoint"), sd.Options(1e-3, samples=2)
     arms = []
     for kernel in (stiffening, softening):
 
@@ -257,7 +257,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
     keeper = opened(checkpoint, arms[0], options)
     compute(plan(arms[0]), options, keeper=keeper)
     assert opened(checkpoint, arms[0], options).parts
-    with pytest.raises(InputError, match=r"belongs to another run: configuration\.code\.class"):
+    with pytest.raises(sd.InputError, match=r"belongs to another run: configuration\.code\.class"):
         opened(checkpoint, arms[1], options)
 
 
@@ -285,10 +285,10 @@ def test_ctrl_c_keeps_run_and_checkpoint(
     kept = [*CASE, "-o", str(target), "--checkpoint", "1 min"]
     assert status_of(kept) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "run.nc.checkpoint", "whole.nc"]
-    assert 0.0 < load(target).attrs["end"] < 0.01
+    assert 0.0 < sd.load(target).attrs["end"] < 0.01
     assert status_of(kept) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.nc", "whole.nc"]
-    assert numbers(load(target)) == numbers(load(whole))
+    assert numbers(sd.load(target)) == numbers(sd.load(whole))
     capsys.readouterr()
 
 
@@ -357,11 +357,11 @@ def test_twenty_real_kills(tmp_path: Path) -> None:
         assert killed(target, until, draw.randrange(4), draw.uniform(0.0, 0.4)), f"done after {kills} kills"
         kills += 1
         state = target.with_name("run.nc.checkpoint")
-        reached.append(load(state).attrs["reached"] if state.exists() else 0.0)
+        reached.append(sd.load(state).attrs["reached"] if state.exists() else 0.0)
     assert reached == sorted(reached)
     assert reached[-1] > reached[0]
     subprocess.run(command(target, until), check=True, capture_output=True)
-    assert numbers(load(target)) == numbers(load(undisturbed))
+    assert numbers(sd.load(target)) == numbers(sd.load(undisturbed))
     assert sorted(tmp_path.iterdir()) == [target, undisturbed]
 
 
@@ -378,7 +378,7 @@ def spoiled(path: Path, chance: random.Random) -> str:
     elif what == "overwrite":
         path.write_bytes(chance.choice([b"\0" * 100, chance.randbytes(300), b"CDF\1", b"{}"]))
     else:
-        stored = load(path)
+        stored = sd.load(path)
         if what == "attribute":
             name = chance.choice(sorted(stored.attrs))
             stored.attrs[name] = chance.choice(changed_values(str(stored.attrs[name]), chance))
@@ -390,8 +390,8 @@ def spoiled(path: Path, chance: random.Random) -> str:
             other = chance.choice([content, half, content.astype(float), half.astype(str).astype(object)])
             seconds = chance.choice([{}, {"seconds": "3"}, {"seconds": 3.0}, stored["run"].attrs])
             stored = stored.drop_vars("run").assign({chance.choice(["run", "other"]): ("byte", other, seconds)})
-        with contextlib.suppress(InputError):  # a title of another program
-            save(stored, path)
+        with contextlib.suppress(sd.InputError):  # a title of another program
+            sd.save(stored, path)
     return what
 
 
@@ -409,8 +409,8 @@ def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[s
         '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[[clearance]]\njoint = "A"\nclearance = "0.5 mm"\n'
         '[run]\nuntil = "6 ms"\nsamples = 21\ntrust = false\n'
     )
-    found = read_case(tmp_path / "case.toml", [])
-    whole = simulate(found.mechanism, **found.run.keywords, checkpoint=Checkpoint(tmp_path / "kept.nc", 0.0, keep=True))
+    found = sd.read_case(tmp_path / "case.toml", [])
+    whole = sd.simulate(found.mechanism, **found.run.keywords, checkpoint=sd.Checkpoint(tmp_path / "kept.nc", 0.0, keep=True))
     statuses, state = [], tmp_path / "run.nc.checkpoint"
     for number in range(first, last):
         chance = random.Random(number)
@@ -422,7 +422,7 @@ def fuzzed(first: int, last: int, tmp_path: Path, capfd: pytest.CaptureFixture[s
         assert status in (0, 2, 3), (number, what, said)
         assert said.count("\n") == (0 if status == 0 else 1), (number, what, said)
         if status == 0:
-            np.testing.assert_array_equal(load(tmp_path / "run.nc")["position"].values, whole["position"].values)
+            np.testing.assert_array_equal(sd.load(tmp_path / "run.nc")["position"].values, whole["position"].values)
         statuses.append(status)
     return statuses
 

@@ -27,13 +27,8 @@ from scissordyn.casefile.configuration import read_configuration, write_configur
 from scissordyn.casefile.quantity import unit_factor
 from scissordyn.casefile.table import toml
 from scissordyn.compiler import c
-from scissordyn.config.file import read_case
 from scissordyn.config.schema import schema
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
 from scissordyn.model.record import to_plain
-from scissordyn.record.store import load, save
-from scissordyn.run.simulate import replay, simulate
 
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
@@ -72,7 +67,7 @@ WORDS = st.text(min_size=1, max_size=8).filter(lambda name: name != "ground" and
 
 
 @st.composite
-def mechanisms(draw: st.DrawFn) -> Mechanism:
+def mechanisms(draw: st.DrawFn) -> sd.Mechanism:
     """Draw a chain of bodies with any names, points and values, joints with clearance, a spring and a motion."""
     names = draw(st.lists(WORDS, min_size=2, max_size=4, unique=True))
     bodies = []
@@ -97,7 +92,7 @@ def mechanisms(draw: st.DrawFn) -> Mechanism:
         )
     )
     ground = (("O", draw(PLACES)),)
-    mechanism = Mechanism(tuple(bodies), tuple(pins), ground=ground, components=(spring,), gravity=draw(NUMBERS))
+    mechanism = sd.Mechanism(tuple(bodies), tuple(pins), ground=ground, components=(spring,), gravity=draw(NUMBERS))
     return mechanism.driven(function, body=names[0])
 
 
@@ -110,7 +105,7 @@ def exact(plain: Any) -> Any:
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(mechanisms())
-def test_random_mechanisms(mechanism: Mechanism) -> None:
+def test_random_mechanisms(mechanism: sd.Mechanism) -> None:
     """Identity: a mechanism, its case file, and the mechanism read from it are the same to the last bit."""
     text = write_configuration(mechanism)
     again = read_configuration(dataset(text)).build_mechanism()
@@ -122,42 +117,42 @@ def test_random_mechanisms(mechanism: Mechanism) -> None:
 @pytest.mark.parametrize("which", [*FILES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
 def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
     """Identity: every mechanism with its laws, controllers and run options is read back to the last bit."""
-    case = sd.zoo[which].case if isinstance(which, str) else read_case(which)
+    case = sd.zoo[which].case if isinstance(which, str) else sd.read_case(which)
     text = write_configuration(case.mechanism, case.run)
     found = read_configuration(dataset(text))
     assert found.build_mechanism() == case.mechanism
     assert exact(to_plain(found.build_mechanism())) == exact(to_plain(case.mechanism))
     assert found.options == case.run
     (tmp_path / "again.toml").write_text(text, encoding="utf-8")
-    assert read_case(tmp_path / "again.toml").mechanism == case.mechanism
+    assert sd.read_case(tmp_path / "again.toml").mechanism == case.mechanism
 
 
 @pytest.fixture
-def own_run(array: Mechanism, tmp_path: Path) -> xr.Dataset:
+def own_run(array: sd.Mechanism, tmp_path: Path) -> xr.Dataset:
     """Return a saved run with a law in a user's file."""
     file = tmp_path / "laws.py"
     file.write_text(LAWS)
     law = sd.law("stiffness", f"{file}:soft")(1e8)
-    run = simulate(array.with_clearance("A", sd.Clearance(0.5e-3, stiffness=law)), until=0.003, samples=4)
-    return load(save(run, tmp_path / "run.nc"))
+    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, stiffness=law)), until=0.003, samples=4)
+    return sd.load(sd.save(run, tmp_path / "run.nc"))
 
 
 def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path) -> None:
     """Contract: a run with a law in a file is run again only from an allowed file with the same content."""
     file = tmp_path / "laws.py"
     with pytest.raises(sd.InputError, match=r"'soft' of 'laws.py'.*--allow-code laws.py"):
-        replay(own_run)
+        sd.replay(own_run)
     moved = file.rename(tmp_path / "elsewhere.py")  # the place in the data file means nothing
-    again = replay(own_run, allow_code=moved)
+    again = sd.replay(own_run, allow_code=moved)
     for name in own_run.variables:
         assert own_run[name].equals(again[name]), name
     edited = tmp_path / "edited.py"
     edited.write_text(LAWS.replace("2.0", "3.0"))
     with pytest.raises(sd.InputError, match="digest"):
-        replay(own_run, allow_code=[edited])
-    assert len(replay(own_run, allow_code=[edited, str(moved)])["time"]) == 4
+        sd.replay(own_run, allow_code=[edited])
+    assert len(sd.replay(own_run, allow_code=[edited, str(moved)])["time"]) == 4
     with pytest.raises(sd.InputError, match="does not exist"):
-        replay(own_run, allow_code=[tmp_path / "none.py"])
+        sd.replay(own_run, allow_code=[tmp_path / "none.py"])
 
 
 def test_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +168,7 @@ def test_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Pat
             tree["code"] = {} if digest is None else {law: digest}
             for allowed in ((), "x.py"):
                 with pytest.raises(sd.InputError):
-                    replay(dataset(tree), allow_code=allowed)
+                    sd.replay(dataset(tree), allow_code=allowed)
     assert not (tmp_path / "done").exists()
 
 
@@ -188,13 +183,13 @@ def test_description_is_read_without_code(own_run: xr.Dataset) -> None:
     assert sd.contact_statistics(own_run).attrs["arc_frame"] == "bearing"
 
 
-def test_only_runs_are_run_again(array: Mechanism) -> None:
+def test_only_runs_are_run_again(array: sd.Mechanism) -> None:
     """Contract: a map or diagram is not run again as a run."""
-    text = write_configuration(array, Options(0.4))
+    text = write_configuration(array, sd.Options(0.4))
     with pytest.raises(sd.InputError, match="scissordyn cycles"):
-        replay(xr.Dataset(attrs={"title": "scissordyn cycles", "configuration": text}))
+        sd.replay(xr.Dataset(attrs={"title": "scissordyn cycles", "configuration": text}))
     with pytest.raises(sd.InputError, match="attribute 'configuration'"):
-        replay(xr.Dataset(attrs={"title": "scissordyn run"}))
+        sd.replay(xr.Dataset(attrs={"title": "scissordyn run"}))
 
 
 @pytest.mark.parametrize(
@@ -229,7 +224,7 @@ def test_points_may_have_any_name() -> None:
     pins = sd.Revolute("pin", ("b", "a.b, c"), ("ground", "O.1"))
     tracks = (sd.Track("tip", "b", "a.b, c"), sd.Track("place", "b", (0.1, 0.2)))
     mechanism = sd.Mechanism((body,), (pins,), ground=(("O.1", (0.0, 0.0)),), tracks=tracks)
-    text = write_configuration(mechanism, Options(1.0))
+    text = write_configuration(mechanism, sd.Options(1.0))
     assert read_configuration(dataset(text)).build_mechanism() == mechanism
     assert read_configuration(dataset(text)).mechanism_text == write_configuration(mechanism).rstrip()
 
@@ -353,14 +348,14 @@ def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("laws")
     (folder / "laws.py").write_text(LAWS)
     own = sd.Clearance(0.5e-3, stiffness=sd.law("stiffness", f"{folder / 'laws.py'}:soft")(1e8))
-    mechanisms = [*(read_case(path).mechanism for path in FILES), sd.scissor(units=1).with_clearance("A", own)]
-    return [write_configuration(one, Options(0.01)) for one in mechanisms]
+    mechanisms = [*(sd.read_case(path).mechanism for path in FILES), sd.scissor(units=1).with_clearance("A", own)]
+    return [write_configuration(one, sd.Options(0.01)) for one in mechanisms]
 
 
 def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
     """Read a configuration as `replay` does, and return whether it was accepted; errors must be an `InputError` of one line."""
     try:
-        found = load(run) if isinstance(run, Path) else run
+        found = sd.load(run) if isinstance(run, Path) else run
         with watch.watching():
             read_configuration(found).build_mechanism([offered])
     except sd.InputError as error:
@@ -402,10 +397,10 @@ def test_watch_notices_execution_and_writing() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*has no checksum")
-def test_tampered_files(originals: list[str], array: Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tampered_files(originals: list[str], array: sd.Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: 20 NetCDF files with changed attributes, title or length make the reader execute and write nothing."""
     monkeypatch.chdir(tmp_path)
-    whole = save(simulate(array, until=0.001, samples=3), "whole.nc").read_bytes()
+    whole = sd.save(sd.simulate(array, until=0.001, samples=3), "whole.nc").read_bytes()
     dice, watch, file = random.Random(7), Watch(), Path("run.nc")
     Path("mine.py").write_text("def mine(indentation):\n    return 1e8 * indentation\n")
     read(dataset(originals[0]), Watch(), Path("mine.py"))

@@ -16,7 +16,6 @@ from scissordyn.casefile import configuration
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.cli.main import status_of
 from scissordyn.file import export, netcdf, output_file
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record import dataset, events, store
 from scissordyn.record import trajectory as motion
@@ -101,7 +100,7 @@ def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.M
 
 def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: a Dataset is made from a trajectory without advancing a mechanism."""
-    options = Options(until=2e-3, samples=11)
+    options = sd.Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
     path, record = trajectory.record_trajectory(path.plan, options, path)
 

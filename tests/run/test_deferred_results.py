@@ -14,7 +14,6 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration
-from scissordyn.model.options import Options
 from scissordyn.record.deferred import Attributes, Deferred
 from scissordyn.record.warn import warnings_of
 
@@ -77,7 +76,7 @@ def test_configuration_and_warnings_are_computed_when_they_are_read(array: sd.Me
     run = sd.simulate(array, until=UNTIL)
     stored = dict.__getitem__
     assert all(isinstance(stored(run.attrs, name), Deferred) for name in ("configuration", "warnings", "warning_data"))
-    assert run.attrs["configuration"] == write_configuration(array, Options(UNTIL))
+    assert run.attrs["configuration"] == write_configuration(array, sd.Options(UNTIL))
     assert json.loads(run.attrs["warnings"]) == [str(item) for item in warnings_of(run)]
 
 

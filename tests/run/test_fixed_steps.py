@@ -15,9 +15,7 @@ import scissordyn as sd
 from reference.lagrange import Array, constant_speed
 from reference.laws import flores, liu
 from reference.marching import ClearanceJoint, march_in_steps
-from scissordyn.errors import InputError
 from scissordyn.laws.damping.none import NoDamping
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.trajectory import compute
 
@@ -96,7 +94,7 @@ def test_slip_of_contact_points() -> None:
     slip = found["slip_speed"].sel(joint="A").values
     assert inside.size > 10_000
     assert slip[inside] == pytest.approx((across * (1.0 - JOINT.clearance / size))[inside], rel=1e-5, abs=1e-6)
-    with pytest.raises(InputError, match="slip of the contact points: not supported by a hard contact"):
+    with pytest.raises(sd.InputError, match="slip of the contact points: not supported by a hard contact"):
         sd.Clearance(5e-4, slip="contact-points", contact="hard")
 
 
@@ -116,7 +114,7 @@ def fall(angle: float, one: float, other: float) -> sd.Mechanism:
 )
 def test_flight_stays_in_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
     """Contract: a journal in free flight is inside its bearing, where it would otherwise leave it for 4 ms."""
-    options = Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
+    options = sd.Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
     path = compute(plan(mechanism), options, record_steps=True)
     assert outside(path, path.samples.time, path.samples.state, path.samples.mode)[0] < SEEN
     assert outside(path, *ends(*path.steps))[0] < SEEN

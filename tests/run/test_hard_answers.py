@@ -14,16 +14,9 @@ import scissordyn as sd
 from scissordyn.cli.compare import measures
 from scissordyn.cli.show import show_run
 from scissordyn.cli.text_console import TextConsole
-from scissordyn.components.force import Force
-from scissordyn.errors import InputError
 from scissordyn.exchange.fmu.pack import fmu
 from scissordyn.explore.answers import cards, contact_table
-from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.mechanics import impulse_solver as solver
-from scissordyn.model.body import Body
-from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record.joint_force import joint_summaries
 from scissordyn.record.summary import summary_of
@@ -129,27 +122,29 @@ def test_default_measures_of_a_batch(kinds: tuple[str, ...]) -> None:
 
 def test_refused_uses_of_hard_contact() -> None:
     """Contract: an FMU, and a requirement on peak forces, are refused."""
-    with pytest.raises(InputError, match="joint 'A' has hard contact, which an FMU does not support"):
-        fmu(array("hard"), Options(until=0.01), sources_only=True)
-    with pytest.raises(InputError, match="'peak_force' of joint 'A', whose contact is hard: its impacts have no largest force"):
+    with pytest.raises(sd.InputError, match="joint 'A' has hard contact, which an FMU does not support"):
+        fmu(array("hard"), sd.Options(until=0.01), sources_only=True)
+    with pytest.raises(
+        sd.InputError, match="'peak_force' of joint 'A', whose contact is hard: its impacts have no largest force"
+    ):
         sd.study(array("hard"), {"A.clearance": (1e-4, 5e-4)}, until=0.01, requirements={"peak_force": 500.0}, points=2)
 
 
 GAP, PUSH = 1e-3, 5.0  # Clearance of the pins [m] and force on the last mass [N]
 
 
-def sliders(count: int, angle: float, **laws: object) -> Mechanism:
+def sliders(count: int, angle: float, **laws: object) -> sd.Mechanism:
     """Return masses of 1 kg on a line, each in a hard loose pin of the previous one or the ground, pushed apart."""
     along = math.cos(angle), math.sin(angle)
-    bodies = tuple(Body(f"m{i}", 1.0, None, {"c": (0.0, 0.0)}) for i in range(count))
-    gaps = [sd.Clearance(GAP, damping=LankaraniNikravesh(0.5), contact="hard", **laws) for _ in bodies]
+    bodies = tuple(sd.Body(f"m{i}", 1.0, None, {"c": (0.0, 0.0)}) for i in range(count))
+    gaps = [sd.Clearance(GAP, damping=sd.LankaraniNikravesh(0.5), contact="hard", **laws) for _ in bodies]
     ends = [("ground", "o"), *((body.name, "c") for body in bodies)]
-    return Mechanism(
+    return sd.Mechanism(
         bodies,
-        joints=tuple(Revolute(f"p{i}", ends[i], ends[i + 1], gaps[i]) for i in range(count)),
-        guides=tuple(Guide(f"g{i}", (body.name, "c"), direction=angle) for i, body in enumerate(bodies)),
+        joints=tuple(sd.Revolute(f"p{i}", ends[i], ends[i + 1], gaps[i]) for i in range(count)),
+        guides=tuple(sd.Guide(f"g{i}", (body.name, "c"), direction=angle) for i, body in enumerate(bodies)),
         ground=(("o", (0.0, 0.0)),),
-        components=(Force("push", ends[-1], (PUSH * along[0], PUSH * along[1])),),
+        components=(sd.Force("push", ends[-1], (PUSH * along[0], PUSH * along[1])),),
         gravity=0.0,
     )
 
@@ -187,12 +182,14 @@ def test_train_of_sliders_comes_to_rest(count: int) -> None:
 def test_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
     """Identity: a body that rotates freely next to a hard contact keeps speed, energy and phase at the default step."""
     bodies = (
-        Body("rotor", 1.0, 0.01, {"o": (offset, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed),
-        Body("ball", 1.0, None, {"c": (0.0, 0.0)}, position=(1.0, 0.0)),
+        sd.Body("rotor", 1.0, 0.01, {"o": (offset, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed),
+        sd.Body("ball", 1.0, None, {"c": (0.0, 0.0)}, position=(1.0, 0.0)),
     )
-    pin = Revolute("pin", ("ball", "c"), ("ground", "p"), sd.Clearance(GAP, damping=LankaraniNikravesh(0.5), contact="hard"))
+    pin = sd.Revolute(
+        "pin", ("ball", "c"), ("ground", "p"), sd.Clearance(GAP, damping=sd.LankaraniNikravesh(0.5), contact="hard")
+    )
     run = sd.simulate(
-        Mechanism(bodies, joints=(pin,), ground=(("p", (1.0, 0.0)),), gravity=0.0), until=0.5, start="as-placed", samples=101
+        sd.Mechanism(bodies, joints=(pin,), ground=(("p", (1.0, 0.0)),), gravity=0.0), until=0.5, start="as-placed", samples=101
     )
     assert float(run["angular_velocity"].sel(body="rotor")[-1]) == pytest.approx(speed, rel=1e-6)
     assert float(np.ptp(run["angle"].sel(body="rotor").values)) == pytest.approx(0.5 * speed, rel=1e-6)
@@ -237,7 +234,7 @@ def test_warning_of_unresolved_losses() -> None:
 
 def test_runs_with_unsolved_steps() -> None:
     """Contract: one unsolved step in a thousand gives a warning, one in ten a failure."""
-    driver, _, _ = make_driver(plan(sliders(1, 0.0)), Options(0.1))
+    driver, _, _ = make_driver(plan(sliders(1, 0.0)), sd.Options(0.1))
     driver.stepping.content.state.counts[solver.IMPULSIVE] = 1000
     for unsolved, failed in ((1, False), (100, True)):
         driver.stepping.content.state.counts[solver.UNSOLVED] = unsolved

@@ -8,34 +8,31 @@ import pytest
 from tests.build import counts_of, in_bearing, one_line_error
 
 import scissordyn as sd
-from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.friction.coulomb import Coulomb
-from scissordyn.model.body import Body
-from scissordyn.model.clearance import GuideClearance
-from scissordyn.model.joint import Guide, Revolute
-from scissordyn.model.mechanism import Mechanism
 
 GRAVITY = 9.81  # [m/s^2] gravitational acceleration
 
 
-def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> Mechanism:
+def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> sd.Mechanism:
     """Return a point mass in a bearing of 1 m clearance, through which it falls."""
     laws = {"friction": friction} if friction is not None else {}
-    gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard", **laws)
+    gap = sd.Clearance(1.0, journal_radius=1.1, damping=sd.LankaraniNikravesh(restitution), contact="hard", **laws)
     return in_bearing(gap, velocity=velocity)
 
 
-def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, **laws: object) -> Mechanism:
+def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, **laws: object) -> sd.Mechanism:
     """Return a block of 0.1 m by 0.2 m and 1 kg in a wide, tilted channel; it starts on the lower surface."""
     half, side, gap, radius = 0.05, 0.1, 0.02, 1e-7
     inertia = (half**2 + side**2) / 3.0
     low = -side * math.cos(angle) - half * math.sin(abs(angle))
     place = (0.0, -(side + gap) - low)
-    body = Body("block", 1.0, inertia, {"middle": (0.0, 0.0)}, position=place, velocity=velocity, angle=angle)
+    body = sd.Body("block", 1.0, inertia, {"middle": (0.0, 0.0)}, position=place, velocity=velocity, angle=angle)
     corners = ((-half, -side), (half, -side), (half, side), (-half, side))
-    wide = GuideClearance(gap, corners=corners, corner_radius=radius, **{"contact": "hard", **laws})
+    wide = sd.GuideClearance(gap, corners=corners, corner_radius=radius, **{"contact": "hard", **laws})
     direction = -0.5 * math.pi + tilt
-    one = Mechanism((body,), guides=(Guide("channel", ("block", "middle")),), output_body="block", gravity_direction=direction)
+    one = sd.Mechanism(
+        (body,), guides=(sd.Guide("channel", ("block", "middle")),), output_body="block", gravity_direction=direction
+    )
     return one.with_clearance("channel", wide)
 
 
@@ -102,7 +99,7 @@ def test_sliding_block_stops(events):
     Its corners are so stiff that it does not lean noticeably.
     """
     speed, mu = 0.5, 0.2
-    laws = {"friction": Coulomb(mu), "damping": LankaraniNikravesh(0.0), "stiffness": sd.law("stiffness", "linear")(1e12)}
+    laws = {"friction": Coulomb(mu), "damping": sd.LankaraniNikravesh(0.0), "stiffness": sd.law("stiffness", "linear")(1e12)}
     run = sd.simulate(
         block(velocity=(speed, 0.0), **laws),
         until=0.4,
@@ -124,7 +121,7 @@ def test_sliding_block_stops(events):
 
 def test_block_on_an_incline():
     """Closed form: below the angle of static friction the block sticks, above it slides at g (sin - mu_k cos)."""
-    laws = {"friction": sd.LuGre(kinetic=0.3, static=0.5), "damping": LankaraniNikravesh(0.0)}
+    laws = {"friction": sd.LuGre(kinetic=0.3, static=0.5), "damping": sd.LankaraniNikravesh(0.0)}
     held = sd.simulate(block(tilt=math.atan(0.45), **laws), until=0.3, start="as-placed", step=2e-4)
     assert float(np.abs(held["velocity"].sel(axis="x")).max()) < 1e-9
     tilt = math.atan(0.55)
@@ -136,7 +133,7 @@ def test_block_on_an_incline():
 def test_rocking_block():
     """Closed form: a rocking block keeps 1 - (3/2) sin^2 alpha of its angular velocity at an impact (Housner 1963)."""
     run = sd.simulate(
-        block(angle=0.05, friction=Coulomb(5.0), damping=LankaraniNikravesh(0.0)), until=0.5, start="as-placed", step=5e-5
+        block(angle=0.05, friction=Coulomb(5.0), damping=sd.LankaraniNikravesh(0.0)), until=0.5, start="as-placed", step=5e-5
     )
     alpha = math.atan(0.5)
     # it falls onto corner 1 and rocks from then on; between impacts it loses nothing
@@ -177,7 +174,7 @@ def test_estimated_peak_force():
     from scissordyn.record.events import peak_forces
 
     linear, mass, speed = sd.law("stiffness", "linear")(1e8), np.array([2.0]), np.array([0.3])
-    elastic = sd.Clearance(1e-3, stiffness=linear, damping=LankaraniNikravesh(1.0))
+    elastic = sd.Clearance(1e-3, stiffness=linear, damping=sd.LankaraniNikravesh(1.0))
     assert peak_forces(elastic, mass * speed**2)[0] == pytest.approx(0.3 * math.sqrt(2e8), rel=1e-4)
     joint = sd.Clearance(1e-3, damping=sd.Flores(0.6))
     one = dataclasses.replace(in_bearing(joint, mass=2.0, velocity=(0.3, 0.0)), gravity=0.0)
@@ -189,7 +186,7 @@ def test_estimated_peak_force():
     assert float(found["peak_force_estimate"][0]) == pytest.approx(float(run["peak_force"][0]), rel=1e-3)
 
 
-def loose_array(units: int = 2) -> Mechanism:
+def loose_array(units: int = 2) -> sd.Mechanism:
     """Return a driven array with hard contact at every joint."""
     arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
     gap = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
@@ -209,14 +206,14 @@ def test_energy_balance_of_an_array():
 
 def test_hard_and_compliant_journals_in_series():
     """Closed form: a hard and a compliant journal in series carry the static load."""
-    hard = sd.Clearance(1e-3, contact="hard", damping=LankaraniNikravesh(0.0))
+    hard = sd.Clearance(1e-3, contact="hard", damping=sd.LankaraniNikravesh(0.0))
     soft = sd.Clearance(1e-3, stiffness=sd.law("stiffness", "linear")(1e5), damping=sd.law("damping", "kelvin-voigt")(100.0))
     bodies = (
-        Body("upper", 1.0, None, {"c": (0.0, 0.0)}),
-        Body("lower", 1.0, None, {"c": (0.0, 0.0)}),
+        sd.Body("upper", 1.0, None, {"c": (0.0, 0.0)}),
+        sd.Body("lower", 1.0, None, {"c": (0.0, 0.0)}),
     )
-    joints = (Revolute("A", ("upper", "c"), ("ground", "o"), hard), Revolute("B", ("lower", "c"), ("upper", "c"), soft))
-    run = sd.simulate(Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),)), until=0.5, start="as-placed", step=1e-5)
+    joints = (sd.Revolute("A", ("upper", "c"), ("ground", "o"), hard), sd.Revolute("B", ("lower", "c"), ("upper", "c"), soft))
+    run = sd.simulate(sd.Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),)), until=0.5, start="as-placed", step=1e-5)
     assert run["normal_force"].values[-1].tolist() == pytest.approx([2.0 * GRAVITY, GRAVITY], rel=1e-3)
 
 
@@ -280,8 +277,8 @@ def test_block_in_a_moving_channel_keeps_the_momentum() -> None:
     tumbling = dataclasses.replace(
         block().bodies[0], position=inside, velocity=(0.4, -0.8), angle=turn + 0.05, angular_velocity=1.5
     )
-    carrier = Body("carrier", 2.0, 0.05, {"o": (0.0, 0.0), "e": (1.0, 0.0)}, angle=turn, angular_velocity=-0.7)
-    both = Mechanism((carrier, tumbling), guides=(channel,), gravity=0.0, output_body="block")
+    carrier = sd.Body("carrier", 2.0, 0.05, {"o": (0.0, 0.0), "e": (1.0, 0.0)}, angle=turn, angular_velocity=-0.7)
+    both = sd.Mechanism((carrier, tumbling), guides=(channel,), gravity=0.0, output_body="block")
     run = sd.simulate(both, until=0.6, start="as-placed", step=1e-3, samples=61)
     impulse = run["velocity"].values * np.array([carrier.mass, tumbling.mass])[:, None]
     orbit = run["position"].values[..., 0] * impulse[..., 1] - run["position"].values[..., 1] * impulse[..., 0]
@@ -314,7 +311,7 @@ def test_compliant_block_slides_beside_a_hard_contact() -> None:
 @pytest.mark.parametrize("start", [0.0, 0.05])
 def test_a_central_impact_at_an_end_of_a_step(step: float, start: float) -> None:
     """A journal in a straight line can end a step, or start the run, at a gap of round-off from its bearing."""
-    gap = sd.Clearance(0.05, journal_radius=0.1, damping=LankaraniNikravesh(0.6), contact="hard")
+    gap = sd.Clearance(0.05, journal_radius=0.1, damping=sd.LankaraniNikravesh(0.6), contact="hard")
     free = dataclasses.replace(in_bearing(gap, velocity=(0.5, 0.0), position=(start, 0.0)), gravity=0.0)
     run = sd.simulate(free, until=0.2 - 2.0 * start, start="as-placed", step=step)
     assert run["approach_speed"].values.tolist() == pytest.approx([0.5], rel=1e-12)

@@ -13,8 +13,6 @@ import xarray as xr
 from tests.build import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
-from scissordyn.casefile.case import Case
-from scissordyn.config.file import read_case
 
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
@@ -25,17 +23,17 @@ FARTHEST = 2.0  # [clearances] largest allowed eccentricity
 PIECE = 0.02  # Fraction of the run of an example with both contact kinds, which takes longer because it resolves vibrations
 
 
-def hard(path: Path) -> Case:
+def hard(path: Path) -> sd.Case:
     """Return the case of an example with ``contact = "hard"`` in each clearance table."""
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = [f"clearance.{table['joint']}" for table in tables.get("clearance", [])]
     guides = [f"guide_clearance.{table['guide']}" for table in tables.get("guide_clearance", [])]
-    return read_case(path, [f"{name}.contact=hard" for name in (*joints, *guides)])
+    return sd.read_case(path, [f"{name}.contact=hard" for name in (*joints, *guides)])
 
 
-def alternate(path: Path) -> Case | None:
+def alternate(path: Path) -> sd.Case | None:
     """Return the case with every other clearance joint and guide hard, or None with fewer than two."""
-    case = read_case(path, [])
+    case = sd.read_case(path, [])
     mechanism = case.mechanism
     loose = [part for part in (*mechanism.guides, *mechanism.joints) if part.clearance is not None]
     if len(loose) < 2:
@@ -45,7 +43,7 @@ def alternate(path: Path) -> Case | None:
     return dataclasses.replace(case, mechanism=mechanism)
 
 
-def check(case: Case, run: xr.Dataset) -> None:
+def check(case: sd.Case, run: xr.Dataset) -> None:
     """Check that a run is complete, inside the bearings and in balance to 1 %, and that impacts add no energy.
 
     The losses of all contacts sum up to the losses of the run.
@@ -63,7 +61,7 @@ def check(case: Case, run: xr.Dataset) -> None:
         assert float(np.sum(run[f"contact_{name}"])) == pytest.approx(total, rel=1e-9, abs=1e-12 * scale), name
 
 
-def run_part(case: Case, part: float) -> xr.Dataset:
+def run_part(case: sd.Case, part: float) -> xr.Dataset:
     """Return the run of an example up to a part of its time."""
     options = case.run.keywords | ({} if part == 1.0 else {"until": part * case.run.until, "samples": 51})
     return sd.simulate(case.mechanism, **options)
@@ -75,7 +73,7 @@ CASES = [*((hard, path, SHORT) for path in FILES), *((alternate, path, PIECE) fo
 
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("make", "path", "part"), CASES, ids=lambda value: getattr(value, "stem", None))
-def test_example_with_hard_contact(make: Callable[[Path], Case], path: Path, part: float, whole: bool) -> None:
+def test_example_with_hard_contact(make: Callable[[Path], sd.Case], path: Path, part: float, whole: bool) -> None:
     """Limit: surfaces do not penetrate each other, alone or together with compliant ones."""
     case = make(path)
     kinds = {joint.clearance.contact for joint in case.mechanism.joints if joint.clearance is not None}
@@ -89,7 +87,7 @@ def test_latch_with_contacts_of_both_kinds() -> None:
     mixed = alternate(path)
     options = {**mixed.run.keywords, "samples": 51}
     run = sd.simulate(mixed.mechanism, **options)
-    accurate = sd.simulate(read_case(path, []).mechanism, **options)
+    accurate = sd.simulate(sd.read_case(path, []).mechanism, **options)
     turned_over = float(accurate["dissipated_energy"][-1])
     assert float(np.abs(run["energy_residual"]).max()) <= 1e-3 * turned_over
     assert counts_of(run)["steps_not_solved"] == 0

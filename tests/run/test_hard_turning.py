@@ -13,23 +13,17 @@ from scipy.linalg import expm
 from tests.build import EXAMPLES, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
-from scissordyn.components.bushing import Bushing
 from scissordyn.kernel import kernel
-from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.mechanics.hard_rows import open_hard
 from scissordyn.mechanics.pivoting import pivot
-from scissordyn.model.body import Body
-from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 
 
-def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> Mechanism:
+def pendulum(angle: float, speed: float, gravity: float, restitution: float = 0.5) -> sd.Mechanism:
     """Return a frictionless journal of 1 kg that touches its bearing of 1 m clearance at an angle from below."""
-    gap = sd.Clearance(1.0, journal_radius=1.1, damping=LankaraniNikravesh(restitution), contact="hard")
+    gap = sd.Clearance(1.0, journal_radius=1.1, damping=sd.LankaraniNikravesh(restitution), contact="hard")
     place, velocity = (math.sin(angle), -math.cos(angle)), (speed * math.cos(angle), speed * math.sin(angle))
     return dataclasses.replace(in_bearing(gap, position=place, velocity=velocity), gravity=gravity)
 
@@ -61,7 +55,7 @@ def test_oscillation_faster_than_the_step_decays():
     assert speed[-1] < 1e-3 * speed.max()
 
 
-def chain() -> Mechanism:
+def chain() -> sd.Mechanism:
     """Return a mast of eight units under gravity with every joint loose."""
     joint = sd.Clearance(
         30e-6, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard", bearing_length=1e-2
@@ -83,7 +77,7 @@ def test_impulses_by_pivoting():
     Contacts of an eight-unit mast that stay closed are elastic, so that the solution is unique.
     """
     step, seen = 1e-4, 0
-    driver, _, _ = make_driver(plan(chain()), Options(1.0, start="in-contact", step=step))
+    driver, _, _ = make_driver(plan(chain()), sd.Options(1.0, start="in-contact", step=step))
     driver.sample_at(np.zeros(0))
     model, work = driver.stepping.content.model, driver.stepping.content.work
     m = driver.plan.model.constraint_start.size - 1
@@ -154,7 +148,7 @@ def test_hard_contact_between_bars_that_bend():
     assert float(np.abs(run["energy_residual"]).max()) < 1e-5 * float(run["kinetic_energy"].max())
 
 
-WIDE = Revolute("wide", ("free", "c"), ("ground", "o"), sd.Clearance(10.0, journal_radius=11.0, contact="hard"))
+WIDE = sd.Revolute("wide", ("free", "c"), ("ground", "o"), sd.Clearance(10.0, journal_radius=11.0, contact="hard"))
 """Joint with hard contact in so wide a bearing that the point mass in it never touches."""
 
 MASS, INERTIA = 2.0, 1e-3  # Mass [kg] and moment of inertia [kg m^2] of a shaft
@@ -162,17 +156,17 @@ MASS, INERTIA = 2.0, 1e-3  # Mass [kg] and moment of inertia [kg m^2] of a shaft
 OIL = sd.Clearance(1e-4, journal_radius=1e-2, bearing_length=2e-2, lubrication=sd.Lubrication(viscosity=0.1))
 
 
-def shaft(mass: float = MASS, spin: float = 30.0, **parts: Any) -> Mechanism:
+def shaft(mass: float = MASS, spin: float = 30.0, **parts: Any) -> sd.Mechanism:
     """Return a shaft next to a mass with hard contact, so that time stepping moves both."""
     joints = (WIDE, *parts.pop("joints", ()))
     bodies = (
-        Body("free", 1.0, None, {"c": (0.0, 0.0)}),
-        Body("shaft", mass, INERTIA, {"c": (0.0, 0.0)}, velocity=(0.02, 0.0), angular_velocity=spin),
+        sd.Body("free", 1.0, None, {"c": (0.0, 0.0)}),
+        sd.Body("shaft", mass, INERTIA, {"c": (0.0, 0.0)}, velocity=(0.02, 0.0), angular_velocity=spin),
     )
-    return Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),), **parts)
+    return sd.Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),), **parts)
 
 
-def run_of(one: Mechanism, until: float, **how: Any) -> xr.Dataset:
+def run_of(one: sd.Mechanism, until: float, **how: Any) -> xr.Dataset:
     """Return a complete run."""
     run = sd.simulate(one, until=until, start="as-placed", samples=101, **how)
     assert run.attrs["status"] == "complete"
@@ -182,7 +176,7 @@ def run_of(one: Mechanism, until: float, **how: Any) -> xr.Dataset:
 def test_bushing_decays_exponentially() -> None:
     """Closed form: v = exp(-D t/m) v_0 + (1 - exp(-D t/m)) D^-1 m g, and the same for the angle, with second order."""
     damping, around, t = np.array([[800.0, 300.0], [300.0, 500.0]]), 0.6, 0.01
-    bushing = Bushing(
+    bushing = sd.Bushing(
         "bushing",
         ("ground", "o"),
         ("shaft", "c"),
@@ -205,7 +199,7 @@ def test_bushing_decays_exponentially() -> None:
 
 def test_film_with_time_stepping() -> None:
     """Cross-check: a journal sinks into its oil as with controlled error, with second order in the step."""
-    oiled = Revolute("oiled", ("shaft", "c"), ("ground", "o"), OIL)
+    oiled = sd.Revolute("oiled", ("shaft", "c"), ("ground", "o"), OIL)
     one = shaft(20.0, 0.0, joints=(oiled,))
     exact = run_of(one.with_clearance("wide", sd.Clearance(10.0, journal_radius=11.0)), 0.05, method="rodas5p", rtol=1e-10)
     assert float(exact["film_least_thickness"].squeeze()) < 0.08 * OIL.clearance

@@ -15,8 +15,6 @@ from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
-from scissordyn.model.options import Options
 from scissordyn.studies.compute.table import column
 
 PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)  # Places along a bar, as fractions of its length
@@ -153,13 +151,13 @@ def test_refused_internal_forces() -> None:
     rigid = sd.scissor(units=1).driven(speed=1.0)
     run = sd.simulate(rigid, until=1e-4, samples=3)
     assert "bar" not in run.dims
-    with pytest.raises(InputError, match="no bar of the mechanism bends"):
+    with pytest.raises(sd.InputError, match="no bar of the mechanism bends"):
         sd.internal_forces(run, rigid)
     made = clamped(1).driven(speed=0.0)
     run = still(made)
-    with pytest.raises(InputError, match="from 0 to 1"):
+    with pytest.raises(sd.InputError, match="from 0 to 1"):
         sd.internal_forces(run, made, places=[1.5])
-    with pytest.raises(InputError, match="bar"):
+    with pytest.raises(sd.InputError, match="bar"):
         sd.internal_forces(run, made, bars="rod")
 
 
@@ -228,7 +226,7 @@ def test_measures_of_bending_bars() -> None:
 )
 def test_refused_measures_of_bars(mechanism: sd.Mechanism, measure: str, said: str) -> None:
     """Contract: measures of bars need bending bars, those of stress a material."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(sd.InputError, match=said):
         sd.simulate_many(mechanism, OVER, until=0.01, measures=(measure,))
 
 
@@ -324,7 +322,7 @@ def test_warning_of_a_buckling_strut() -> None:
 def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
     """Identity: a study with random bending stiffness gives the bits of single runs."""
     case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
-    sd.write_case(bent(), case, run=Options(until=2e-3))
+    sd.write_case(bent(), case, run=sd.Options(until=2e-3))
     given = {address: stats.norm(42e3, 2e3)}
     found = sd.study(case, uncertain=given, samples=2, measures=["peak_deflection"], engine=1).dataset
     for each in range(2):
@@ -336,7 +334,7 @@ def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
 def test_study_with_a_requirement_on_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Cross-check: the utilisations of a study with a requirement are those of a batch."""
     case, store = tmp_path / "bent.toml", tmp_path / "bent.db"
-    sd.write_case(bent(), case, run=Options(until=0.01))
+    sd.write_case(bent(), case, run=sd.Options(until=0.01))
     used = sd.simulate_many(bent(), OVER, until=0.01, measures=("peak_utilisation",))["peak_utilisation"].max("bar").values
     between = float(np.mean(used))
     asks = f'"peak_utilisation < {between:.6f}", "peak_buckling_ratio < 1"'

@@ -11,7 +11,7 @@ import pytest
 from tests.build import counts_of, in_bearing, on_pin
 
 import scissordyn as sd
-from scissordyn.model.options import Options, StartKind
+from scissordyn.model.options import StartKind
 from scissordyn.plan.plan import plan
 from scissordyn.run import method
 from scissordyn.run.advance import tolerance as tolerance_module
@@ -30,7 +30,7 @@ def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechan
     return (sd.with_bending(made, **TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
-def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> None:
+def assert_chosen(mechanism: sd.Mechanism, method: str, options: sd.Options) -> None:
     """Check the chosen method, and that the choice leaves the start of the run unchanged."""
     driver, _, choice = make_driver(plan(mechanism), options)
     asked, _, _ = make_driver(plan(mechanism), replace(options, method=method))
@@ -53,7 +53,7 @@ def assert_chosen(mechanism: sd.Mechanism, method: str, options: Options) -> Non
 )
 def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
     """Contract: explicit steps if contacts that are closed at the start open at once, as those of bending bars may."""
-    assert_chosen(_array(modes=2 if bent else 0), method, Options(1e-3, start=start))
+    assert_chosen(_array(modes=2 if bent else 0), method, sd.Options(1e-3, start=start))
 
 
 def _clamped(**how: int) -> sd.Mechanism:
@@ -75,7 +75,7 @@ RESTING = [_clamped(modes=3), _clamped(modes=24), _clamped(elements=8), _on_a_sp
 @pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
 def test_what_rests_takes_few_steps(mechanism: sd.Mechanism) -> None:
     """Limit: from static equilibrium nothing moves, whatever vibrations are possible; explicit steps have to resolve them."""
-    assert_chosen(mechanism, "rodas5p", Options(0.1, start="static"))
+    assert_chosen(mechanism, "rodas5p", sd.Options(0.1, start="static"))
     chosen = sd.simulate(mechanism, until=0.1, samples=3, start="static")
     explicit = sd.simulate(mechanism, until=5e-3, samples=3, start="static", method="dop853")
     assert counts_of(chosen)["steps"] < 10
@@ -86,7 +86,7 @@ def test_what_rests_takes_few_steps(mechanism: sd.Mechanism) -> None:
 @pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
 def test_what_vibrates_takes_explicit_steps(mechanism: sd.Mechanism) -> None:
     """Contract: vibrations that move something are resolved, which explicit steps do at less cost."""
-    assert_chosen(mechanism, "dop853", Options(0.1, start="concentric"))
+    assert_chosen(mechanism, "dop853", sd.Options(0.1, start="concentric"))
 
 
 def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
@@ -104,7 +104,7 @@ def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
 def test_integrator_of_bristles_and_modes(modes: int, method: str) -> None:
     """Contract: explicit steps for friction with states where implicit ones need large matrices."""
     bent = _array(modes=modes, friction=sd.LuGre(kinetic=0.1))
-    assert make_driver(plan(bent), Options(1e-3))[2].method == method
+    assert make_driver(plan(bent), sd.Options(1e-3))[2].method == method
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_integrator_of_bristles_and_modes(modes: int, method: str) -> None:
 )
 def test_reason_for_implicit_steps_with_friction(friction: sd.Friction, reason: str) -> None:
     """Contract: the reason names the states of the friction law, or its ramp if it has none."""
-    chosen = make_driver(plan(_array(friction=friction)), Options(1e-3))[2]
+    chosen = make_driver(plan(_array(friction=friction)), sd.Options(1e-3))[2]
     assert chosen.method == "rodas5p"
     assert f"the friction law of joint 'A' {reason}" in chosen.reason
 
@@ -145,7 +145,7 @@ def test_integrator_of_a_film(clearance: float, viscosity: float, bearing: Any, 
     """Contract: the method depends on the stiffness of the film before metal touches; the choice changes nothing."""
     oil = sd.Lubrication(viscosity=viscosity, bearing=bearing)
     gap = sd.Clearance(clearance, friction=FRICTIONLESS, lubrication=oil)
-    assert_chosen(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)), method, Options(1e-3))
+    assert_chosen(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)), method, sd.Options(1e-3))
 
 
 def test_steps_through_a_film() -> None:
@@ -156,7 +156,7 @@ def test_steps_through_a_film() -> None:
     joint = sd.Revolute("bearing", ("shaft", "centre"), ("ground", "O"), clearance=gap)
     shaft = sd.Body("shaft", mass, 1.0, {"centre": (0.0, 0.0)})
     pressed = sd.Mechanism((shaft,), joints=(joint,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
-    driver, prepared, _ = make_driver(plan(pressed), Options(1e-3))
+    driver, prepared, _ = make_driver(plan(pressed), sd.Options(1e-3))
     tolerances = error_weights(driver.plan, driver.system, prepared.y, rtol=1e-8, atol=1e-8)
     tolerances = replace(tolerances, time_scale=math.sqrt(clearance / 9.81))
     found = film_steps(driver.plan, driver.system, prepared.y, tolerances)
@@ -179,7 +179,7 @@ def test_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatc
         sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=modes
     )
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(2))
-    options = Options(1e-3)
+    options = sd.Options(1e-3)
     found = {}
     for most in (10**6, 0):
         monkeypatch.setattr(method, "DENSE_STATES_MAX", most)
@@ -227,7 +227,7 @@ def arrays() -> dict[str, sd.Mechanism]:
 @pytest.mark.parametrize("name", ["friction", "delay", "everywhere"])
 def test_motion_without_energies(name, method):
     """Identity: without energies samples, steps and contact instants are the same bit for bit, with fewer evaluations."""
-    options = Options(0.02, samples=101, method=method, rtol=1e-6, atol=1e-6)
+    options = sd.Options(0.02, samples=101, method=method, rtol=1e-6, atol=1e-6)
     whole, motion = (compute(plan(arrays()[name]), options, monitor=on, record_steps=True) for on in (True, False))
     assert whole.status == "complete"
     assert whole.log.size > 1
@@ -277,7 +277,7 @@ def test_step_of_a_free_rotation() -> None:
 @pytest.mark.parametrize("products", [2, 60])
 def test_modes_of_few_states(products: int) -> None:
     """Identity: there are as many products as states at most, and then all eigenvalues."""
-    driver, prepared, _ = make_driver(plan(_array()), Options(1e-3))
+    driver, prepared, _ = make_driver(plan(_array()), sd.Options(1e-3))
     small, whole = projected_jacobian(driver.system, prepared.y, products), jacobian(driver.system, prepared.y)
     assert small.shape == (min(products, prepared.y.size),) * 2
     if products > prepared.y.size:

@@ -16,12 +16,11 @@ import xarray as xr
 from tests.build import EXAMPLES
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 from scissordyn.file import output_file
 from scissordyn.file.netcdf import NetcdfFile
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.record.results import Results
-from scissordyn.record.store import load, save, write_results
+from scissordyn.record.store import write_results
 from scissordyn.record.variable import Variable
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.simulate import compute_results
@@ -52,9 +51,9 @@ except sd.InputError as error:
 @pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
 def test_full_disk(run: xr.Dataset, tmp_path: Path, room: int) -> None:
     """Contract: the error names the reason, the process continues, and the previous file stays."""
-    whole, target = save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
+    whole, target = sd.save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
     target.parent.mkdir()
-    small = save(run.isel(time=slice(0, 2)), target).read_bytes()
+    small = sd.save(run.isel(time=slice(0, 2)), target).read_bytes()
     command = [sys.executable, "-c", FULL, str(whole), str(target), str(room)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert (done.returncode, done.stderr) == (2, "")
@@ -70,13 +69,13 @@ def test_written_file_is_read_back(run: xr.Dataset, tmp_path: Path) -> None:
     link.symlink_to(target)
     before = os.umask(0o027)
     try:
-        assert save(run, link) == link
+        assert sd.save(run, link) == link
     finally:
         os.umask(before)
     assert link.is_symlink()
     assert stat.S_IMODE(target.stat().st_mode) == 0o640
-    xr.testing.assert_identical(load(target), run)
-    xr.testing.assert_identical(load(save(run.isel(time=slice(0, 5)), target)), run.isel(time=slice(0, 5)))
+    xr.testing.assert_identical(sd.load(target), run)
+    xr.testing.assert_identical(sd.load(sd.save(run.isel(time=slice(0, 5)), target)), run.isel(time=slice(0, 5)))
 
 
 def test_permission_mask_is_not_changed(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -86,7 +85,7 @@ def test_permission_mask_is_not_changed(run: xr.Dataset, tmp_path: Path, monkeyp
         raise AssertionError
 
     monkeypatch.setattr(os, "umask", changed)
-    save(run, tmp_path / "run.nc")
+    sd.save(run, tmp_path / "run.nc")
 
 
 def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
@@ -95,7 +94,7 @@ def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
     named = run.drop_vars("joint").assign_coords(joint=("joint", np.array(names, dtype=object)))
     named["cause"] = ("joint", np.array([f"joint '{name}'" for name in names], dtype=object))
     named.attrs["cause"] = "joint 'A\0B'"
-    found = load(save(named, tmp_path / "run.nc"))
+    found = sd.load(sd.save(named, tmp_path / "run.nc"))
     assert found["joint"].values.tolist() == [r"A\x00B", "B", "é\x1b[31m"]
     assert found["cause"].values[0] == r"joint 'A\x00B'"
     assert found.attrs["cause"] == r"joint 'A\x00B'"
@@ -113,8 +112,8 @@ def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, 
 
     monkeypatch.setattr(output_file.os, "fsync", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        save(run, tmp_path / "run.nc")
-    xr.testing.assert_identical(load(tmp_path / "run.nc"), run)
+        sd.save(run, tmp_path / "run.nc")
+    xr.testing.assert_identical(sd.load(tmp_path / "run.nc"), run)
     assert len(list(tmp_path.iterdir())) == 1
 
 
@@ -158,7 +157,7 @@ def test_other_files_are_not_overwritten(run: xr.Dataset, tmp_path: Path) -> Non
     with h5py.File(tmp_path / "foreign.nc", "w") as foreign:
         foreign["x"] = 1.0
     (tmp_path / "case.TOML").write_text("[structure]\n")
-    (tmp_path / "half.nc").write_bytes(save(run, tmp_path / "whole.nc").read_bytes()[:1000])
+    (tmp_path / "half.nc").write_bytes(sd.save(run, tmp_path / "whole.nc").read_bytes()[:1000])
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "link.nc").symlink_to("/dev/null")
     for name, says in (
@@ -173,21 +172,21 @@ def test_other_files_are_not_overwritten(run: xr.Dataset, tmp_path: Path) -> Non
         target = tmp_path / name
         before = target.read_bytes() if target.is_file() else b""
         with pytest.raises(sd.InputError, match=says):
-            save(run, target)
+            sd.save(run, target)
         assert (target.read_bytes() if target.is_file() else b"") == before
     (tmp_path / "empty.nc").touch()
-    save(run, tmp_path / "empty.nc")
-    save(run, tmp_path / "whole.nc")
-    save(run, tmp_path / "half.nc", replace_broken=True)
-    assert all(load(tmp_path / name).equals(run) for name in ("empty.nc", "whole.nc", "half.nc"))
+    sd.save(run, tmp_path / "empty.nc")
+    sd.save(run, tmp_path / "whole.nc")
+    sd.save(run, tmp_path / "half.nc", replace_broken=True)
+    assert all(sd.load(tmp_path / name).equals(run) for name in ("empty.nc", "whole.nc", "half.nc"))
 
 
 def test_dataset_without_a_title(tmp_path: Path) -> None:
     """Contract: a saved dataset without a title can be saved again."""
     table = xr.Dataset({"x": ("n", [1.0, 2.0])})
-    save(table, tmp_path / "table.nc")
-    save(2.0 * table, tmp_path / "table.nc")
-    assert load(tmp_path / "table.nc")["x"].values.tolist() == [2.0, 4.0]
+    sd.save(table, tmp_path / "table.nc")
+    sd.save(2.0 * table, tmp_path / "table.nc")
+    assert sd.load(tmp_path / "table.nc")["x"].values.tolist() == [2.0, 4.0]
 
 
 def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
@@ -208,7 +207,7 @@ def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     for path in ("/dev/zero", tmp_path / "pipe"):
         with pytest.raises(sd.InputError, match="not a regular file"):
-            load(path)
+            sd.load(path)
 
 
 def test_damaged_files_with_valid_checksums(run: xr.Dataset, tmp_path: Path) -> None:
@@ -229,7 +228,7 @@ for _ in range(60):
     except sd.InputError as error:
         assert str(error).isprintable()
 """
-    whole = save(run.isel(time=slice(0, 3)), tmp_path / "whole.nc")
+    whole = sd.save(run.isel(time=slice(0, 3)), tmp_path / "whole.nc")
     command = [sys.executable, "-c", code, str(whole), str(tmp_path / "damaged.nc")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
@@ -242,7 +241,7 @@ def test_closing_a_file_that_was_not_opened() -> None:
 
 def test_interrupt_inside_the_library(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: a file is read again after an error, as an interrupt leaves the library once as any exception."""
-    target = save(run, tmp_path / "run.nc")
+    target = sd.save(run, tmp_path / "run.nc")
     causes = iter([RuntimeError("interrupted")])
 
     class Interrupted(NetcdfFile):
@@ -287,7 +286,7 @@ def stored(path: Path) -> list[Any]:
 
 def case(name: str) -> Results:
     """Return a short run of an example."""
-    made = read_case(EXAMPLES / f"{name}.toml", ["run.until=3 ms", "run.samples=7"])
+    made = sd.read_case(EXAMPLES / f"{name}.toml", ["run.until=3 ms", "run.samples=7"])
     return compute_results(made.mechanism, made.run)
 
 

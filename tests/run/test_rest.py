@@ -14,9 +14,6 @@ from tests.build import on_pin
 
 import scissordyn as sd
 from reference.lagrange import Array
-from scissordyn.casefile.case_text import case_text
-from scissordyn.errors import InputError
-from scissordyn.model.mechanism import Mechanism
 
 LENGTH, SLIDER, GRAVITY = 2.0, 5.0, 9.81  # Length of a bar [m], mass of the slider [kg] and gravity [m/s^2]
 WEIGHTS = Array(joint=None, motion=None).weights()  # type: ignore[arg-type]
@@ -28,7 +25,7 @@ PRESSURE = 1.5e-2 * 0.5 * math.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.S
 BARS = ("unit 1/bar 1", "unit 1/bar 2")  # Names of the two bars of a scissor unit
 
 
-def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mirrored: bool = False) -> Mechanism:
+def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mirrored: bool = False) -> sd.Mechanism:
     """Return the paper's array with a loose joint A and a spring between the bars of its first unit; angles in degrees."""
     array = sd.scissor(units=2, angle=math.radians(angle)).with_clearance("A", sd.Clearance(clearance, stiffness=sd.Liu()))
     body, base = BARS[::-1] if mirrored else BARS
@@ -36,7 +33,7 @@ def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mir
     return dataclasses.replace(array, components=(spring,))
 
 
-def resting(mechanism: Mechanism, until: float = 1e-4) -> xr.Dataset:
+def resting(mechanism: sd.Mechanism, until: float = 1e-4) -> xr.Dataset:
     """Return a short run from equilibrium."""
     return sd.simulate(mechanism, until=until, samples=3, start="static")
 
@@ -120,8 +117,8 @@ def test_unloaded_rest_is_exact() -> None:
 
 def test_equilibrium_of_a_free_mass_is_refused() -> None:
     """Contract: a mass under its weight alone has no equilibrium, and the error says so."""
-    free = Mechanism((sd.point_mass("ball", mass=2.0, position=(0.5, 0.0)),), ground=(("O", (0.0, 0.0)),))
-    with pytest.raises(InputError, match="no equilibrium: nothing holds the mechanism"):
+    free = sd.Mechanism((sd.point_mass("ball", mass=2.0, position=(0.5, 0.0)),), ground=(("O", (0.0, 0.0)),))
+    with pytest.raises(sd.InputError, match="no equilibrium: nothing holds the mechanism"):
         resting(free)
 
 
@@ -141,7 +138,7 @@ def test_servo_that_cannot_hold_is_named() -> None:
     crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.0, gravity=0.0).with_clearance("crank pin", sd.Clearance(1e-4))
     crank = crank.controlled(sd.FeedForward(2e4, 300.0, limit=20.0), reference=sd.ConstantSpeed(0.0), name="servo")
     load = sd.Torque("load", crank.input_body, torque=50.0)
-    with pytest.raises(InputError, match=r"no equilibrium.*actuator 'servo' is at its limit of 20 N m"):
+    with pytest.raises(sd.InputError, match=r"no equilibrium.*actuator 'servo' is at its limit of 20 N m"):
         resting(dataclasses.replace(crank, components=(*crank.components, load)))
 
 
@@ -272,7 +269,7 @@ def test_warnings_of_contradicting_speeds() -> None:
     driven = four_bar(crank={"angular_velocity": 5.0}).driven(speed=2.0, body="crank")
     assert "body 'crank' starts at 2 rad/s instead of 5 rad/s" in started(driven)[1]
     assert "starts at 0 rad/s instead of 5 rad/s" in started(four_bar(crank={"angular_velocity": 5.0}), start="static")[1]
-    with pytest.raises(InputError, match="but the body does not rotate"):
+    with pytest.raises(sd.InputError, match="but the body does not rotate"):
         sd.Body("stone", 1.0, None, angular_velocity=1.0)
 
 
@@ -357,10 +354,10 @@ def test_random_loops_with_one_speed(seed: int) -> None:
 def test_given_zero_is_written() -> None:
     """Contract: a given 0 differs from a missing value, also in the text of a case."""
     given = four_bar(rocker={"angular_velocity": 0.0}, coupler={"velocity": (0.0, 0.0)})
-    text = case_text(given)
+    text = sd.case_text(given)
     assert text.count("angular_velocity") == 1
     assert text.count("\nvelocity") == 1
-    assert "velocity" not in case_text(four_bar())
+    assert "velocity" not in sd.case_text(four_bar())
 
 
 def test_restart_from_a_sample() -> None:

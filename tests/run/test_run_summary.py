@@ -14,7 +14,6 @@ import scissordyn as sd
 from scissordyn.cli.show import run_record
 from scissordyn.explore.answers import cards
 from scissordyn.laws.elastic.persson import Persson
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
 from scissordyn.record.summary import at_limit
@@ -168,7 +167,7 @@ def test_auto_samples_meet_every_peak(clearance_array: sd.Mechanism, clearance_r
     assert float(plain["normal_force"].max()) < float(force.max())
     np.testing.assert_array_equal(auto["position"].sel(time=plain["time"]), plain["position"])
     assert auto.sizes["time"] <= SAMPLES_MAX
-    wanted = compute_results(clearance_array, Options(0.05), curves=True)
+    wanted = compute_results(clearance_array, sd.Options(0.05), curves=True)
     np.testing.assert_array_equal(wanted["position"].values, plain["position"].values)
     drawn = as_dataset(wanted.finer)
     xr.testing.assert_identical(drawn.drop_attrs(), auto.drop_attrs())
@@ -181,7 +180,7 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
     """Identity: the samples are those of a run with these instants, and include all events."""
     joint = sd.Clearance(5e-4, contact=contact, friction=sd.Ambrosio(0.1))
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
-    options = Options(0.05, samples="auto", events=events)
+    options = sd.Options(0.05, samples="auto", events=events)
     path = add_recorded_samples(compute(plan(array), options, curves=True))
     again = compute(plan(array), options, times=path.samples.time)
     ends = np.isin(path.samples.time, path.steps[0])  # behind the impact of a hard contact, back on the constraints
@@ -199,9 +198,9 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
 
 def test_recorded_steps_are_thinned_out(clearance_array: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
     """Limit: a full record keeps events and largest values, and every other one of the other steps."""
-    whole = compute(plan(clearance_array), Options(0.3), curves=True)
+    whole = compute(plan(clearance_array), sd.Options(0.3), curves=True)
     monkeypatch.setattr("scissordyn.run.trajectory.RECORDED_STEPS_MAX", 1024)
-    path = compute(plan(clearance_array), Options(0.3), curves=True)
+    path = compute(plan(clearance_array), sd.Options(0.3), curves=True)
     assert whole.recorded.time.size > 2000
     assert path.recorded.every[0] > 1
     assert path.recorded.time.size < 0.7 * whole.recorded.time.size

@@ -11,7 +11,6 @@ from tests.build import EXAMPLES, warnings_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
 from scissordyn.kinematics.branching import drive_warnings
 from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
@@ -128,13 +127,13 @@ def test_examples_have_none(case: Path) -> None:
     180 + 120 mm (Grashof): both turn without limit. Controlled array, press and self-deploying array have no drive that
     prescribes motion.
     """
-    read = read_case(case, [])
+    read = sd.read_case(case, [])
     assert drive_warnings(plan(read.mechanism), read.run.until) == []
 
 
 def paper(speed: str) -> sd.Mechanism:
     """Return the array of the paper at another speed."""
-    return read_case(EXAMPLES / "paper.toml", [f"drive.speed={speed!r}"]).mechanism
+    return sd.read_case(EXAMPLES / "paper.toml", [f"drive.speed={speed!r}"]).mechanism
 
 
 def singular_warnings(run) -> list[str]:

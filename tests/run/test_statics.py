@@ -16,7 +16,6 @@ import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.components.catalogue import COMPONENTS
 from scissordyn.equilibrium.statics import SENSE_PARAMETERS as SENSITIVE
-from scissordyn.errors import InputError
 from scissordyn.model.commanded import rigid
 
 G = 9.81  # [m/s^2] gravitational acceleration
@@ -173,7 +172,7 @@ def test_backward_motion_is_computed_for_one_way_loads_alone() -> None:
     bare = sd.statics(slider_crank(), **options)["drive_torque"].values[1:-1]
     np.testing.assert_allclose(backward, np.where(sense > 0.0, both, bare), atol=1e-9)
     np.testing.assert_allclose(forward, np.where(sense < 0.0, both, bare), atol=1e-9)
-    with pytest.raises(InputError, match="or one-way loads"):
+    with pytest.raises(sd.InputError, match="or one-way loads"):
         sd.statics(always, friction="backward", **options)
 
 

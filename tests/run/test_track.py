@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 from scissordyn.model.commanded import rigid
-from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.units import short
@@ -138,7 +136,7 @@ def test_limits_of_the_settling_time() -> None:
 def test_table_of_the_ideal_mechanism(motion) -> None:
     """Limit: between its rows the table of the ideal path keeps its error bound for any drive."""
     arm = sd.scissor(units=3, angle=0.5).driven(motion).track("tip", "unit 3/bar 1", "end")
-    path = ideal_path(plan(arm), Options(until=0.06))
+    path = ideal_path(plan(arm), sd.Options(until=0.06))
     times = np.linspace(0.0, 0.06, 1237)
     exact = sd.simulate(arm, until=0.06, samples=1237)["track_position"].transpose("time", "track", "axis").values
     assert path.warnings == ()
@@ -152,7 +150,7 @@ def test_in_a_case_file(tmp_path: Path) -> None:
     tracks += '[[track]]\nname = "E"\nbody = "unit 1/bar 1"\npoint = "end"\n'
     path = tmp_path / "case.toml"
     path.write_text(case + tracks)
-    found = read_case(path).mechanism.tracks
+    found = sd.read_case(path).mechanism.tracks
     assert found == (sd.Track("P", "slider", (0.01, -0.02), 0.002), sd.Track("E", "unit 1/bar 1", "end"))
 
 

@@ -11,7 +11,6 @@ from tests.build import EXAMPLES, array, counts_of, warnings_of
 
 import scissordyn as sd
 from scissordyn.laws.evaluate import elastic_force
-from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import plan
 from scissordyn.record.warn import largest_energy_change, run_warnings
@@ -208,7 +207,7 @@ HALF, MASS, RADIUS = 0.5, 1.0, 0.02
 CLEARANCE, DEPTH = 0.01, 1e-7  # Clearance of the bearing and initial indentation [m]
 
 
-def sliding(angle: float, friction: float, speed: float) -> Mechanism:
+def sliding(angle: float, friction: float, speed: float) -> sd.Mechanism:
     """Return a rod that slides with its lower tip, a journal, on the bottom of its bearing."""
     rod = sd.Body(
         name="rod",
@@ -223,7 +222,7 @@ def sliding(angle: float, friction: float, speed: float) -> Mechanism:
     law = sd.Ambrosio(kinetic=friction)
     ground = sd.Clearance(CLEARANCE, journal_radius=RADIUS, stiffness=sd.law("stiffness", "linear")(), friction=law)
     pin = sd.Revolute("tip", ("rod", "tip"), ("ground", "centre"), clearance=ground)
-    return Mechanism((rod,), joints=(pin,), ground=(("centre", (0.0, 0.0)),))
+    return sd.Mechanism((rod,), joints=(pin,), ground=(("centre", (0.0, 0.0)),))
 
 
 def bracket(angle: float, friction: float, speed: float) -> float:

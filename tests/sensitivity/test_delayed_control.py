@@ -9,7 +9,6 @@ import pytest
 from tests.build import hanging
 
 import scissordyn as sd
-from scissordyn.control.delayed.pyragas import Pyragas
 from scissordyn.model.parameter_path import changed
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
@@ -56,7 +55,7 @@ def test_delay_equation(method: str) -> None:
 def test_delay_and_gain(method: str) -> None:
     """Cross-check: derivatives by delay, gain and initial speed beside differences of eighth order; the onset is one delay."""
     spring = sd.TorsionSpring("spring", "rod", stiffness=3.0, damping=0.02)
-    mechanism = hanging(spring, spin=1.0).controlled(Pyragas(0.6, 0.31, recorded="speed", ramp=0.2))
+    mechanism = hanging(spring, spin=1.0).controlled(sd.Pyragas(0.6, 0.31, recorded="speed", ramp=0.2))
     options = sd.Options(2.0, "as-placed", 2, 1e-12, 1e-12, method)
     name = mechanism.components[-1].name
     paths = [f"{name}.controller.delay", f"{name}.controller.gain", "body.rod.angular_velocity"]
@@ -86,7 +85,7 @@ def test_steps_that_no_delay_reaches_are_dropped(monkeypatch: pytest.MonkeyPatch
 def test_a_controller_that_begins_abruptly() -> None:
     """Contract: the derivative by the delay is refused if the torque jumps after it; that by the gain exists."""
     spring = sd.TorsionSpring("spring", "rod", stiffness=3.0)
-    mechanism = hanging(spring, spin=1.0).controlled(Pyragas(0.6, 0.31, recorded="speed"))
+    mechanism = hanging(spring, spin=1.0).controlled(sd.Pyragas(0.6, 0.31, recorded="speed"))
     options = sd.Options(0.6, "as-placed", 2, 1e-9, 1e-9, "dop853")
     name = mechanism.components[-1].name
     run_of(mechanism, options, [f"{name}.controller.gain"])

@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.analysis.agreement import Measured
 from scissordyn.identification.exact import exact_jacobian
 from scissordyn.identification.fit import fit_parameters
 from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import Problem, columns_of, curves, free_parameter, motion
 from scissordyn.identification.start import prepare_segments
-from scissordyn.laws.damping.factors import Flores
 from scissordyn.model.parameter_path import changed_all
 
 # Parameter values of the mechanism that is measured, in SI units
@@ -29,19 +27,19 @@ OPTIONS = sd.Options(0.03, "as-placed", 2, 1e-11, 1e-11, "dop853", events="locat
 def bouncing() -> sd.Mechanism:
     """Return a ball that bounces in a hole three times."""
     ball = sd.Body("ball", 1.0, 1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(0.3, 0.1))
-    gap = sd.Clearance(1e-3, journal_radius=0.01, damping=Flores(0.7), friction=sd.NoFriction(), reference="onset")
+    gap = sd.Clearance(1e-3, journal_radius=0.01, damping=sd.Flores(0.7), friction=sd.NoFriction(), reference="onset")
     joint = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=gap)
     return sd.Mechanism(bodies=(ball,), joints=(joint,), ground=(("middle", (0.0, 0.0)),), gravity=0.0)
 
 
-def record() -> Measured:
+def record() -> sd.Measured:
     """Return the position of the ball."""
     mechanism, times = bouncing(), np.linspace(0.0, 0.03, 200)
     columns = columns_of(mechanism, OPTIONS)
     names = ("position of ball, x", "position of ball, y")
     run = motion(mechanism, OPTIONS, times)
     assert run.sizes["contact"] == 3
-    return Measured(times, names, curves(run, [columns[name] for name in names]), ("m", "m"))
+    return sd.Measured(times, names, curves(run, [columns[name] for name in names]), ("m", "m"))
 
 
 def test_derivatives_of_residuals() -> None:

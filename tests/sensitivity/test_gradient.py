@@ -10,18 +10,17 @@ import numpy as np
 import pytest
 
 import scissordyn as sd
-from scissordyn.laws.damping.factors import Flores, HuntCrossley, LankaraniNikravesh
+from scissordyn.laws.damping.factors import HuntCrossley
 from scissordyn.model.parameter_path import changed
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 from scissordyn.sensitivity.forward import forward
-from scissordyn.sensitivity.gradient import gradient
 from scissordyn.sensitivity.seed import CENTRAL_DIFFERENCES, Start, _differences, derivatives, parameter_of
 
 RESTITUTIONS = (
-    (Flores, 0.5, 1.07308990055),
-    (LankaraniNikravesh, 0.5, 0.270367967569),
+    (sd.Flores, 0.5, 1.07308990055),
+    (sd.LankaraniNikravesh, 0.5, 0.270367967569),
     (HuntCrossley, 0.5, 0.459202543812),
 )
 """Damping law, its parameter c_r, and the exact derivative of an impact's actual restitution coefficient by c_r."""
@@ -148,7 +147,7 @@ MEASURED = ("first_contact", "peak_force", "peak_approach_speed", "impulse", "pe
 def test_measures_of_a_run() -> None:
     """Closed form: what follows from the approach speed and the masses alone; of equal parts neither decides."""
     measures = [*(f"Flores.{name}" for name in MEASURED), "damping_loss", "first_contact"]
-    found = gradient(
+    found = sd.gradient(
         journals(), of=measures, by=["Flores.clearance", "body.Flores.mass"], until=0.0035, start="as-placed", rtol=1e-12
     )
     of = found["elasticity"].sel(parameter="body.Flores.mass").to_series()
@@ -175,7 +174,7 @@ def run_out(name: str) -> float:
 def test_the_part_of_a_run_in_which_a_gradient_holds() -> None:
     """Contract: a change that moves a journal far ends it at the event."""
     near, far = (
-        gradient(journals(), of=["peak_force"], by=["Flores.clearance"], until=0.0035, start="as-placed", change=change)
+        sd.gradient(journals(), of=["peak_force"], by=["Flores.clearance"], until=0.0035, start="as-placed", change=change)
         for change in (1e-3, 0.5)
     )
     assert near["limit"].item() == ""
@@ -210,7 +209,7 @@ def test_errors(message: str) -> None:
     """Contract: what has no gradient is refused in one line."""
     options = {"of": ["peak_force"], "by": ["Flores.clearance"], "until": 1e-3, "start": "as-placed"} | REFUSED[message]
     with pytest.raises(sd.InputError, match=message) as refused:
-        gradient(journals(), **options)
+        sd.gradient(journals(), **options)
     assert "\n" not in str(refused.value)
 
 
@@ -218,7 +217,7 @@ def test_a_count_is_refused() -> None:
     """Contract: a number that cannot change by a small amount."""
     arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))
     with pytest.raises(sd.InputError, match=r"'drive\.strokes' is an integer") as refused:
-        gradient(arm, of=["drive_work"], by=["drive.strokes"], until=1e-3)
+        sd.gradient(arm, of=["drive_work"], by=["drive.strokes"], until=1e-3)
     assert "\n" not in str(refused.value)
 
 
@@ -230,9 +229,9 @@ def test_a_run_whose_contacts_only_graze() -> None:
     thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
     wanted = {"of": ["first_contact"], "by": ["body.Flores.velocity.y"], "until": 0.0148, "start": "as-placed"}
     with pytest.raises(sd.InputError, match=r"only grazes: a change of .*velocity\.y. by 0\.1 % may") as refused:
-        gradient(thrown, **wanted)
+        sd.gradient(thrown, **wanted)
     assert "\n" not in str(refused.value)
-    found = gradient(thrown, **wanted, change=1e-7)
+    found = sd.gradient(thrown, **wanted, change=1e-7)
     onset = speed / 9.81 * (1.0 + 1e-6 - math.sqrt((1.0 + 1e-6) ** 2 - 1.0))
     slope = -onset / (speed * (1.0 + 1e-6) - 9.81 * onset)
     assert found["derivative"].item() == pytest.approx(slope, rel=1e-6)
@@ -246,7 +245,7 @@ def test_a_contact_that_nearly_happens() -> None:
     thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
     wanted = {"by": ["body.Flores.velocity.y", "body.Flores.mass"], "until": 0.02, "start": "as-placed", "trajectory": True}
     for change, limits in ((1.01e-4, ["near", ""]), (0.99e-4, ["", ""])):
-        found = gradient(thrown, **wanted, samples=2, change=change)
+        found = sd.gradient(thrown, **wanted, samples=2, change=change)
         assert found["limit"].values.tolist() == limits
         assert found["valid_until"].values == pytest.approx([speed / 9.81 if limits[0] else 0.02, 0.02], rel=1e-4)
 
@@ -258,8 +257,8 @@ def test_a_contact_that_grazes() -> None:
     thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
     wanted = {"of": ["first_contact"], "by": ["body.Flores.velocity.y"], "until": 0.0145, "start": "as-placed"}
     with pytest.raises(sd.InputError, match="only grazes"):
-        gradient(thrown, **wanted, change=1.01e-4)
-    found = gradient(thrown, **wanted, change=0.99e-4)
+        sd.gradient(thrown, **wanted, change=1.01e-4)
+    found = sd.gradient(thrown, **wanted, change=0.99e-4)
     assert found["limit"].item() == ""
 
 
@@ -270,8 +269,8 @@ def test_a_second_peak_within_the_change() -> None:
     bodies = (balls.bodies[0], dataclasses.replace(balls.bodies[1], velocity=(SPEED * (1.0 + 5e-4), 0.0)))
     both = dataclasses.replace(balls, bodies=bodies, joints=tuple(pair))
     wanted = {"of": ["peak_force"], "by": [f"body.{bodies[1].name}.velocity.x"], "until": 2.4e-3, "start": "as-placed"}
-    assert not gradient(both, **wanted, change=1e-3)["smooth"].item()
-    assert gradient(both, **wanted, change=3e-4)["smooth"].item()
+    assert not sd.gradient(both, **wanted, change=1e-3)["smooth"].item()
+    assert sd.gradient(both, **wanted, change=3e-4)["smooth"].item()
 
 
 def test_derivatives_of_the_start_by_a_small_offset() -> None:

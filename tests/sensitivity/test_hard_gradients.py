@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.model.parameter_path import changed
 from scissordyn.plan.plan import plan
@@ -34,7 +33,7 @@ def disc(
     gap = sd.Clearance(
         clearance,
         journal_radius=radius,
-        damping=LankaraniNikravesh(restitution),
+        damping=sd.LankaraniNikravesh(restitution),
         friction=Coulomb(friction) if isinstance(friction, float) else friction,
         contact="hard",
     )

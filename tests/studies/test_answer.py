@@ -17,9 +17,7 @@ import xarray as xr
 from scipy import stats
 
 import scissordyn as sd
-from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.pdf import BROWSERS, print_pdf
-from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import number
 from scissordyn.plot.study import feasibility_map, pareto_front, requirement_bars, response_curves, sensitivity_bars
 from scissordyn.studies.answer.page import numbers_text
@@ -28,7 +26,6 @@ from scissordyn.studies.answer.trend import morris_indices, sensitivity, sobol_i
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, worst_cases
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling, design_values
-from scissordyn.studies.ask.distribution import Interval
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement, risk_value
 from scissordyn.studies.compute.execute import execute
 from scissordyn.studies.compute.optimise import candidates, nondominated, optimise, proposer
@@ -42,8 +39,8 @@ def study(**changes: Any) -> Study:
     """Return a study of clearance and speed with a requirement on the peak force."""
     fields: dict[str, Any] = {
         "mechanism": arm(),
-        "options": Options(0.005),
-        "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)), Factor("drive.speed", Interval(10.0, 20.0))),
+        "options": sd.Options(0.005),
+        "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4)), Factor("drive.speed", sd.Interval(10.0, 20.0))),
         "design": Design("random", 8),
         "measures": ("peak_force", "contact_count"),
         "requirements": (Requirement("peak_force", "<", 500.0, text="peak_force < 500 N"),),
@@ -106,7 +103,7 @@ def test_worst_cases_and_causes() -> None:
     assert [(one.case, one.value) for one in worst] == [(0, 900.0), (3, 700.0)]
     assert worst[0].margin == pytest.approx(-0.8)
     # where nothing is chosen, one case of each sample
-    drawn = (Factor("A.clearance", Interval(1e-4, 5e-4)),)
+    drawn = (Factor("A.clearance", sd.Interval(1e-4, 5e-4)),)
     described = study(factors=(), design=Design(), uncertain=drawn, sampling=Sampling(3, "random"), members=2)
     worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 5)
     assert [(case.case, case.value) for case in worst] == [(0, 900.0), (3, 700.0), (5, 200.0)]
@@ -136,7 +133,7 @@ def test_sobol_indices_of_ishigami() -> None:
     """Closed form: indices within the bootstrap intervals, and equal to SALib's for the same samples."""
     from SALib.analyze import sobol
 
-    sides: tuple[Any, ...] = (Interval(-np.pi, np.pi),) * 3
+    sides: tuple[Any, ...] = (sd.Interval(-np.pi, np.pi),) * 3
     base = 2048
     points = design_values(Design("saltelli", base, seed=4), sides, np.zeros(3), np.arange(base * 5))
     values = ishigami(points)
@@ -164,7 +161,7 @@ def test_sobol_indices_of_ishigami() -> None:
 def test_morris_effects_of_a_linear_function() -> None:
     """Closed form: the effects are the slopes, without deviation."""
     design = Design("morris", 12)
-    sides: tuple[Any, ...] = (Interval(0.0, 1.0),) * 2
+    sides: tuple[Any, ...] = (sd.Interval(0.0, 1.0),) * 2
     points = design_values(design, sides, np.zeros(2), np.arange(36))
     found = morris_indices(points, 3.0 * points[:, 0] - 5.0 * points[:, 1], ["a", "b"])
     np.testing.assert_allclose(found["effect"].values, [3.0, 5.0], rtol=1e-9)
@@ -264,7 +261,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     """Contract: tables hold the results, a replayed case has the stored peak, and a report has every picture."""
     import pandas as pd
 
-    described = study(design=Design("grid"), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
+    described = study(design=Design("grid"), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4, 3)), *study().factors[1:]))
     described = dataclasses.replace(described, members=2)
     results = execute(described, tmp_path / "a.db").results()
     rows = table(results)
@@ -322,7 +319,7 @@ def test_pictures_of_a_study() -> None:
     curves = response_curves(points, limits={"peak_force": 500.0})
     assert len(curves) == 4  # a measure without a requirement is an answer too
     assert any(line.get_label() == "required" for line in curves[0].lines)
-    sides: tuple[Any, ...] = (Interval(-np.pi, np.pi),) * 3
+    sides: tuple[Any, ...] = (sd.Interval(-np.pi, np.pi),) * 3
     values = ishigami(design_values(Design("saltelli", 64), sides, np.zeros(3), np.arange(320)))
     bars = sensitivity_bars({"y": sobol_indices(values, ["x1", "x2", "x3"])})
     assert len(bars[0].patches) == 6
@@ -453,15 +450,15 @@ def test_printed_page() -> None:
 def test_pdf_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: the error says what to type."""
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    with pytest.raises(InputError, match=r"-o report\.html"):
+    with pytest.raises(sd.InputError, match=r"-o report\.html"):
         print_pdf(PAGE)
 
 
 def test_failing_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Contract: it is an error if the browser writes nothing, or no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
-    with pytest.raises(ScissordynError, match="did not print"):
+    with pytest.raises(sd.ScissordynError, match="did not print"):
         print_pdf(PAGE)
     browser(tmp_path, monkeypatch, 'for a in "$@"; do case $a in --print-to-pdf=*) echo no > "${a#*=}";; esac; done')
-    with pytest.raises(ScissordynError, match="is not a PDF"):
+    with pytest.raises(sd.ScissordynError, match="is not a PDF"):
         print_pdf(PAGE)

@@ -7,13 +7,11 @@ import pytest
 import xarray as xr
 from tests.build import warnings_of
 
+import scissordyn as sd
 from scissordyn.cli.response import bifurcation as command
-from scissordyn.errors import InputError
-from scissordyn.periodic.bifurcation import bifurcation, transfer_state
-from scissordyn.periodic.cycles import cycle
+from scissordyn.periodic.bifurcation import transfer_state
 from scissordyn.periodic.stroboscope import run_cycles
 from scissordyn.plot.regularity import bifurcation as draw
-from scissordyn.record.store import load
 
 CLEARANCES = (0.1e-3, 0.3e-3, 0.5e-3)  # [m] values of the clearance in a diagram
 TIMES = {"seconds", "processor_seconds"}  # Attributes that differ between equal computations
@@ -44,7 +42,7 @@ def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
 @pytest.fixture(scope="module")
 def diagram(impacting):
     """Return a diagram of three values, computed in this process."""
-    return bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=1)
+    return sd.bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=1)
 
 
 def test_each_value_is_a_run(impacting, diagram):
@@ -53,7 +51,7 @@ def test_each_value_is_a_run(impacting, diagram):
     assert diagram["value"].attrs["units"] == "m"
     assert set(diagram["status"].values) == {"complete"}
     for k, clearance in enumerate(CLEARANCES):
-        run = cycle(impacting.replace("A.clearance", clearance), cycles=4, keep=2)
+        run = sd.cycle(impacting.replace("A.clearance", clearance), cycles=4, keep=2)
         for name in ("slider_velocity", "eccentricity", "impacts", "peak_force", "cycle"):
             row = diagram[name] if name == "cycle" else diagram[name].isel(value=k)
             np.testing.assert_array_equal(row.values, run[name].values)
@@ -71,7 +69,7 @@ def test_warnings(diagram):
 
 def test_two_threads_give_the_same(impacting, diagram):
     """Identity: two threads give the same diagram, bit for bit."""
-    assert_same(bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=2), diagram)
+    assert_same(sd.bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=4, keep=2, engine=2), diagram)
 
 
 def test_interrupted_diagram_is_continued(impacting, diagram, tmp_path):
@@ -81,32 +79,32 @@ def test_interrupted_diagram_is_continued(impacting, diagram, tmp_path):
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
-    partial = bifurcation(impacting, over="A.clearance", store=store, progress=stop, **asked)
+    partial = sd.bifurcation(impacting, over="A.clearance", store=store, progress=stop, **asked)
     assert partial.attrs["status"] == "interrupted"
-    assert load(store)["status"].values.tolist() == ["complete", "pending", "pending"]
+    assert sd.load(store)["status"].values.tolist() == ["complete", "pending", "pending"]
     seen = []
-    whole = bifurcation(impacting, over="A.clearance", store=store, progress=lambda *count: seen.append(count), **asked)
+    whole = sd.bifurcation(impacting, over="A.clearance", store=store, progress=lambda *count: seen.append(count), **asked)
     assert seen == [(2, 3), (3, 3)]
     assert_same(whole, diagram)
-    assert_same(load(store), diagram)
+    assert_same(sd.load(store), diagram)
     assert float(whole["seconds"][0]) == float(partial["seconds"][0])
     assert [path.name for path in tmp_path.iterdir()] == ["diagram.nc"]
-    with pytest.raises(InputError, match="another diagram"):
-        bifurcation(impacting, over="A.clearance", store=store, **{**asked, "cycles": 5})
-    with pytest.raises(InputError, match="another diagram"):
-        bifurcation(impacting.replace("gravity", 1.0), over="A.clearance", store=store, **asked)
+    with pytest.raises(sd.InputError, match="another diagram"):
+        sd.bifurcation(impacting, over="A.clearance", store=store, **{**asked, "cycles": 5})
+    with pytest.raises(sd.InputError, match="another diagram"):
+        sd.bifurcation(impacting.replace("gravity", 1.0), over="A.clearance", store=store, **asked)
 
 
 def test_following(impacting):
     """Contract: with `follow` each value continues from the end of the previous one."""
-    chain = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
+    chain = sd.bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, follow=True)
     mechanisms = [impacting.replace("A.clearance", clearance) for clearance in CLEARANCES[::-1]]
     options = cycle_options(impacting)
     found = run_cycles(mechanisms[0], options, cycles=3)
     for k in (1, 2):
         found = run_cycles(mechanisms[k], options, cycles=3, start=transfer_state(mechanisms[k - 1], found.end, mechanisms[k]))
         np.testing.assert_array_equal(chain["peak_force"].values[k], found.values["peak_force"])
-    alone = bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=1)
+    alone = sd.bifurcation(impacting, over="A.clearance", values=CLEARANCES[::-1], cycles=3, keep=3, engine=1)
     assert not np.array_equal(chain["peak_force"].values[1], alone["peak_force"].values[1])
 
 
@@ -121,14 +119,14 @@ def cycle_options(mechanism):
 def test_interrupted_following_is_continued(impacting, tmp_path):
     """Contract: a diagram with `follow` continues from the stored end of the previous value."""
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
-    whole = bifurcation(impacting, over="A.clearance", **asked)
+    whole = sd.bifurcation(impacting, over="A.clearance", **asked)
 
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt
 
     for _ in range(2):
-        bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", progress=stop, **asked)
-    assert_same(bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
+        sd.bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", progress=stop, **asked)
+    assert_same(sd.bifurcation(impacting, over="A.clearance", store=tmp_path / "chain.nc", **asked), whole)
 
 
 def test_transferred_state(frictional):
@@ -146,7 +144,7 @@ def test_transferred_state(frictional):
 
 def test_values_that_fail(impacting):
     """Contract: failed values have a cause and NaN, and do not affect the others."""
-    found = bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=1)
+    found = sd.bifurcation(impacting, over="A.clearance", values=CLEARANCES, cycles=2, keep=1, most_steps=900, engine=1)
     states = found["status"].values.tolist()
     assert "failed" in states
     assert "complete" in states
@@ -159,13 +157,13 @@ def test_values_that_fail(impacting):
 def test_drive_and_function(impacting):
     """Contract: the period follows the frequency of the drive; a function of the value is equal to a path."""
     frequencies = (40.0, 60.0)
-    one = bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=1)
+    one = sd.bifurcation(impacting, over="drive.angular_frequency", values=frequencies, cycles=2, keep=2, engine=1)
     np.testing.assert_allclose(one["period"], 2.0 * np.pi / np.array(frequencies), rtol=1e-15)
 
     def faster(value):
         return impacting.replace("drive.angular_frequency", value)
 
-    assert_same(bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, engine=1), one)
+    assert_same(sd.bifurcation(impacting, over=faster, values=frequencies, cycles=2, keep=2, engine=1), one)
 
 
 def test_refused_diagrams(impacting):
@@ -177,8 +175,8 @@ def test_refused_diagrams(impacting):
         ({"values": (-1e-4,)}, "clearance = -0.0001"),
         ({"values": (1e-4,), "engine": "two"}, r"engine = 'two'.*engine=2"),
     ):
-        with pytest.raises(InputError, match=words):
-            bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
+        with pytest.raises(sd.InputError, match=words):
+            sd.bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
@@ -189,16 +187,16 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     assert command(case, "A.clearance", "0.1 mm", "0.3 mm", **asked) == 0
     shown = capsys.readouterr()
     assert "2 of 2 values of A.clearance complete, 4 cycles" in shown.out
-    np.testing.assert_allclose(load(tmp_path / "d.nc")["value"], (1e-4, 3e-4), rtol=1e-15)
+    np.testing.assert_allclose(sd.load(tmp_path / "d.nc")["value"], (1e-4, 3e-4), rtol=1e-15)
     assert (tmp_path / "d.png").stat().st_size > 5000
-    assert load(tmp_path / "d.nc")["value"].attrs["shown_unit"] == "mm"
+    assert sd.load(tmp_path / "d.nc")["value"].attrs["shown_unit"] == "mm"
     assert command(case, "drive.angular_frequency", "150 rpm", "180 rpm", **asked | {"output": tmp_path / "rpm.nc"}) == 0
     assert "Warning: drive.angular_frequency = 150 rpm" in capsys.readouterr().out
-    diagram = load(tmp_path / "rpm.nc")
+    diagram = sd.load(tmp_path / "rpm.nc")
     np.testing.assert_allclose(diagram["value"], (5.0 * np.pi, 6.0 * np.pi), rtol=1e-14)
     (axes,) = draw(diagram)
     assert axes.get_xlabel().endswith("[rpm]")
     np.testing.assert_allclose(np.unique(axes.lines[0].get_xdata()), (150.0, 180.0), rtol=1e-14)
     for wrong, words in (("0.1", "missing unit"), ("0.1 s", "wrong dimension"), ("-1 mm", "out of bounds")):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(sd.InputError, match=words):
             command(case, "A.clearance", wrong, "0.3 mm", points=2, cycles=2)

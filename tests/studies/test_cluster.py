@@ -21,11 +21,9 @@ from benchmarks.study_kills import KILLS, VICTIMS, killed_at_random
 
 import scissordyn as sd
 from reference.paper_case import paper_case
-from scissordyn.model.options import Options
-from scissordyn.run.engine import Processes, outcomes
+from scissordyn.run.engine import outcomes
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
-from scissordyn.studies.ask.distribution import Interval
 from scissordyn.studies.compute.cluster import cluster
 from scissordyn.studies.compute.execute import ProgramError, execute
 from scissordyn.studies.compute.store import Store
@@ -45,14 +43,14 @@ def process_of(_: int) -> int:
 
 def study(cases: int = 24) -> Study:
     """Return a study of a few cases."""
-    return Study(arm(), Options(0.002), (Factor("A.clearance", Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
+    return Study(arm(), sd.Options(0.002), (Factor("A.clearance", sd.Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
     """Contract: processes give the rows of threads, also when one dies."""
     whole = execute(study(), tmp_path / "threads.db", block=3, engine=1)
-    with Processes(2) as engine:
+    with sd.Processes(2) as engine:
         victims = [outcome.value for outcome in outcomes(engine, process_of, [1])]
         killed = []
 

@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
+import scissordyn as sd
 from scissordyn.cli.study import show_answers
 from scissordyn.plot.study import response_curves
 from scissordyn.studies.answer.conclusion import agreement, conclude, needs, point_table, trend_table
@@ -23,7 +24,7 @@ from scissordyn.studies.answer.trend import fit_trends, morris_indices, rank_par
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, least_margins, recommended, worst_cases
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Interval, Levels, Variation, from_scipy
+from scissordyn.studies.ask.distribution import Variation, from_scipy
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.store import FAILED
 from scissordyn.warning import warning
@@ -85,7 +86,7 @@ def test_too_few_points_have_no_trend() -> None:
 def proportional(bound: float, points: int = 24) -> tuple:
     """Return a study and results with a peak force of 4e6 N/m times the clearance, 400 to 2000 N, for any speed."""
     described = study(
-        factors=(Factor("A.clearance", Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", Interval(10.0, 20.0))),
+        factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", sd.Interval(10.0, 20.0))),
         design=Design("sobol", points, 1),
         requirements=(dataclasses.replace(FORCE, bound=bound),),
     )
@@ -209,7 +210,7 @@ def test_cases_that_never_settle_are_failures() -> None:
 
 def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
     """Closed form: the range of samples of 100 to 432 N at one point has these ends."""
-    described = study(factors=(), uncertain=(Factor("A.clearance", Interval(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
+    described = study(factors=(), uncertain=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
     peak = np.linspace(100.0, 432.0, 12)
     found = made_up(described, peak)
     row = response_ranges(described, found, by_point(described, found)).rows[0]
@@ -241,7 +242,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
         beyond += bool(np.max(np.abs(np.corrcoef(x.T, y)[-1, :-1])) > chance[0])
     assert 0.02 * 400 <= beyond <= 0.09 * 400
     masses = ("body.slider.mass", "body.unit 1/bar 1.mass", "body.unit 1/bar 2.mass")
-    uncertain = tuple(Factor(name, Interval(0.1, 0.9)) for name in ("gravity", *masses))
+    uncertain = tuple(Factor(name, sd.Interval(0.1, 0.9)) for name in ("gravity", *masses))
     described = study(
         uncertain=uncertain, sampling=Sampling(1, "random", common=False), design=Design("random", 8), measures=("peak_force",)
     )
@@ -284,7 +285,7 @@ def test_conclusion_with_many_factors() -> None:
     bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
     numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
     described = study(
-        factors=tuple(Factor(name, Interval(1e-4, 5e-4)) for name in numbers),
+        factors=tuple(Factor(name, sd.Interval(1e-4, 5e-4)) for name in numbers),
         uncertain=(),
         sampling=Sampling(1),
         design=Design("sobol", 64, 1),
@@ -301,9 +302,9 @@ def test_conclusion_with_many_factors() -> None:
 
 def test_probability_of_the_recommended_point() -> None:
     """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
-    drawn = Factor("A.damping.restitution", Interval(0.5, 0.9))
+    drawn = Factor("A.damping.restitution", sd.Interval(0.5, 0.9))
     described = study(
-        factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),),
+        factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),),
         design=Design("random", 3),
         uncertain=(drawn,),
         sampling=Sampling(8),
@@ -345,7 +346,7 @@ def test_order_of_a_report(tmp_path: Path) -> None:
     assert "in the folder that has a.db" in page
 
 
-CLEARANCE = Factor("A.clearance", Interval(1e-4, 5e-4, 5), "mm", 1e-3)  # Factor with five clearances
+CLEARANCE = Factor("A.clearance", sd.Interval(1e-4, 5e-4, 5), "mm", 1e-3)  # Factor with five clearances
 
 
 def of_two_members(**changes: Any) -> Study:
@@ -363,10 +364,10 @@ def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dat
 @pytest.mark.parametrize(
     ("variation", "said"),
     [
-        (Interval(1e-4, 5e-4), "0.1 to 0.5 mm"),
-        (Interval(1e-4, 5e-4, logarithmic=True), "0.1 to 0.5 mm, log"),
-        (Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
-        (Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
+        (sd.Interval(1e-4, 5e-4), "0.1 to 0.5 mm"),
+        (sd.Interval(1e-4, 5e-4, logarithmic=True), "0.1 to 0.5 mm, log"),
+        (sd.Levels((1e-4, 2e-4)), "0.1, 0.2 mm"),
+        (sd.Levels(tuple(np.arange(1, 9) * 1e-4)), "0.1, 0.2, 0.3, 0.4, 0.5, 0.6, ... 0.8 mm"),
         (from_scipy(stats.norm(3e-4, 5e-5)), "norm(loc=0.3, scale=0.05) mm"),
         (from_scipy(stats.lognorm(0.1, scale=3e-4)), "lognorm(s=0.1, loc=0, scale=0.3) mm"),
     ],

@@ -9,8 +9,6 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.errors import InputError
-from scissordyn.model.options import Options
 from scissordyn.studies.compute.convergence import Level, _agrees, _settings_to_try, read_wanted
 
 
@@ -22,7 +20,7 @@ def arm():
 
 def test_chosen_tolerance_is_enough(arm):
     """Limit: the quantity is within the wanted error of a run at 1e-11; a smaller error needs a tighter tolerance."""
-    options = Options(0.01)
+    options = sd.Options(0.01)
     exact = float(sd.simulate(arm, until=0.01, rtol=1e-11, atol=1e-11)["peak_force"].max())
     found = {within: sd.convergence(arm, options, "A.peak_force", within=within) for within in (1e-2, 1e-6)}
     for within, one in found.items():
@@ -52,7 +50,7 @@ def test_agreement():
 def test_chaotic_motion_is_reported():
     """Limit: members of a chaotic motion differ, and the result says so."""
     arm = sd.scissor(units=2).with_clearance("all", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
-    found = sd.convergence(arm, Options(0.12), "contact_count", within=0.001, members=3)
+    found = sd.convergence(arm, sd.Options(0.12), "contact_count", within=0.001, members=3)
     assert found.chaotic
     assert max(level.spread for level in found.levels) > 0.001
 
@@ -60,7 +58,7 @@ def test_chaotic_motion_is_reported():
 def test_steps_of_hard_contact(arm):
     """Contract: with hard contact the step is halved from level to level."""
     hard = arm.replace("A.contact", "hard")
-    found = sd.convergence(hard, Options(0.01), "peak_drive_torque", within=0.05)
+    found = sd.convergence(hard, sd.Options(0.01), "peak_drive_torque", within=0.05)
     assert found.varied == "step"
     settings = [level.setting for level in found.levels]
     assert all(coarse == 2.0 * fine for coarse, fine in itertools.pairwise(settings))
@@ -72,7 +70,7 @@ def test_steps_around_a_given_one(arm):
     """Contract: a shorter given step is in the middle of those tried; a longer one has no effect."""
     hard = arm.replace("A.contact", "hard")
     steps = {
-        asked: [each[0] for each in _settings_to_try(hard, Options(0.01, step=asked), "accuracy")[1]]
+        asked: [each[0] for each in _settings_to_try(hard, sd.Options(0.01, step=asked), "accuracy")[1]]
         for asked in (None, 1e-8, 1e-2)
     }
     assert steps[1e-8] == [1e-8 * 2.0**k for k in range(4, -4, -1)]
@@ -97,25 +95,25 @@ def test_text_of_a_wanted_error(text, wanted):
 @pytest.mark.parametrize("text", ["", "tip.error within", "tip.error within 0 %", "tip.error within 3 mm", "two words"])
 def test_refused_texts(text):
     """Contract: any other text is refused in one line."""
-    with pytest.raises(InputError, match="wrong form of"):
+    with pytest.raises(sd.InputError, match="wrong form of"):
         read_wanted(text)
 
 
 def test_unknown_measures(arm):
     """Contract: an unknown measure or joint is refused before a run."""
-    with pytest.raises(InputError, match="unknown measure"):
-        sd.convergence(arm, Options(0.01), "peak_forces")
-    with pytest.raises(InputError, match="no joint"):
-        sd.convergence(arm, Options(0.01), "Q.peak_force")
+    with pytest.raises(sd.InputError, match="unknown measure"):
+        sd.convergence(arm, sd.Options(0.01), "peak_forces")
+    with pytest.raises(sd.InputError, match="no joint"):
+        sd.convergence(arm, sd.Options(0.01), "Q.peak_force")
 
 
 def test_command(arm, tmp_path, capsys):
     """Contract: `check --converge` gives the result of Python, and the command to run with it."""
-    sd.write_case(arm, tmp_path / "case.toml", run=Options(0.005))
+    sd.write_case(arm, tmp_path / "case.toml", run=sd.Options(0.005))
     case = str(tmp_path / "case.toml")
     assert status_of(["check", case, "--converge", "peak_force within 2 %", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)["convergence"]
-    found = sd.convergence(arm, Options(0.005), "peak_force", within=0.02)
+    found = sd.convergence(arm, sd.Options(0.005), "peak_force", within=0.02)
     assert told["setting"] == found.setting
     assert np.array([level["value"] for level in told["levels"]]) == pytest.approx([level.value for level in found.levels])
     assert status_of(["check", case, "--converge", "peak_force within 2 %"]) == 0

@@ -22,10 +22,8 @@ import xarray as xr
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.model.options import Options
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Design, Factor
-from scissordyn.studies.ask.distribution import Interval, Levels
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.execute import Block, ProgramError, execute, run_block, simulated
 from scissordyn.studies.compute.optimise import optimise
@@ -42,8 +40,8 @@ def study() -> Study:
     """Return a study of eight clearances that all meet the requirement."""
     return Study(
         arm(),
-        Options(0.005),
-        (Factor("A.clearance", Levels(tuple(np.linspace(1e-4, 5e-4, CASES).tolist()))),),
+        sd.Options(0.005),
+        (Factor("A.clearance", sd.Levels(tuple(np.linspace(1e-4, 5e-4, CASES).tolist()))),),
         measures=("peak_force", "contact_count"),
         requirements=(Requirement("peak_force", "<", 1e9),),
     )
@@ -146,7 +144,9 @@ def test_truncated_store(size: float, whole: Path, store: Path, capfd: pytest.Ca
 def test_unreadable_page(tmp_path: Path) -> None:
     """Contract: only the rows of an unreadable page are pending."""
     path = tmp_path / "a.db"
-    long = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
+    long = dataclasses.replace(
+        study(), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4, 1000)),), options=sd.Options(1e-5)
+    )
     execute(long, path, engine=1, block=100)
     content, expected = bytearray(path.read_bytes()), Store(path).results()
     row_500 = b"\x83\x74"  # as SQLite writes the number
@@ -207,7 +207,7 @@ def test_read_only_folder(
     """Contract: status 2 and one line, before anything is computed."""
     path, word = tmp_path / "a.db", command.split()[0]
     random_points = dataclasses.replace(
-        study(), design=Design("sobol", 4), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),)
+        study(), design=Design("sobol", 4), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),)
     )
     execute(random_points, path, engine=1)
     monkeypatch.setattr("os.access", lambda place, mode: mode != os.W_OK or not str(place).startswith(str(tmp_path)))
@@ -363,7 +363,9 @@ def _die(address: str) -> None:
 def test_full_disk(whole: Path, tmp_path: Path) -> None:
     """Contract: the error names the store; afterwards the study continues."""
     path, soft = tmp_path / "a.db", resource.getrlimit(resource.RLIMIT_FSIZE)
-    many = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4, 1000)),), options=Options(1e-5))
+    many = dataclasses.replace(
+        study(), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4, 1000)),), options=sd.Options(1e-5)
+    )
 
     def full(progress: Any) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, soft[1]))
@@ -381,7 +383,7 @@ def test_full_disk(whole: Path, tmp_path: Path) -> None:
 
 def test_damaged_optimisation(tmp_path: Path) -> None:
     """Contract: the row is computed again and the search ends with the same rows."""
-    plain = dataclasses.replace(study(), factors=(Factor("A.clearance", Interval(1e-4, 5e-4)),))
+    plain = dataclasses.replace(study(), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),))
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
     searched = dataclasses.replace(plain, optimisation=plan, design=plan.design(1, 1))
     path = tmp_path / "a.db"

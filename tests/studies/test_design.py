@@ -11,22 +11,13 @@ import pytest
 from scipy import special, stats
 from scipy.stats.distributions import rv_frozen
 
-from scissordyn.errors import InputError
-from scissordyn.model.options import Options
+import scissordyn as sd
 from scissordyn.studies.ask.description import Study, to_plain
 from scissordyn.studies.ask.design import DESIGNS, Design, Factor, Sampling, design_size, design_values, uniform_numbers
-from scissordyn.studies.ask.distribution import (
-    Distribution,
-    Empirical,
-    Interval,
-    Levels,
-    Variation,
-    from_plain,
-    from_scipy,
-)
+from scissordyn.studies.ask.distribution import Distribution, Variation, from_plain, from_scipy
 from studies.test_study import arm
 
-TWO: tuple[Variation, ...] = (Interval(1.0, 3.0, 3), Levels((5.0, 7.0)))  # Variations of two factors
+TWO: tuple[Variation, ...] = (sd.Interval(1.0, 3.0, 3), sd.Levels((5.0, 7.0)))  # Variations of two factors
 BASE = np.array([2.5, 6.0])  # Values of the factors in the base case
 
 
@@ -53,7 +44,7 @@ def test_larger_designs_keep_their_first_points(kind: str) -> None:
     ("kind", "variations", "points"),
     [
         ("grid", TWO, [[1, 5], [1, 7], [2, 5], [2, 7], [3, 5], [3, 7]]),
-        ("zip", (Levels((1.0, 2.0)), Levels((5.0, 7.0))), [[1, 5], [2, 7]]),
+        ("zip", (sd.Levels((1.0, 2.0)), sd.Levels((5.0, 7.0))), [[1, 5], [2, 7]]),
         ("one-at-a-time", TWO, [[2.5, 6], [1, 6], [2, 6], [3, 6], [2.5, 5], [2.5, 7]]),
     ],
 )
@@ -65,7 +56,7 @@ def test_points_at_levels(kind: str, variations: tuple[Variation, ...], points: 
 
 def test_latin_hypercube_and_sobol_fill_every_stratum() -> None:
     """Contract: of 16 points one is in each sixteenth of every factor."""
-    pair = (Interval(0.0, 1.0), Interval(0.0, 1.0))
+    pair = (sd.Interval(0.0, 1.0), sd.Interval(0.0, 1.0))
     for kind in ("latin-hypercube", "sobol"):
         found = design_values(Design(kind, 16), pair, BASE, np.arange(16))
         for k in range(2):
@@ -82,7 +73,7 @@ def test_saltelli_is_the_order_of_salib(monkeypatch: pytest.MonkeyPatch) -> None
 
     problem = {"num_vars": 3, "names": ["a", "b", "c"], "bounds": [[0.0, 1.0]] * 3}
     theirs = sobol.sample(problem, 16, calc_second_order=False, seed=5)
-    ours = design_values(Design("saltelli", 16, seed=5), (Interval(0.0, 1.0),) * 3, np.zeros(3), np.arange(16 * 5))
+    ours = design_values(Design("saltelli", 16, seed=5), (sd.Interval(0.0, 1.0),) * 3, np.zeros(3), np.arange(16 * 5))
     np.testing.assert_array_equal(ours, theirs)
 
 
@@ -131,22 +122,22 @@ def test_ends_of_an_open_support_are_not_reached() -> None:
 def test_levels_in_the_logarithm() -> None:
     """Cross-check: scipy's loguniform."""
     u = np.linspace(0.0, 0.999, 50)
-    ours = Interval(1.0, 100.0, logarithmic=True)
+    ours = sd.Interval(1.0, 100.0, logarithmic=True)
     np.testing.assert_allclose(ours.quantile(u), stats.loguniform(1.0, 100.0).ppf(u), rtol=1e-12)
 
 
 def test_quantiles_of_a_table() -> None:
     """Closed form: linear between the sorted values."""
-    table = Empirical((3.0, 1.0, 2.0))
+    table = sd.Empirical((3.0, 1.0, 2.0))
     np.testing.assert_allclose(table.quantile(np.array([0.0, 0.25, 0.5, 1.0])), [1.0, 1.5, 2.0, 3.0])
 
 
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Interval(2.0, 1.0), "from 2 to 1 is empty"),
-        (lambda: Interval(0.0, 1.0, logarithmic=True), "logarithmic range from 0"),
-        (lambda: Levels(()), "empty list"),
+        (lambda: sd.Interval(2.0, 1.0), "from 2 to 1 is empty"),
+        (lambda: sd.Interval(0.0, 1.0, logarithmic=True), "logarithmic range from 0"),
+        (lambda: sd.Levels(()), "empty list"),
         (lambda: Distribution("norm", {"loc": 1.0, "scale": 0.0}), "norm(loc=1, scale=0) is not a distribution"),
         (lambda: Distribution("beta", {"a": -1.0, "b": 2.0}), "is not a distribution"),
         (lambda: Distribution("beta", {"a": 1.0}), "expected beta(a, b, loc, scale)"),
@@ -162,20 +153,20 @@ def test_quantiles_of_a_table() -> None:
 )
 def test_bad_designs(make: object, says: str) -> None:
     """Contract: wrong designs and distributions are refused."""
-    with pytest.raises(InputError, match=re.escape(says)):
+    with pytest.raises(sd.InputError, match=re.escape(says)):
         make()  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("kind", ["sobol", "saltelli", "random", "grid"])
 def test_chosen_and_uncertain_numbers_of_sobol_sequences_are_independent(kind: str) -> None:
     """Contract: chosen and uncertain factors are independent: each pair of quarters occurs equally often."""
-    levels = Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else Interval(0.1e-3, 0.4e-3)
+    levels = sd.Levels(tuple(np.linspace(0.1e-3, 0.4e-3, 256).tolist())) if kind == "grid" else sd.Interval(0.1e-3, 0.4e-3)
     study = Study(
         arm(),
-        Options(until=0.01),
+        sd.Options(until=0.01),
         (Factor("A.clearance", levels),),
         Design(kind, 0 if kind == "grid" else 256, 1),
-        uncertain=(Factor("A.damping.restitution", Interval(0.5, 0.9)),),
+        uncertain=(Factor("A.damping.restitution", sd.Interval(0.5, 0.9)),),
         sampling=Sampling(common=False),
     )
     numbers = study.numbers(np.arange(study.cases))

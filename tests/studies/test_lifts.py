@@ -11,7 +11,6 @@ from tests.build import EXAMPLES
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.config.file import read_case
 
 G, ARMS = 9.81, 36.0  # Gravity [m/s^2] and mass of the arms [kg]
 
@@ -128,7 +127,7 @@ def bars(material: str, section: str) -> list[str]:
 
 def test_mass_is_density_times_area() -> None:
     """Closed form: four bars of a metre, and 15 kg of table and slider."""
-    chosen = read_case(CASE, bars("aluminium", "tube 80x80x2 mm")).mechanism
+    chosen = sd.read_case(CASE, bars("aluminium", "tube 80x80x2 mm")).mechanism
     area = 0.08**2 - 0.076**2
     assert sum(body.mass for body in chosen.bodies) == pytest.approx(15.0 + 4 * 2700.0 * area, rel=1e-12)
 
@@ -137,7 +136,7 @@ def test_sag_at_rest_is_that_of_other_beams() -> None:
     """Second formulation: chains of beam elements instead of modes, in static equilibrium."""
     sag = []
     for also in ([], ["structure.bars.modes=auto", "structure.bars.elements=4"]):
-        case = read_case(CASE, [*bars("aluminium", "tube 80x80x2 mm"), *also])
+        case = sd.read_case(CASE, [*bars("aluminium", "tube 80x80x2 mm"), *also])
         run = sd.simulate(case.mechanism, until=1e-6, samples=2, start="static")
         sag.append(float(run["track_deviation"].values[0, 0]))
     assert sag[0] == pytest.approx(sag[1], rel=2e-3)
@@ -155,7 +154,7 @@ def test_sag_at_rest_is_that_of_other_beams() -> None:
 )
 def test_numbers_of_the_measured_page(material: str, section: str, off: float, stress: float) -> None:
     """Cross-check: deviation and utilisation are those of docs/decisions/measured/study_results.md."""
-    case = read_case(CASE, bars(material, section))
+    case = sd.read_case(CASE, bars(material, section))
     run = sd.simulate(case.mechanism, **case.run.keywords)
     assert float(run["track_deviation"].max()) == pytest.approx(off, rel=2e-3)
     assert float(run["bar_largest_utilisation"].max()) == pytest.approx(stress, rel=5e-3)

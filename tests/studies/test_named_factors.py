@@ -11,12 +11,9 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.config.file import read_case
 from scissordyn.config.studies import refine_study
-from scissordyn.errors import InputError
 from scissordyn.plot.study import feasibility_map, response_curves
 from scissordyn.studies.answer.conclusion import conclude
-from scissordyn.studies.ask.distribution import Names
 from scissordyn.studies.compute.table import column
 from scissordyn.studies.result import StudyResult
 
@@ -72,7 +69,7 @@ def test_each_case_is_the_run_of_its_case_file(case: Path, found: StudyResult) -
     for row in (0, 5, 11):
         changes = [f"{MATERIAL}={table[MATERIAL][row]}", f"{SECTION}={table[SECTION][row]}"]
         changes.append(f"A.clearance={float(table['A.clearance [m]'][row])!r} m")
-        read = read_case(case, changes)
+        read = sd.read_case(case, changes)
         run = sd.simulate(read.mechanism, until=2e-3)
         bars = [str(bar) for bar in run["bar"].values]
         assert [table[f"{bar}.peak_bar_stress [Pa]"][row] for bar in bars] == list(np.abs(run["bar_largest_stress"].values))
@@ -117,7 +114,7 @@ def test_store_with_names(case: Path, found: StudyResult) -> None:
     assert opened.mechanism(7) == found.mechanism(7)
     fewer = refine_study(opened.built(), vary={MATERIAL: "[titanium]", SECTION: f"[{SECTIONS[1]}]", "A.clearance": "0.5 mm"})
     assert fewer.variants == (found.mechanism(11),)
-    with pytest.raises(InputError, match="did you mean 'titanium'"):
+    with pytest.raises(sd.InputError, match="did you mean 'titanium'"):
         refine_study(opened.built(), vary={MATERIAL: "[titan]"})
 
 
@@ -174,7 +171,7 @@ def test_wall_thickness_as_a_factor(case: Path) -> None:
     assert list(table[f"{wall} [m]"].unique()) == [1e-3, 2e-3, 3e-3]
     for row in (0, 3, 6, 11):
         text = table[SECTION][row].rpartition("x")[0] + f"x{1e3 * table[f'{wall} [m]'][row]:g} mm"
-        made = read_case(case, [f"{SECTION}={text}", f"{MATERIAL}={table[MATERIAL][row]}"]).mechanism
+        made = sd.read_case(case, [f"{SECTION}={text}", f"{MATERIAL}={table[MATERIAL][row]}"]).mechanism
         run = sd.simulate(made, until=2e-3)
         bars = [str(bar) for bar in run["bar"].values]
         assert [table[f"{bar}.peak_bar_stress [Pa]"][row] for bar in bars] == list(np.abs(run["bar_largest_stress"].values))
@@ -185,7 +182,7 @@ def test_wall_thickness_as_a_factor(case: Path) -> None:
     assert [each.components[0].axial_stiffness for each in fewer.variants] == pytest.approx(  # type: ignore[attr-defined]
         [modulus * (60e-3**2 - 56e-3**2) for modulus in (210e9, 70e9)], rel=1e-12
     )
-    with pytest.raises(InputError, match="values of the study: 1 mm, 2 mm, 3 mm"):
+    with pytest.raises(sd.InputError, match="values of the study: 1 mm, 2 mm, 3 mm"):
         refine_study(found.built(), vary={wall: "2.5 mm"})
 
 
@@ -200,8 +197,8 @@ def test_numbers_of_the_structure_vary(case: Path) -> None:
 def test_names_by_probability() -> None:
     """Closed form: names have equal or given probabilities."""
     u = np.linspace(0.0, 1.0, 10, endpoint=False) + 0.05
-    assert list(Names(("a", "b")).quantile(u)) == [0.0] * 5 + [1.0] * 5
-    assert list(Names(("a", "b", "c"), (0.2, 0.7, 0.1)).quantile(u)) == [0.0] * 2 + [1.0] * 7 + [2.0]
+    assert list(sd.Names(("a", "b")).quantile(u)) == [0.0] * 5 + [1.0] * 5
+    assert list(sd.Names(("a", "b", "c"), (0.2, 0.7, 0.1)).quantile(u)) == [0.0] * 2 + [1.0] * 7 + [2.0]
 
 
 @pytest.mark.parametrize(
@@ -226,5 +223,5 @@ def test_names_by_probability() -> None:
 )
 def test_refused_names(case: Path, vary: dict[str, object], more: dict[str, object], said: str) -> None:
     """Contract: wrong names are refused before anything is computed."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(sd.InputError, match=said):
         sd.study(case, vary, **more)  # type: ignore[arg-type]

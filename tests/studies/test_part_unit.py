@@ -14,14 +14,12 @@ from tests.build import ORIGIN, wheel
 import scissordyn as sd
 from scissordyn.cli.study import show_answers
 from scissordyn.config.study import read_requirement
-from scissordyn.model.options import Options
 from scissordyn.plot.study import response_curves
 from scissordyn.run.measure import load_units
 from scissordyn.studies.answer.report import table
 from scissordyn.studies.answer.verdict import by_point, worst_cases
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
-from scissordyn.studies.ask.distribution import Interval
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.execute import simulated
 from studies.test_answer import made_up, result_of
@@ -35,8 +33,8 @@ HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)  # Component w
 
 def study(*components: Any, **changes: Any) -> Study:
     """Return a study of the paper's array with components, over its clearance."""
-    fields: dict[str, Any] = {"factors": (Factor("A.clearance", Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
-    return Study(replace(arm(), components=components), Options(0.001), **(fields | changes))
+    fields: dict[str, Any] = {"factors": (Factor("A.clearance", sd.Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
+    return Study(replace(arm(), components=components), sd.Options(0.001), **(fields | changes))
 
 
 def results(described: Study) -> xr.Dataset:

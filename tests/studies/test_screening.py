@@ -8,7 +8,6 @@ from scipy import stats
 from tests.build import one_line_error
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 from scissordyn.studies.answer.estimate import (
     correlation,
     cost_ratio,
@@ -254,7 +253,7 @@ def test_without_accurate_runs(tmp_path):
     """Contract: a study of one kind of runs has no estimates, and the error says why."""
     found = study(tmp_path, points=8, design="random", screen=None)
     assert found.verified is None
-    with pytest.raises(InputError, match="without accurate runs"):
+    with pytest.raises(sd.InputError, match="without accurate runs"):
         found.estimates  # noqa: B018
     assert verified_path("a/b.db") == "a/b.verified.db"
 

@@ -15,11 +15,9 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from scissordyn.model.options import Options
 from scissordyn.run.response import Response
 from scissordyn.studies.ask.description import OwnMeasure, Study
 from scissordyn.studies.ask.design import Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Interval, Levels
 from scissordyn.studies.ask.requirement import Requirement, response_values
 from scissordyn.studies.compute.execute import BLOCK_SECONDS, TASK_SECONDS, block_seconds, execute, extend
 from scissordyn.studies.compute.store import COMPLETE, FAILED, Store, StoreError
@@ -36,10 +34,10 @@ def study(**changes: Any) -> Study:
     """Return a study of clearance and speed on a grid, uncertain restitution, two members."""
     fields: dict[str, Any] = {
         "mechanism": arm(),
-        "options": Options(UNTIL),
-        "factors": (Factor("A.clearance", Interval(1e-4, 5e-4, 3)), Factor("drive.speed", Levels((10.0, 20.0)))),
+        "options": sd.Options(UNTIL),
+        "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4, 3)), Factor("drive.speed", sd.Levels((10.0, 20.0)))),
         "measures": ("peak_force", "contact_count"),
-        "uncertain": (Factor("A.damping.restitution", Interval(0.7, 0.95)),),
+        "uncertain": (Factor("A.damping.restitution", sd.Interval(0.7, 0.95)),),
         "sampling": Sampling(2),
         "members": 2,
         "requirements": (Requirement("peak_force", "<", 2e4),),
@@ -107,7 +105,7 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
 
 def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
     """Contract: 8 points and 8 more are the study of 16 points; finished cases are not computed again."""
-    sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", Interval(1e-4, 5e-4)),), "members": 1}
+    sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4)),), "members": 1}
     store = execute(study(**sobol), tmp_path / "a.db", block=6)
     larger = extend(store.study(), tmp_path / "a.db", 16)
     at_once = execute(study(**sobol | {"design": Design("sobol", 16, seed=2)}), tmp_path / "b.db", block=6)
@@ -123,7 +121,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
     for changes, differs in (
         ({"members": 1}, "design"),
         ({"measures": ("peak_force",)}, "measures"),
-        ({"options": Options(UNTIL, rtol=1e-6)}, "options"),
+        ({"options": sd.Options(UNTIL, rtol=1e-6)}, "options"),
         ({"mechanism": arm().replace("A.clearance", 1e-4)}, "mechanism"),
     ):
         with pytest.raises(sd.InputError, match=f"another study \\(differs in {differs}\\)"):
@@ -135,7 +133,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
 
 def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
     """Contract: failed cases have their cause and are computed again on request only; the others are complete."""
-    broken = study(options=Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
+    broken = study(options=sd.Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
     store = execute(broken, tmp_path / "a.db", block=2)
     status = store.status()
     assert FAILED in status

@@ -18,13 +18,12 @@ from scissordyn.studies.answer.verdict import by_point
 from scissordyn.studies.ask.distribution import PROBABILITY_MAX, PROBABILITY_MIN, Distribution, from_scipy
 from scissordyn.studies.ask.iso_286 import DEVIATIONS, DIAMETERS, GRADES, read_fit
 from scissordyn.studies.compute.table import column
-from scissordyn.units import Quantity
 from studies.test_study import UNTIL, arm
 
-LENGTH = Quantity("m", minimum=0.0)  # Quantity of a clearance
+LENGTH = sd.Quantity("m", minimum=0.0)  # Quantity of a clearance
 # Limits of the clearance of H7/g6 in its standard deviations; both tolerances have a ratio of 5 to 3
 NORMAL_LIMIT = 3.0 * (5.0 + 3.0) / np.hypot(5.0, 3.0)
-NUMBER = Quantity("1", minimum=0.0, maximum=1.0)  # Quantity of a restitution coefficient
+NUMBER = sd.Quantity("1", minimum=0.0, maximum=1.0)  # Quantity of a restitution coefficient
 
 
 @pytest.mark.parametrize(

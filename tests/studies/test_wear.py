@@ -10,12 +10,7 @@ import xarray as xr
 from matplotlib.text import Text
 from scipy.optimize import brentq
 
-from scissordyn.casefile.case import Case
-from scissordyn.components.time_function import Harmonic
-from scissordyn.config.file import read_case, write_case
-from scissordyn.config.studies import open_study, study
-from scissordyn.errors import InputError
-from scissordyn.laws.damping.factors import Flores
+import scissordyn as sd
 from scissordyn.laws.foundation import INDENTATION, PRESSURE
 from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.material import MATERIALS
@@ -24,21 +19,11 @@ from scissordyn.lifetime.ideal import ideal_loads
 from scissordyn.lifetime.life import life_lines
 from scissordyn.lifetime.loads import CycleRunner, Loads, WornSurface, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import WornJoint
-from scissordyn.lifetime.wear import wear, wear_out
+from scissordyn.lifetime.wear import wear_out
 from scissordyn.mechanics.monitored import BALANCED, FRICTION, PRESSURE_VELOCITY
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
-from scissordyn.model.body import Body, Track
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.joint import Revolute
-from scissordyn.model.linkage import slider_crank
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.options import Options
-from scissordyn.model.scissor import scissor
-from scissordyn.model.wear import Wear
 from scissordyn.plan.plan import plan
-from scissordyn.record.store import load, save
 from scissordyn.run.response import Response
-from scissordyn.run.simulate import simulate
 from scissordyn.run.trajectory import advance_to, make_driver
 from scissordyn.studies.ask.requirement import value_text
 
@@ -53,18 +38,18 @@ def rotor(volume, cycles, *, turns=5.0, unbalance=0.0, turning_bearing=False, **
     `unbalance` is the rotating force as a fraction of the weight.
     """
     speed = 2.0 * math.pi * turns
-    body = Body("shaft", MASS, 0.01, {"pin": (0.0, 0.0)}, centre=(unbalance * 9.81 / speed**2, 0.0), position=(0.0, 0.0))
+    body = sd.Body("shaft", MASS, 0.01, {"pin": (0.0, 0.0)}, centre=(unbalance * 9.81 / speed**2, 0.0), position=(0.0, 0.0))
     ends = ("shaft", "pin"), ("ground", "origin")
-    joint = Revolute("bearing", *(reversed(ends) if turning_bearing else ends))
-    still = Mechanism((body,), joints=(joint,), ground=(("origin", (0.0, 0.0)),), gravity=9.81)
+    joint = sd.Revolute("bearing", *(reversed(ends) if turning_bearing else ends))
+    still = sd.Mechanism((body,), joints=(joint,), ground=(("origin", (0.0, 0.0)),), gravity=9.81)
     sizes = {"clearance": GAP, "journal_radius": RADIUS - GAP, "bearing_length": LENGTH}
-    clearance = Clearance(**sizes, wear=volume and volume / (TURN * cycles), **laws)
+    clearance = sd.Clearance(**sizes, wear=volume and volume / (TURN * cycles), **laws)
     return still.driven(speed=speed, body="shaft").with_clearance("bearing", clearance)
 
 
 def worn(mechanism, cycles, **options):
     """Return the wear of a mechanism that starts at rest in contact, from few simulated cycles."""
-    return wear(mechanism, until=1.0, cycles=cycles, **{"start": "in-contact", "settle": 0, "angles": 180} | options)
+    return sd.wear(mechanism, until=1.0, cycles=cycles, **{"start": "in-contact", "settle": 0, "angles": 180} | options)
 
 
 def test_worn_in_profile():
@@ -91,9 +76,9 @@ def test_worn_in_profile():
 def test_worn_volume_is_the_friction_path_of_all_loads():
     """Identity: the energies of all directions add up to the integral of F_n |v_t| that the monitor keeps (round-off)."""
     contour = tuple((1e-5 * np.maximum(0.0, np.cos(2.0 * np.pi * np.arange(360) / 360 - 1.0)) ** 4).tolist())
-    for clearance in (Clearance(2e-4, contour=contour), Clearance(2e-4, contour=(0.0,) * 360)):
-        mechanism = slider_crank().driven(speed=300.0).with_clearance("slider pin", clearance)
-        driver, _, _ = make_driver(plan(mechanism), Options(0.02, "concentric", 2, 1e-6, 1e-6), loads=True)
+    for clearance in (sd.Clearance(2e-4, contour=contour), sd.Clearance(2e-4, contour=(0.0,) * 360)):
+        mechanism = sd.slider_crank().driven(speed=300.0).with_clearance("slider pin", clearance)
+        driver, _, _ = make_driver(plan(mechanism), sd.Options(0.02, "concentric", 2, 1e-6, 1e-6), loads=True)
         assert advance_to(driver, 0.02, 10**6) == ""
         energy, moment = driver.state.total[BALANCED:].reshape(2, LOAD_DIRECTIONS)
         row = driver.peak[driver.rows(PRESSURE_VELOCITY)[0]]
@@ -106,9 +91,9 @@ def test_worn_volume_is_the_friction_path_of_all_loads():
 @pytest.mark.parametrize("events", ["located", "crossed"])
 def test_loads_of_a_hard_contact(events):
     """Identity: friction loses the coefficient times the integral of F_n |v_t|, in steps and in impacts (sliding: 1e-4)."""
-    clearance = Clearance(1e-4, contact="hard", friction=Coulomb(kinetic=0.1), wear=1e-15, journal_wear=1e-15)
-    mechanism = slider_crank().driven(speed=100.0).with_clearance("slider pin", clearance)
-    driver, _, _ = make_driver(plan(mechanism), Options(0.1, "concentric", 2, events=events), loads=True)
+    clearance = sd.Clearance(1e-4, contact="hard", friction=Coulomb(kinetic=0.1), wear=1e-15, journal_wear=1e-15)
+    mechanism = sd.slider_crank().driven(speed=100.0).with_clearance("slider pin", clearance)
+    driver, _, _ = make_driver(plan(mechanism), sd.Options(0.1, "concentric", 2, events=events), loads=True)
     assert advance_to(driver, 0.1, 10**6) == ""
     totals = driver.state.total
     energy = totals[BALANCED:].reshape(8, LOAD_DIRECTIONS).sum(axis=-1)
@@ -124,7 +109,7 @@ def test_life_of_a_hard_contact():
     np.testing.assert_allclose(run["worn_volume"].values[:, 0], 1e-9 * run["cycle"].values / 200, rtol=1e-7)
     assert float(run["depth_largest"][-1, 0]) == pytest.approx(8.98746112485e-6, rel=2e-4)
     grown = []
-    runner = CycleRunner(rotor(1e-9, 200, contact="hard"), Options(0.2), Wear(), [WornSurface("bearing", "bearing")], 0.2)
+    runner = CycleRunner(rotor(1e-9, 200, contact="hard"), sd.Options(0.2), sd.Wear(), [WornSurface("bearing", "bearing")], 0.2)
     runner._cycles = lambda mechanism, member: grown.append(mechanism.joint("bearing").clearance.clearance) or []
     with pytest.raises(ValueError, match="at least one array"):
         runner.loads(np.linspace(0.0, 3e-6, 360)[None])
@@ -177,16 +162,16 @@ def test_an_interrupted_wear_goes_on(tmp_path):
     part = worn(mechanism, 50, each=stop)
     assert part.attrs["status"] == "interrupted"
     assert 0 < int(part["cycle"][-1]) < 50
-    save(part, tmp_path / "life.nc")
-    again = worn(mechanism, 50, earlier=load(tmp_path / "life.nc"))
+    sd.save(part, tmp_path / "life.nc")
+    again = worn(mechanism, 50, earlier=sd.load(tmp_path / "life.nc"))
     xr.testing.assert_identical(again, whole)
     assert again.attrs["status"] == "complete"
     longer = worn(mechanism, 60, earlier=again)
     assert longer["cycle"].values.tolist()[: whole.sizes["state"]] == whole["cycle"].values.tolist()
     assert longer["cycle"].values[-1] == 60
-    with pytest.raises(InputError, match="has another case or other options"):
+    with pytest.raises(sd.InputError, match="has another case or other options"):
         worn(rotor(2e-10, 50, unbalance=0.4), 50, earlier=again)
-    with pytest.raises(InputError, match="has 60 cycles already"):
+    with pytest.raises(sd.InputError, match="has 60 cycles already"):
         worn(mechanism, 50, earlier=longer)
 
 
@@ -209,10 +194,10 @@ def test_life_of_a_clearance_and_a_bush():
 
 def test_tip_of_a_deployment():
     """Limit: a run is a cycle; a worn joint moves the tracked tip, and members that do not diverge give no spread."""
-    drive = Harmonic(mean=0.6, amplitude=0.3, angular_frequency=math.pi, phase=math.pi / 2)
-    arm = scissor(units=1, angle=0.9).driven(drive).with_clearance("A", Clearance(1e-4, wear=2e-11))
-    arm = dataclasses.replace(arm, tracks=(Track("tip", "unit 1/bar 2", "end", tolerance=1.2e-4),))
-    run = wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180)
+    drive = sd.Harmonic(mean=0.6, amplitude=0.3, angular_frequency=math.pi, phase=math.pi / 2)
+    arm = sd.scissor(units=1, angle=0.9).driven(drive).with_clearance("A", sd.Clearance(1e-4, wear=2e-11))
+    arm = dataclasses.replace(arm, tracks=(sd.Track("tip", "unit 1/bar 2", "end", tolerance=1.2e-4),))
+    run = sd.wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180)
     deviation, depth = run["track_deviation"].values[:, 0], run["depth_largest"].values[:, 0]
     assert run.attrs["cycle_time"] == 0.4
     # while the contact widens at first, the largest deviation is that of the transient at the start
@@ -222,7 +207,7 @@ def test_tip_of_a_deployment():
     assert math.isnan(float(run["life"][0]))
     assert life_lines(run)[0] == "track 'tip' within 120 µm: holds for 600 cycles"
     # cross-check: forces of ideal joints wear the bearing, which turns, at the same angles and as deep
-    ideal = wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180, loads="ideal")
+    ideal = sd.wear(arm, until=0.4, cycle="run", cycles=600, start="in-contact", angles=180, loads="ideal")
     apart = ideal["depth"].values[-1, 0] - run["depth"].values[-1, 0]
     assert np.max(np.abs(apart)) < 0.01 * depth[-1]
     assert (
@@ -353,13 +338,13 @@ def test_loads_of_worn_surfaces_against_all_samples(joint):
     theta = 2.0 * np.pi * np.arange(count) / count
     lobes = [4e-6 * np.maximum(0.0, np.cos(theta - at)) ** 4 for at in (2.9, 3.1)]
     contours = {"contour": tuple(lobes[0].tolist()), "journal_contour": tuple(lobes[1].tolist())}
-    clearance = Clearance(gap, wear=1e-15, journal_wear=3e-15, damping=Flores(restitution=0.2), **contours)
-    mechanism = slider_crank().driven(speed=100.0).with_clearance(joint, clearance)
+    clearance = sd.Clearance(gap, wear=1e-15, journal_wear=3e-15, damping=sd.Flores(restitution=0.2), **contours)
+    mechanism = sd.slider_crank().driven(speed=100.0).with_clearance(joint, clearance)
     surfaces, part = worn_surfaces(mechanism), mechanism.joint(joint)
-    options, settings = Options(end, "in-contact", rtol=1e-6, atol=1e-6), Wear(cycle="run", members=1)
+    options, settings = sd.Options(end, "in-contact", rtol=1e-6, atol=1e-6), sd.Wear(cycle="run", members=1)
     found = WornJoint(mechanism, surfaces, [0, 1], count)
     rates = found.rate(found.depths, CycleRunner(mechanism, options, settings, surfaces, None).loads(found.depths))
-    run = simulate(mechanism, until=end, start="in-contact", samples=4001, trust=False)
+    run = sd.simulate(mechanism, until=end, start="in-contact", samples=4001, trust=False)
     angle = [run["angle"].sel(body=body).values for body in (part.bearing[0], part.journal[0])]
     here, exact = run.sel(joint=joint), np.zeros((2, count))
     path = (here["normal_force"] * np.abs(here["slip_speed"])).values * end / 4000.0
@@ -380,17 +365,17 @@ def test_wear_in_a_case_file(tmp_path):
     """Contract: [wear], coefficients, bushes and contours of a case are written and read again as they are."""
     contour = tuple((1e-6 * np.arange(90.0)).tolist())
     mechanism = rotor(1e-9, 10, contour=contour, bush=1e-3, journal_wear=1e-15, journal_contour=contour[::-1])
-    case = Case(mechanism, Options(1.0), Wear(cycles=50, most_clearance=1e-4, coefficients={"steel/bronze": 1e-14}))
-    write_case(case, tmp_path / "worn.toml")
-    assert read_case(tmp_path / "worn.toml") == case
+    case = sd.Case(mechanism, sd.Options(1.0), sd.Wear(cycles=50, most_clearance=1e-4, coefficients={"steel/bronze": 1e-14}))
+    sd.write_case(case, tmp_path / "worn.toml")
+    assert sd.read_case(tmp_path / "worn.toml") == case
 
 
 def test_coefficients_by_pair_of_materials():
     """Contract: a joint takes the coefficient of its materials unless it has its own; others are named in warnings."""
-    mechanism = slider_crank().driven(speed=30.0)
-    mechanism = mechanism.with_clearance("ground pin", Clearance(1e-4, wear=3e-14))
-    mechanism = mechanism.with_clearance("crank pin", Clearance(1e-4, bearing_material=MATERIALS["bronze"]))
-    mechanism = mechanism.with_clearance("slider pin", Clearance(1e-4, slip="contact-points"))
+    mechanism = sd.slider_crank().driven(speed=30.0)
+    mechanism = mechanism.with_clearance("ground pin", sd.Clearance(1e-4, wear=3e-14))
+    mechanism = mechanism.with_clearance("crank pin", sd.Clearance(1e-4, bearing_material=MATERIALS["bronze"]))
+    mechanism = mechanism.with_clearance("slider pin", sd.Clearance(1e-4, slip="contact-points"))
     found, warnings = with_coefficients(mechanism, {"steel/bronze": 1e-14, "steel/brass": 2e-14})
     wears = {joint.name: joint.clearance.wear for joint in found.clearance_joints}
     assert wears == {"ground pin": 3e-14, "crank pin": 1e-14, "slider pin": None}
@@ -401,15 +386,15 @@ def test_coefficients_by_pair_of_materials():
 @pytest.mark.parametrize(
     ("mechanism", "options", "said"),
     [
-        (lambda: slider_crank().driven(speed=30.0), {}, "no clearance joint has a coefficient of wear"),
+        (lambda: sd.slider_crank().driven(speed=30.0), {}, "no clearance joint has a coefficient of wear"),
         (
-            lambda: slider_crank().driven(speed=30.0),
+            lambda: sd.slider_crank().driven(speed=30.0),
             {"coefficients": {"steel": 1e-14}},
             "coefficients: 'steel'; expected the mat",
         ),
-        (lambda: slider_crank().driven(speed=30.0), {"coefficients": {"a/b": 0.0}}, "; expected a number from"),
+        (lambda: sd.slider_crank().driven(speed=30.0), {"coefficients": {"a/b": 0.0}}, "; expected a number from"),
         (
-            lambda: slider_crank().driven(speed=30.0).with_clearance("slider pin", Clearance(1e-4)),
+            lambda: sd.slider_crank().driven(speed=30.0).with_clearance("slider pin", sd.Clearance(1e-4)),
             {"coefficients": {"steel/bronze": 1e-14}},
             "joint 'slider pin': no wear coefficient for 'steel/steel'",
         ),
@@ -419,8 +404,8 @@ def test_coefficients_by_pair_of_materials():
     ],
 )
 def test_bad_input_of_wear(mechanism, options, said):
-    with pytest.raises(InputError, match=said):
-        wear(mechanism(), until=0.1, **options)
+    with pytest.raises(sd.InputError, match=said):
+        sd.wear(mechanism(), until=0.1, **options)
 
 
 def test_wear_that_is_too_fast():
@@ -443,15 +428,15 @@ COEFFICIENT = VOLUME / (TURN * 500)
 
 def case_of_life(**settings):
     """Return the case of a shaft whose clearance exceeds a requirement after 500 cycles, by forces of ideal joints."""
-    wears = Wear(**{"cycles": 1000, "most_clearance": GAP + DEPTH, "angles": 180, "loads": "ideal"} | settings)
-    return Case(rotor(VOLUME, 500), Options(0.2, "in-contact", rtol=1e-6, atol=1e-6), wears)
+    wears = sd.Wear(**{"cycles": 1000, "most_clearance": GAP + DEPTH, "angles": 180, "loads": "ideal"} | settings)
+    return sd.Case(rotor(VOLUME, 500), sd.Options(0.2, "in-contact", rtol=1e-6, atol=1e-6), wears)
 
 
 def test_life_as_a_response_of_a_study(tmp_path):
     """Closed form: life is inversely proportional to the coefficient; a life beyond the computed cycles is no number."""
     factors = {"bearing.wear": [2.0 * COEFFICIENT, COEFFICIENT, 0.25 * COEFFICIENT]}
-    found = study(case_of_life(), factors, requirements="life > 400 cycles", store=tmp_path / "lives.db")
-    for result in (found, open_study(tmp_path / "lives.db")):
+    found = sd.study(case_of_life(), factors, requirements="life > 400 cycles", store=tmp_path / "lives.db")
+    for result in (found, sd.open_study(tmp_path / "lives.db")):
         lives = result.table["life [cycles]"].to_numpy()
         np.testing.assert_allclose(lives[:2], [250.0, 500.0], rtol=0.02)  # linear between states
         assert math.isinf(lives[2])
@@ -471,7 +456,9 @@ def test_life_of_a_study_is_that_of_wear():
     case = case_of_life(loads="simulated", coefficients=pairs, settle=0, members=1)
     unworn = dataclasses.replace(case.mechanism.joint("bearing").clearance, wear=None)
     case = dataclasses.replace(case, mechanism=case.mechanism.with_clearance("bearing", unworn))
-    found = study(case, {"bearing.bearing_material": {name: MATERIALS[name] for name in ("steel", "bronze")}}, measures="life")
+    found = sd.study(
+        case, {"bearing.bearing_material": {name: MATERIALS[name] for name in ("steel", "bronze")}}, measures="life"
+    )
     for material, life in zip(("steel", "bronze"), found.table["life [cycles]"], strict=True):
         bearing = dataclasses.replace(unworn, bearing_material=MATERIALS[material])
         assert life == float(wear_out(case.mechanism.with_clearance("bearing", bearing), case.run, case.wear)["life"].min())
@@ -488,5 +475,5 @@ def test_life_of_a_study_is_that_of_wear():
     ],
 )
 def test_bad_input_of_lives(settings, options, said):
-    with pytest.raises(InputError, match=said):
-        study(case_of_life(**settings), {"bearing.clearance": (4e-5, 6e-5)}, points=4, **options)
+    with pytest.raises(sd.InputError, match=said):
+        sd.study(case_of_life(**settings), {"bearing.clearance": (4e-5, 6e-5)}, points=4, **options)

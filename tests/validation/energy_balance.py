@@ -3,35 +3,33 @@
 import numpy as np
 import xarray as xr
 
+import scissordyn as sd
 from reference.balance import Places
-from scissordyn.components.spring import Spring
-from scissordyn.components.torsion_spring import TorsionSpring
-from scissordyn.model.mechanism import Mechanism
 
 
-def masses(mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+def masses(mechanism: sd.Mechanism) -> tuple[np.ndarray, np.ndarray]:
     """Return masses [kg] and moments of inertia [kg m^2] of the bodies."""
     bodies = mechanism.bodies
     return np.array([body.mass for body in bodies]), np.array([body.inertia or 0.0 for body in bodies])
 
 
-def kinetic_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
+def kinetic_energy(run: xr.Dataset, mechanism: sd.Mechanism) -> np.ndarray:
     """Return the sum of m v^2/2 + I w^2/2 over the bodies, shape (nt,) [J]."""
     mass, inertia = masses(mechanism)
     return 0.5 * np.sum(run["velocity"].values ** 2, axis=2) @ mass + 0.5 * run["angular_velocity"].values ** 2 @ inertia
 
 
-def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
+def stored_energy(run: xr.Dataset, mechanism: sd.Mechanism) -> np.ndarray:
     """Return the energy of weight and springs, relative to the start, and of contacts, shape (nt,) [J]."""
     mass, _ = masses(mechanism)
     pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
     moved, places = run["position"].values - run["position"].values[0], Places(run, mechanism)
     energy = -np.tensordot(moved, pull, 1) @ mass + run["elastic_energy"].values
     for element in mechanism.components:
-        if isinstance(element, Spring):
+        if isinstance(element, sd.Spring):
             along = places.at(*element.end) - places.at(*element.start)
             stretch = np.hypot(*along.T) - element.free_length
-        elif isinstance(element, TorsionSpring):
+        elif isinstance(element, sd.TorsionSpring):
             stretch = places.angle[element.body] - places.angle[element.base] - element.free_angle
         else:
             raise TypeError(f"no energy is kept by {element!r}")
@@ -39,23 +37,23 @@ def stored_energy(run: xr.Dataset, mechanism: Mechanism) -> np.ndarray:
     return energy
 
 
-def energy_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
+def energy_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
     """Return the largest change of the total energy, over the largest of its parts."""
     kinetic, stored = kinetic_energy(run, mechanism), stored_energy(run, mechanism)
     return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / _largest_part(run, mechanism))
 
 
-def height_over_drift(run: xr.Dataset, mechanism: Mechanism) -> float:
+def height_over_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
     """Return weights times distances from the origin, to which positions round, over the largest part of the energy."""
     reach = np.max(np.hypot(*np.moveaxis(run["position"].values, -1, 0)), axis=0)
     return float(mechanism.gravity * reach @ masses(mechanism)[0] / _largest_part(run, mechanism))
 
 
-def _largest_part(run: xr.Dataset, mechanism: Mechanism) -> float:
+def _largest_part(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
     return max(float(np.max(kinetic_energy(run, mechanism))), float(np.max(np.abs(stored_energy(run, mechanism)))))
 
 
-def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]:
+def momentum_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> tuple[float, float]:
     """Return the largest changes of linear and angular momentum (about the origin), over the sums of their parts.
 
     The parts are the momenta of the bodies and, for the linear one, the impulses of the contacts on both bodies.
@@ -73,7 +71,7 @@ def momentum_drift(run: xr.Dataset, mechanism: Mechanism) -> tuple[float, float]
     return float(np.max(np.hypot(*change.T)) / contributions), float(np.max(np.abs(turn)) / np.max(turning))
 
 
-def closure_error(run: xr.Dataset, mechanism: Mechanism) -> float:
+def closure_error(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
     """Return the largest error of an ideal joint, guide or weld [m or rad]."""
     places = Places(run, mechanism)
     apart = [places.at(*joint.journal) - places.at(*joint.bearing) for joint in mechanism.ideal_joints]

@@ -4,15 +4,12 @@ import math
 
 import pytest
 
+import scissordyn as sd
 from reference.lagrange import Array, constant_speed
 from reference.marching import Contact, March, Model
 from reference.multipliers import Multipliers, clearance_joint
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
-from scissordyn.run.simulate import simulate
 
-PIN = Clearance(5e-4)  # Clearance of the joints
+PIN = sd.Clearance(5e-4)  # Clearance of the joints
 # Angle [rad] and speed [rad/s] of the drive, so slow that loads, not inertia, open contacts
 START, SPEED = (
     math.pi / 6.0,
@@ -47,13 +44,13 @@ def label(value: object) -> str:
 CASES = [(units, joints) for units in range(1, 9) for joints in places(units)]
 
 
-def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
+def assert_first_contacts_agree(mechanism: sd.Mechanism, model: Model, joints: list[str], *, contacts: int) -> None:
     """Compare contacts of a run with those of a reference model: time, speed, position, peak, length and rebound."""
     reference = March(model, rtol=TOLERANCE, atol=TOLERANCE, max_step=2e-4).run(0.1, most_contacts=contacts)
     ended = [contact for contact in reference.contacts if not math.isnan(contact.duration)]
     assert len(ended) == contacts
     # a microsecond more, so that the last contact has ended in this formulation too
-    run = simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE, samples=11)
+    run = sd.simulate(mechanism, until=reference.pieces[-1].end + 1e-6, rtol=TOLERANCE, atol=TOLERANCE, samples=11)
     assert run.attrs["status"] == "complete"
     assert run["contact_joint"].values.tolist() == [joints[contact.joint] for contact in reference.contacts]
 
@@ -76,7 +73,7 @@ def assert_first_contacts_agree(mechanism: Mechanism, model: Model, joints: list
 )
 def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
     """Second formulation: three coordinates per body with multipliers have the same first contacts, to 1e-7."""
-    mechanism = scissor(units=units, angle=START).driven(speed=SPEED).with_clearance(joints, PIN)
+    mechanism = sd.scissor(units=units, angle=START).driven(speed=SPEED).with_clearance(joints, PIN)
     model = Multipliers(mechanism)
     assert_first_contacts_agree(mechanism, model, [joint.name for joint in model.clearance_joints], contacts=2)
 
@@ -85,6 +82,6 @@ def test_clearance_anywhere(units: int, joints: tuple[str, ...]) -> None:
 @pytest.mark.parametrize("units", range(1, 9))
 def test_clearance_at_the_slider_joint(units: int, driven_bar: str) -> None:
     """Second formulation: Lagrange's equations in minimal coordinates have the same first two contacts, to 1e-7."""
-    mechanism = scissor(units=units, angle=START, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", PIN)
+    mechanism = sd.scissor(units=units, angle=START, driven_bar=driven_bar).driven(speed=SPEED).with_clearance("A", PIN)
     array = Array(clearance_joint(PIN), constant_speed(START, SPEED), units, driven_bar)
     assert_first_contacts_agree(mechanism, array, ["A"], contacts=2)

@@ -9,7 +9,6 @@ import pytest
 from energy_balance import closure_error
 
 import scissordyn as sd
-from scissordyn.errors import InputError
 
 PIN = sd.Clearance(1e-3)  # Clearance of the joints
 GROUND = (("O", (0.0, 0.0)), ("P", (1.0, 0.0)), ("Q", (2.0, 0.0)))  # Ground with the points "O", "P" and "Q"
@@ -86,7 +85,7 @@ def refused(build: Callable[[], object], *names: str) -> None:
     def build_and_run() -> None:
         sd.simulate(build(), until=1e-3, samples=2, most_steps=100)
 
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(sd.InputError) as caught:
         build_and_run()
     message = str(caught.value)
     assert "\n" not in message

@@ -9,20 +9,18 @@ from test_bad_mechanisms import HUNG, PIN, braced_frame, mechanism, part, pin, r
 from tests.build import warnings_of
 
 import scissordyn as sd
-from scissordyn.components.latch import Latch
-from scissordyn.components.rod import Rod
 from scissordyn.plan.plan import plan
 
 ROPE = ("u", "b"), ("ground", "P")  # End points of a rod
 KNEE = pin("knee", "u.b", "v.a")  # Pin between bodies "u" and "v"
 
 
-def shrinking(rate: float) -> Rod:
+def shrinking(rate: float) -> sd.Rod:
     """Return a rod of 0.3 m whose length changes at a rate."""
-    return Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
+    return sd.Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
 
 
-def two_bars(*rods: Rod) -> sd.Mechanism:
+def two_bars(*rods: sd.Rod) -> sd.Mechanism:
     """Return two bars with a knee, and rods."""
     return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), rods=rods)
 
@@ -30,7 +28,7 @@ def two_bars(*rods: Rod) -> sd.Mechanism:
 def latched_rocker() -> sd.Mechanism:
     """Return a driven four-bar whose rocker reaches the angle of a latch."""
     linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
-    return dataclasses.replace(linkage, latches=(Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
+    return dataclasses.replace(linkage, latches=(sd.Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
 
 
 # Function that builds a mechanism, time at which its run ends [s], and names in the cause
@@ -41,13 +39,13 @@ ENDS = {
         ("'rope'",),
     ),
     "rod longer than two bars": (
-        lambda: two_bars(Rod("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
+        lambda: two_bars(sd.Rod("rope", ("u", "a"), ("v", "b"), motion=sd.Polynomial((1.8, 1.0)))),
         0.2,
         ("'rope'", "'u'", "'v'"),
     ),
     "rod that changes between fixed points": (
         lambda: mechanism(
-            part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
+            part("u"), joints=(HUNG,), rods=(sd.Rod("rope", ("u", "a"), ("ground", "P"), motion=sd.Polynomial((1.0, 1.0))),)
         ),
         0.0,
         ("'rope'",),
@@ -90,19 +88,21 @@ def test_instant_of_the_contradicting_latch() -> None:
 # Functions that build a mechanism with a wrong rod, and names in its error
 RODS = {
     "too short to reach": (
-        lambda: mechanism(part("u"), joints=(HUNG,), rods=(Rod("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(sd.Rod("rope", ("u", "b"), ("ground", "Q"), length=5.0),)),
         ("'rope'", "'u'"),
     ),
     "given twice": (
-        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.75)),
+        lambda: two_bars(
+            sd.Rod("one", ("u", "a"), ("v", "b"), length=1.75), sd.Rod("two", ("u", "a"), ("v", "b"), length=1.75)
+        ),
         ("'one'|'two'",),
     ),
     "contradicting": (
-        lambda: two_bars(Rod("one", ("u", "a"), ("v", "b"), length=1.75), Rod("two", ("u", "a"), ("v", "b"), length=1.7)),
+        lambda: two_bars(sd.Rod("one", ("u", "a"), ("v", "b"), length=1.75), sd.Rod("two", ("u", "a"), ("v", "b"), length=1.7)),
         ("'one'", "'two'"),
     ),
     "moving beside a rigid one": (
-        lambda: mechanism(part("u"), joints=(HUNG,), rods=(shrinking(-1.0), Rod("rod", *ROPE, length=0.31))),
+        lambda: mechanism(part("u"), joints=(HUNG,), rods=(shrinking(-1.0), sd.Rod("rod", *ROPE, length=0.31))),
         ("'rope'", "'rod'"),
     ),
 }

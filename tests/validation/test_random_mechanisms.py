@@ -13,15 +13,7 @@ from benchmarks.random_mechanisms import judge
 from energy_balance import closure_error, energy_drift, height_over_drift, masses, momentum_drift
 from mechanisms import BOUNCING, FRICTIONAL, random_mechanism
 
-from scissordyn.components.time_function import Cycloidal, Trapezoidal
-from scissordyn.config.file import read_case
-from scissordyn.laws.damping.factors import Flores
-from scissordyn.model.body import bar
-from scissordyn.model.clearance import Clearance
-from scissordyn.model.joint import Revolute
-from scissordyn.model.mechanism import Mechanism
-from scissordyn.model.scissor import scissor
-from scissordyn.run.simulate import simulate
+import scissordyn as sd
 
 MECHANISMS = int(os.environ.get("MECHANISMS", "20"))  # Number of random mechanisms in each test
 drawn = pytest.mark.parametrize("seed", range(MECHANISMS))
@@ -32,9 +24,9 @@ ENERGY_TOL = 1e-10
 MOMENTUM_TOL = 1e-13  # Largest relative error of linear momentum, which every one-step method conserves up to round-off
 
 
-def run(mechanism: Mechanism, tolerance: float, *, until: float = 0.1):
+def run(mechanism: sd.Mechanism, tolerance: float, *, until: float = 0.1):
     """Return a complete run."""
-    found = simulate(mechanism, until=until, samples=101, rtol=tolerance, atol=tolerance)
+    found = sd.simulate(mechanism, until=until, samples=101, rtol=tolerance, atol=tolerance)
     assert found.attrs["status"] == "complete", found.attrs["cause"]
     return found
 
@@ -65,7 +57,7 @@ def test_momentum_of_floating_mechanisms(seed: int) -> None:
     assert momentum_drift(fine, mechanism)[1] < 1e-11
 
 
-def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, float]:
+def angular_momentum_rate(found, mechanism: sd.Mechanism) -> tuple[np.ndarray, float]:
     """Return the rate of angular momentum over time [N m], and the largest sum of the bodies' contributions."""
     mass, inertia = masses(mechanism)
     x, a = found["position"].values, found["acceleration"].values
@@ -74,7 +66,7 @@ def angular_momentum_rate(found, mechanism: Mechanism) -> tuple[np.ndarray, floa
     return np.sum(contributions, axis=1), float(np.max(np.sum(lever + np.abs(contributions), axis=1)))
 
 
-def assert_momentum_balances(found, mechanism: Mechanism) -> None:
+def assert_momentum_balances(found, mechanism: sd.Mechanism) -> None:
     """Check that linear momentum is constant, and that forces on all bodies have no moment."""
     assert momentum_drift(found, mechanism)[0] < MOMENTUM_TOL
     rate, scale = angular_momentum_rate(found, mechanism)
@@ -107,17 +99,20 @@ def test_mechanisms_of_all_sizes_and_parts() -> None:
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p"])
 def test_breaks_of_drives(motion: str, method: str) -> None:
     """Identity: the work of a drive with jumps of acceleration, with a swinging load, balances as that of a smooth one."""
-    move = Trapezoidal(0.4, 1.6, 0.2, 0.25) if motion == "trapezoidal" else Cycloidal(0.4, 1.6, 0.2)
-    bars = bar("crank", length=0.4, mass=1.0, angle=0.4), bar("rod", length=0.6, mass=1.5, position=(0.0, 0.0), angle=-1.0)
+    move = sd.Trapezoidal(0.4, 1.6, 0.2, 0.25) if motion == "trapezoidal" else sd.Cycloidal(0.4, 1.6, 0.2)
+    bars = (
+        sd.bar("crank", length=0.4, mass=1.0, angle=0.4),
+        sd.bar("rod", length=0.6, mass=1.5, position=(0.0, 0.0), angle=-1.0),
+    )
     end = 0.4 * np.cos(0.4), 0.4 * np.sin(0.4)
-    mechanism = Mechanism(
+    mechanism = sd.Mechanism(
         bodies=(bars[0], replace(bars[1], position=(float(end[0]), float(end[1])))),
-        joints=(Revolute("O", ("crank", "start"), ("ground", "O")), Revolute("A", ("rod", "start"), ("crank", "end"))),
+        joints=(sd.Revolute("O", ("crank", "start"), ("ground", "O")), sd.Revolute("A", ("rod", "start"), ("crank", "end"))),
         ground=(("O", (0.0, 0.0)),),
         gravity=9.81,
         input_body="crank",
     ).driven(move)
-    found = simulate(mechanism, until=0.3, samples=301, method=method)
+    found = sd.simulate(mechanism, until=0.3, samples=301, method=method)
     assert found.attrs["status"] == "complete"
     # a hundred tolerances, as above
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-6 * float(np.max(np.abs(found["drive_work"])))
@@ -125,25 +120,25 @@ def test_breaks_of_drives(motion: str, method: str) -> None:
 
 def test_break_under_a_heavy_load() -> None:
     """Identity: the energy balance closes over a break of a drive under a heavy load."""
-    case = read_case(Path(__file__).parent / "cases" / "heavy_drive.toml")
-    found = simulate(case.mechanism, until=case.run.until, samples=51)
+    case = sd.read_case(Path(__file__).parent / "cases" / "heavy_drive.toml")
+    found = sd.simulate(case.mechanism, until=case.run.until, samples=51)
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(np.abs(found["drive_work"])))
 
 
-def floating_array(units: int) -> Mechanism:
+def floating_array(units: int) -> sd.Mechanism:
     """Return a scissor array without ground and slider, with deployment, rotation and translation."""
-    array = scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
+    array = sd.scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
     bodies = []
     for number, body in enumerate(body for body in array.bodies if body.rotates):
         spin = 2.0 + (3.0 if number % 2 else -3.0)
         bodies.append(replace(body, velocity=(0.1, 0.05 * number), angular_velocity=spin))
     joints = tuple(joint for joint in array.joints if joint.name not in ("O", "A"))
-    return Mechanism(bodies=tuple(bodies), joints=joints, gravity=0.0)
+    return sd.Mechanism(bodies=tuple(bodies), joints=joints, gravity=0.0)
 
 
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
-def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> None:
+def test_momentum_of_a_frictional_array(units: int, clearance: sd.Clearance) -> None:
     """Identity: a floating array with clearance and friction at every joint keeps linear momentum, and moments balance."""
     array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)
@@ -154,10 +149,12 @@ def test_momentum_of_a_frictional_array(units: int, clearance: Clearance) -> Non
 
 
 @pytest.mark.parametrize("units", [2, 5])
-@pytest.mark.parametrize("damping", [*(clearance.damping for clearance in BOUNCING[:1]), Flores(0.7)], ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "damping", [*(clearance.damping for clearance in BOUNCING[:1]), sd.Flores(0.7)], ids=lambda law: law.name
+)
 def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
     """Identity: without friction a floating array with clearance at every joint keeps angular momentum, too, to 1e-11."""
-    array = floating_array(units).with_clearance("all", Clearance(1e-3, damping=damping))
+    array = floating_array(units).with_clearance("all", sd.Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)
     assert found.sizes["contact"] > 10
     linear, angular = momentum_drift(found, array)

@@ -18,7 +18,7 @@ from validation.records.numbers import SLIDER_CRANK, WOODPECKER
 from validation.two_samples.__main__ import CONTACTS, NUMBERS, compared, values_of
 from validation.two_samples.tests import energy_distance, energy_test
 
-from scissordyn.config.file import read_case
+import scissordyn as sd
 
 PAGE = HERE.parent / "docs" / "validation.md"  # Page with the validation results
 
@@ -40,7 +40,7 @@ def test_checks(case: Case) -> None:
 def test_page_of_a_case(case: Case) -> None:
     """Contract: each case has a case file that can be read, and a page with source and reference."""
     folder = HERE / case.name
-    assert read_case(case_file(case.name)).mechanism.bodies
+    assert sd.read_case(case_file(case.name)).mechanism.bodies
     text = (folder / "README.md").read_text(encoding="utf-8")
     assert text.startswith("# ")
     assert "*Source:*" in text

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -440,3 +442,39 @@ def test_impossible_edges_are_refused() -> None:
     fallen = sd.Mechanism(bodies=(disc("disc", (0.0, 1.0)),), components=(point,), ground=(("O", (0.0, 0.0)),))
     with pytest.raises(sd.InputError, match=r"stiffness law 'hertz' has no force for a radius of 0 m"):
         sd.simulate(fallen, until=0.1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("speed", [0.5, 1.0, 1.7])
+def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str) -> None:
+    """Second road: the contact alone in SciPy. Bar and disc are 800 times as thin as the flight is long."""
+    stiffness, reach = 1e7, 6e-4
+    bar = sd.EdgeContact("bar", ("ground", "O"), ("ball", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-4, radius=5e-4)
+    bar = dataclasses.replace(bar, stiffness=Linear(stiffness))
+    ball = sd.Body("ball", 1.0, 1e-3, {"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(speed, 0.0))
+    thrown = Mechanism((ball,), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
+    run = sd.simulate(thrown, until=1.0 / speed, start="as-placed", method=method, **TIGHT)
+
+    def motion(_: float, y: np.ndarray) -> list[float]:
+        factor = 1.0 + 8.0 * (1.0 - 0.5) / (5.0 * 0.5) * y[1] / speed
+        return [y[1], -stiffness * max(y[0], 0.0) * factor]
+
+    def released(t: float, y: np.ndarray) -> float:
+        return float(y[0]) if t > 0.0 else 1.0
+
+    released.terminal = True  # type: ignore[attr-defined]
+    contact = solve_ivp(motion, (0.0, 1.0), (0.0, speed), "DOP853", rtol=1e-11, atol=1e-14, events=released, max_step=1e-4)
+    assert contact.y[0].max() < reach
+    assert run["velocity"].values[-1, 0, 0] == pytest.approx(contact.y[1, -1], rel=1e-7)
+    assert "failed" not in run.attrs["warnings"]
+
+
+def test_a_disc_that_passes_a_bar_is_named() -> None:
+    """Contract: a disc whose centre crosses the bar's axis comes out on the other side, which no law describes."""
+    bar = sd.EdgeContact("bar", ("ground", "O"), ("disc", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-3, radius=RADIUS)
+    bar = dataclasses.replace(bar, stiffness=Linear(1e3))
+    thrown = Mechanism((disc("disc", (0.0, 0.0), (9.0, 0.0)),), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
+    run = sd.simulate(thrown, until=0.2, start="as-placed")
+    assert run["velocity"].values[-1, 0, 0] > 0.0
+    said = "the contact model has failed.*edge contact 'bar': indentation 101.1 mm exceeds the radius of 100 mm"
+    assert re.search(said, run.attrs["warnings"])

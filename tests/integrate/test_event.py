@@ -155,7 +155,8 @@ def test_cubic():
         assert curve(cubic_root(a, slope_a, b, slope_b)) == pytest.approx(0.0, abs=1e-11)
     hump = np.polynomial.Polynomial((-0.3, 2.0, -1.0, -0.9))
     summit = hump(np.max([root for root in hump.deriv().roots() if 0.0 < root < 1.0]))
-    found = cubic_summit(hump(0.0), hump.deriv()(0.0), hump(1.0), hump.deriv()(1.0))
+    place, found = cubic_summit(hump(0.0), hump.deriv()(0.0), hump(1.0), hump.deriv()(1.0))
+    assert found == pytest.approx(hump(place), abs=1e-13)
     # six halvings: within 1/64 of the place, where the curve is flat
     assert found <= summit
     assert found == pytest.approx(summit, abs=0.5 * abs(hump.deriv(2)(0.5)) / 64.0**2)

@@ -134,7 +134,7 @@ def advance_step(problem, T, t, s, w, S, r):
         grow = after_acceptance(T, full, error, s, w)
         return accept(problem, T, t, h, full, grow, last, guard, s, w, S, r)
     # events are located on the dense output of the accepted step
-    if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == CROSSES):
+    if not find_crossings(problem, T, t, h, s, w, S, clock.crosses == CROSSES) or ends_at_once(h, s, w):
         return reject_for_crossing(T, t, h, to_fall, s, w)
     if to_fall:
         if w.crossing_count[0] > 0 and not (w.crossing_guard[0] == guard and w.crossing_place[0] > STEP_END_FRACTION):
@@ -170,6 +170,21 @@ def reject_for_crossing(T, t, h, to_fall, s, w):
     """Reject a step whose end is on the wrong side of a guard's root, to halve its size; return a status."""
     failed = after_rejection(T, t, h, MISSED_CROSSING_ERROR, to_fall, s, w)
     return STUCK if s.clock[0].stalled > STALLED_MAX else STEP_TOO_SMALL if failed else ADVANCING
+
+
+@kernel
+def ends_at_once(h, s, w):
+    """Return whether the first step of a contact also ends it.
+
+    All stages can lie behind such a contact, so that neither the step nor its error has felt the force.
+    """
+    if s.clock[0].last_event != RISE or s.clock[0].fixed > 0.0:
+        return False
+    for c in range(w.crossing_count[0]):
+        k = w.crossing_guard[c]
+        if s.mode[k] == 1 and abs(w.start_value[k]) <= w.precision[k] < h * w.start_rate[k]:
+            return True
+    return False
 
 
 @kernel

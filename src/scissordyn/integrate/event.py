@@ -68,7 +68,7 @@ def cubic_root(a, slope_a, b, slope_b):
 
 @kernel
 def cubic_summit(a, slope_a, b, slope_b):
-    """Return about the largest value in (0, 1) of a cubic that rises at 0 and falls at 1."""
+    """Return about where in (0, 1) a cubic that rises at 0 and falls at 1 has its largest value, and that value."""
     low, high = 0.0, 1.0
     place = value = 0.5
     for _ in range(6):
@@ -78,7 +78,7 @@ def cubic_summit(a, slope_a, b, slope_b):
             low = place
         else:
             high = place
-    return value
+    return place, value
 
 
 @kernel
@@ -151,7 +151,11 @@ def find_crossing(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w
         return locate_root(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w, S, sign)
     if slope_a > 0.0 and slope_b < 0.0:
         step, scaling = (right - left) * h, w.scaling[0]
-        highest = cubic_summit(a, step * speed(scaling, left) * slope_a, b, step * speed(scaling, right) * slope_b)
+        place, highest = cubic_summit(a, step * speed(scaling, left) * slope_a, b, step * speed(scaling, right) * slope_b)
+        if not highest > 0.5 * max(a, b) - w.precision[k]:
+            # a guard with a kink, as beside a thin bar, is higher than the cubic
+            guard_at(problem, T, k, left + (right - left) * place, t, h, s, w, S)
+            highest += CUBIC_ERROR_FACTOR * abs(sign * w.value[k] - highest)
         if highest > 0.5 * max(a, b) - w.precision[k]:
             theta, value = find_turning_point(problem, T, k, left, right, t, h, s, w, S, sign, -1.0)
             if value > 0.0:

@@ -19,17 +19,18 @@ from scissordyn.warning import RunWarning, warning
 LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
 
 
-def contact_failure(joint: str, contact: JointContact, indentation: float) -> str:
-    """Return the reason why the contact model of a joint has failed; "" if it has not.
+def contact_failure(joint: str, contact: JointContact, indentation: float, kind: str = "joint") -> str:
+    """Return the reason why the contact model of a joint or a component has failed; "" if it has not.
 
     No law describes an indentation above the journal's radius, or above a corner's radius and gap.
     """
     deepest = max(contact.journal_radius, contact.gap)
     if indentation <= deepest:
         return ""
-    what = "gap" if contact.gap == deepest else "corner radius" if contact.plane else "journal radius"
+    radius = "corner radius" if kind == "joint" else "radius"
+    what = "gap" if contact.gap == deepest else radius if contact.plane else "journal radius"
     return (
-        f"joint '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * deepest:g} mm: "
+        f"{kind} '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * deepest:g} mm: "
         "the contact is too soft for its load, or the time step jumped through it"
     )
 

@@ -118,7 +118,10 @@ class Extremes:
             here = dict(zip(("speed", "mass", "force"), table[1:, table[0] == j], strict=True))
             warnings += loading_warnings(plan.contacts[j].name, *elements[:3], laws.reference, **here)
         for i, part in [(i, part) for i, part in enumerate(plan.components) if part.declaration.contact]:
-            speeds, (depth, _) = self._speeds.get(int(plan.model.component_guard[i]), []), self._output(i, "indentation")
+            speeds, (depth, time) = self._speeds.get(int(plan.model.component_guard[i]), []), self._output(i, "indentation")
+            # the deepest place of an edge with two sides is its axis
+            failure = contact_failure(part.name, part.surfaces, depth * (1.0 + REPORTED_FRACTION), part.declaration.label)
+            warnings += [warning("failed", time=time, failure=failure)] if failure else []
             warnings += lawful_warnings(part, speeds, depth)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:

@@ -446,14 +446,15 @@ def test_impossible_edges_are_refused() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [0.5, 1.0, 1.7])
-def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str) -> None:
+@pytest.mark.parametrize("events", ["located", "crossed"])
+def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str, events: str) -> None:
     """Second road: the contact alone in SciPy. Bar and disc are 800 times as thin as the flight is long."""
     stiffness, reach = 1e7, 6e-4
     bar = sd.EdgeContact("bar", ("ground", "O"), ("ball", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-4, radius=5e-4)
     bar = dataclasses.replace(bar, stiffness=Linear(stiffness))
     ball = sd.Body("ball", 1.0, 1e-3, {"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(speed, 0.0))
     thrown = Mechanism((ball,), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
-    run = sd.simulate(thrown, until=1.0 / speed, start="as-placed", method=method, **TIGHT)
+    run = sd.simulate(thrown, until=1.0 / speed, start="as-placed", method=method, events=events, **TIGHT)
 
     def motion(_: float, y: np.ndarray) -> list[float]:
         factor = 1.0 + 8.0 * (1.0 - 0.5) / (5.0 * 0.5) * y[1] / speed

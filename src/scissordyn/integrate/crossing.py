@@ -19,7 +19,10 @@ from scissordyn.kernel import kernel
 
 @kernel
 def can_cross(s, w):
-    """Return whether all crossings of the list can be stepped across; a guard that rises again after a fall cannot."""
+    """Return whether all crossings of the list can be stepped across.
+
+    A guard that is crossed twice cannot: all stages may lie outside its contact, so that no force would act.
+    """
     if w.crossing_count[0] >= w.crossing_guard.size:
         return False
     for c in range(w.crossing_count[0]):
@@ -27,7 +30,7 @@ def can_cross(s, w):
         if w.crossable[k] == 0:
             return False
         for later in range(c + 1, w.crossing_count[0]):
-            if w.crossing_guard[later] == k and (s.mode[k] == 1 or later > c + 1):
+            if w.crossing_guard[later] == k:
                 return False
     return True
 

@@ -453,7 +453,7 @@ def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str, events: str) ->
     bar = sd.EdgeContact("bar", ("ground", "O"), ("ball", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-4, radius=5e-4)
     bar = dataclasses.replace(bar, stiffness=Linear(stiffness))
     ball = sd.Body("ball", 1.0, 1e-3, {"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(speed, 0.0))
-    thrown = Mechanism((ball,), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
+    thrown = sd.Mechanism((ball,), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
     run = sd.simulate(thrown, until=1.0 / speed, start="as-placed", method=method, events=events, **TIGHT)
 
     def motion(_: float, y: np.ndarray) -> list[float]:
@@ -474,7 +474,7 @@ def test_a_disc_that_passes_a_bar_is_named() -> None:
     """Contract: a disc whose centre crosses the bar's axis comes out on the other side, which no law describes."""
     bar = sd.EdgeContact("bar", ("ground", "O"), ("disc", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-3, radius=RADIUS)
     bar = dataclasses.replace(bar, stiffness=Linear(1e3))
-    thrown = Mechanism((disc("disc", (0.0, 0.0), (9.0, 0.0)),), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
+    thrown = sd.Mechanism((disc("disc", (0.0, 0.0), (9.0, 0.0)),), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
     run = sd.simulate(thrown, until=0.2, start="as-placed")
     assert run["velocity"].values[-1, 0, 0] > 0.0
     said = "the contact model has failed.*edge contact 'bar': indentation 101.1 mm exceeds the radius of 100 mm"

@@ -119,10 +119,7 @@ class Extremes:
             warnings += loading_warnings(plan.contacts[j].name, *elements[:3], laws.reference, **here)
         for i, part in [(i, part) for i, part in enumerate(plan.components) if part.declaration.contact]:
             speeds, (depth, time) = self._speeds.get(int(plan.model.component_guard[i]), []), self._output(i, "indentation")
-            # the deepest place of an edge with two sides is its axis
-            failure = contact_failure(part.name, part.surfaces, depth * (1.0 + REPORTED_FRACTION), part.declaration.label)
-            warnings += [warning("failed", time=time, failure=failure)] if failure else []
-            warnings += lawful_warnings(part, speeds, depth)
+            warnings += lawful_warnings(part, speeds, depth, time)
         for number, (ratio, lasting) in self._friction.items():
             if lasting > 0.0:
                 name = plan.contacts[number].name
@@ -155,10 +152,13 @@ class Extremes:
         return list(dict.fromkeys(map(str, warnings + self.warnings())))
 
 
-def lawful_warnings(part: Any, speeds: Sequence[float], depth: float) -> list[RunWarning]:
+def lawful_warnings(part: Any, speeds: Sequence[float], depth: float, time: float) -> list[RunWarning]:
     """Return warnings about the laws of a component that is a contact, from its approach speeds and largest indentation."""
-    elements = part.surfaces, part.stiffness, part.damping, part.friction
-    return contact_warnings(part.name, *elements, approach_speed=speeds, indentation=depth, kind=part.declaration.label)
+    elements, kind = (part.surfaces, part.stiffness, part.damping, part.friction), part.declaration.label
+    # an edge with two sides is deepest at its axis
+    failure = contact_failure(part.name, part.surfaces, depth * (1.0 + REPORTED_FRACTION), kind)
+    failed = [warning("failed", time=time, failure=failure)] if failure else []
+    return failed + contact_warnings(part.name, *elements, approach_speed=speeds, indentation=depth, kind=kind)
 
 
 def contact_failures(plan: Plan, run: Run) -> list[RunWarning]:

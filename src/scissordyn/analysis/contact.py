@@ -21,10 +21,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)  # Probabilities of the reported quant
 
 
 def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
-    """Return start and end of every contact of a joint.
-
-    Shapes: returns (contacts, 2) [s].
-    """
+    """Return start and end of every contact of a joint [s], shape (contacts, 2)."""
     table = run.variables  # faster than run[name], which creates a DataArray with coordinates
     ours = table["contact_joint"].values.astype(str) == joint
     start = table["contact_start"].values[ours]
@@ -150,10 +147,7 @@ def _measures_of_table(run: xr.Dataset, joint: str, start: float, end: float) ->
 def _measures_of_samples(
     run: xr.Dataset, joint: str, start: float, end: float, bearing: np.ndarray | None
 ) -> dict[str, float | np.ndarray]:
-    """Return the statistics of one joint that come from the samples: contact arcs, mean force and contact force.
-
-    Shapes: `bearing` (nt,) is the angle of the bearing over time [rad]; without it the arcs are in the fixed frame.
-    """
+    """Return contact arcs and mean forces of a joint; `bearing` (nt,) is the angle of a moving bearing over time [rad]."""
     time = run["time"].values
     inside = (time >= start) & (time <= end)
     place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values

@@ -32,10 +32,7 @@ def window(run: xr.Dataset, after: float, until: float | None) -> tuple[float, f
 
 
 def finite_numbers(values: ArrayLike, *, least: int, dimensions: int = 1) -> np.ndarray:
-    """Return values as a finite array with one dimension, or two: a row per sample, a column per quantity.
-
-    Shapes: `values` (n,) or, with two dimensions, (n, quantities).
-    """
+    """Return values as a finite array (n,) or, with two dimensions, (n, quantities): a row per sample."""
     try:
         numbers = np.asarray(values, float)
     except (TypeError, ValueError):

@@ -146,10 +146,7 @@ def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Return bodies that start with their first measured angle and angular velocity; others start as in `guess`.
-
-    An angular velocity that was not measured is the slope of the first measured angles.
-    """
+    """Return bodies that start with measured angles and rates, or the slope of the angles; others start as in `guess`."""
     placed = []
     some = slice(0, max(3, min(POINTS_MIN, record.time.size)))
     time = record.time[some] - record.time[0]

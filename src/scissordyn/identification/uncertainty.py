@@ -91,10 +91,7 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
 
 
 def _direction(row: np.ndarray, least: float = 0.2) -> dict[int, float]:
-    """Return the entries of a direction in parameter space by parameter index, divided by the largest entry.
-
-    `least`: smallest entry that is returned, as a fraction of the largest.
-    """
+    """Return entries of a direction by parameter index, over the largest one; entries below `least` are left out."""
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]
     return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= least}

@@ -201,10 +201,7 @@ class Closure:
         return np.asarray(np.add.reduceat(parts, self.begin, axis=axis))
 
     def close(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = 12) -> np.ndarray | None:
-        """Close the mechanism near a guess by Newton's method; return None if it does not converge.
-
-        Shapes: `guess` (nZ,); returns (nZ,).
-        """
+        """Close the mechanism near a guess (nZ,) by Newton's method; return None if it does not converge."""
         z = self.join_unknowns(self.driven_part(inputs), guess)
         allowed = CONSTRAINT_TOL + 1e-15 * self.total * float(np.max(np.abs(z), initial=1.0)) ** 2  # tolerance plus round-off
         for _ in range(most_steps):
@@ -218,10 +215,7 @@ class Closure:
         return None
 
     def close_all(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = 12) -> np.ndarray | None:
-        """Close the mechanism near many guesses; return shape (samples, nZ), or None if one fails.
-
-        The number of constraints in use must equal the number of unknowns.
-        """
+        """Close the mechanism near many guesses; return (samples, nZ), or None if one fails or the constraints are too few."""
         z = self.join_unknowns(self.driven_part(inputs), guess)
         for _ in range(most_steps):
             residual = self.residual(z, inputs)

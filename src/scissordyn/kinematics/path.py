@@ -78,10 +78,7 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
-    """Return the positions that a mechanism passes until a time [s] as a path; None if its inputs do not determine the motion.
-
-    The path parameter is the value of the only input, or the time if there are several inputs.
-    """
+    """Return the path until a time [s], by the only input or else the time; None if inputs do not determine the motion."""
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)
@@ -114,10 +111,7 @@ def follow(
     low: float,
     high: float,
 ) -> Path:
-    """Follow the positions of a mechanism from one point of its path to both ends.
-
-    Shapes: `start` (nZ,).
-    """
+    """Follow the positions of a mechanism from `start` (nZ,) on its path to both ends."""
     forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
     points = back.points[:0:-1] + forth.points
     place, z = np.array([s for s, _ in points]), np.array([position for _, position in points])
@@ -254,10 +248,7 @@ def drive_inertia(path: Path) -> np.ndarray:
 
 
 def drive_rate(path: Path, k: int) -> np.ndarray:
-    """Return the derivative of the natural coordinates by the only drive at a point of a path.
-
-    Shapes: returns (nZ,) [m].
-    """
+    """Return the derivative (nZ,) of the natural coordinates by the only drive at a point of a path [m]."""
     closure, z, place = path.closure, path.z[k], path.place[k]
     inputs = np.array([place])
     turned = np.array([0.0, -np.sin(place), np.cos(place)]) if closure.inputs.bodies else np.zeros(1)

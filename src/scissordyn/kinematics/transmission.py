@@ -87,10 +87,7 @@ def _pin_to_known(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint
 
 
 def transmission_angle(plan: Plan, dyad: Dyad, position: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the transmission angle of a dyad, between 0 and 90 deg.
-
-    Shapes: `position` (samples, bodies, 2) [m], `angle` (samples, bodies) [rad]; returns (samples,) [rad].
-    """
+    """Return the transmission angle of a dyad, 0 to 90 deg, shape (samples,) [rad]."""
     inner = _place(plan, dyad.inner, position, angle)
     first = inner - _place(plan, dyad.outer[0], position, angle)
     if dyad.guide is None:

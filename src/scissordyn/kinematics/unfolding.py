@@ -40,10 +40,7 @@ class Point:
 
 
 class Unfolding:
-    """Scalar function g(a, s) whose zeros are the positions of the mechanism near a given position.
-
-    Shapes: `place, z` (nZ,).
-    """
+    """Scalar function g(a, s) whose zeros are the positions of the mechanism near `z` (nZ,)."""
 
     def __init__(self, closure: Closure, inputs: AtPlace, place: float, z: np.ndarray, width: float) -> None:
         self.closure, self.inputs, self.place, self.z, self.width = closure, inputs, place, z, width
@@ -52,10 +49,7 @@ class Unfolding:
         self._y0 = z[closure.stays]
 
     def at(self, a: float, place: float, guess: np.ndarray, max_steps: int = 25) -> Point | None:
-        """Compute value and derivatives of g; return None if the bordered equations are not solved near the guess.
-
-        Shapes: `guess` (nZ,).
-        """
+        """Compute value and derivatives of g; return None if the equations are not solved near the guess (nZ,)."""
         closure, n = self.closure, self._y0.size
         driven, value = closure.driven_part(self.inputs(place)), closure.right_sides(self.inputs(place))
         y, g, last = guess[closure.stays].copy(), 0.0, np.inf

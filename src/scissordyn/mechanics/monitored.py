@@ -66,10 +66,7 @@ def oiled_contacts(model: Model) -> np.ndarray:
 
 
 def entries_read(model: Model, contacts: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the entries of y that each row of guards and monitored quantities needs: starts and indices; none for all of y.
-
-    Shapes: returns `start` (rows + 1,).
-    """
+    """Return starts (rows + 1,) and indices of the entries of y that each row of guards and quantities needs; none for all."""
 
     def of_contact(j: int) -> list[int]:
         columns = [c for c in model.element_column[model.element_start[j] : model.element_start[j + 1]].tolist() if c < model.n]
@@ -229,10 +226,7 @@ def write_row(t, row, S, out):
 
 @kernel
 def monitor(t, y, S, power, rows):
-    """Write the powers [W] of `POWERS` and all monitored quantities.
-
-    `accelerate` must have been called for the same instant and state.
-    """
+    """Write the powers [W] of `POWERS` and all monitored quantities at the state of the last `accelerate`."""
     M, W = S.model, S.work
     constraint_forces(S, W.work_b)
     total = 0.0

@@ -26,10 +26,7 @@ PIECE_COLUMNS = 10
 
 
 def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
-    """Return the pieces of a time function, one per row: a polynomial or harmonic each.
-
-    Shapes: returns (pieces, PIECE_COLUMNS).
-    """
+    """Return the pieces of a time function, each a polynomial or harmonic, shape (pieces, PIECE_COLUMNS)."""
     match motion:
         case ConstantSpeed(speed):
             return _pieces((0.0, (start, speed)))

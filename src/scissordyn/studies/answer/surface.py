@@ -42,10 +42,7 @@ class Surface:
         self._leave_out(values)
 
     def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the predicted response and its standard deviation.
-
-        Shapes: `x` (m, numbers); returns `mean, deviation` (m,).
-        """
+        """Return the predicted response and its standard deviation (m,) at the parameters `x` (m, numbers)."""
         mean, deviation = self.process.predict(self._unit(x), return_std=True)
         y, deviation = self._shift + self._scale * mean, self._scale * deviation
         return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
@@ -80,10 +77,7 @@ def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
 
 
 def between_points(study: Study, points: xr.Dataset, response: str) -> Surface | None:
-    """Return the surface of a response, or None.
-
-    There is none if the points of the study do not predict each other, names vary, or scikit-learn is not installed.
-    """
+    """Return the surface of a response; None if points do not predict each other, names vary, or scikit-learn is missing."""
     names = study.paths
     if not names or any(factor.labels for factor in study.factors):
         return None

@@ -72,10 +72,7 @@ def study_responses(study: Study, results: xr.Dataset) -> list[Response]:
 
 
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
-    """Return a response of all cases, NaN for incomplete ones.
-
-    A complete case without a value of a required response violates the requirement: its value counts as infinite.
-    """
+    """Return a response of all cases, NaN for incomplete ones; infinite if a complete case has no required value."""
     values = response_values(results, response)
     if response in [requirement.response for requirement in study.requirements]:
         values = np.where(np.isnan(values), -np.inf if response.smallest else np.inf, values)
@@ -128,10 +125,7 @@ def _mean(values: np.ndarray) -> np.ndarray:
 
 
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
-    """Return a mask of the cases that are complete and meet all requirements.
-
-    Shapes: returns (cases,).
-    """
+    """Return a mask (cases,) of the cases that are complete and meet all requirements."""
     met = results["status"].values == COMPLETE
     for requirement in study.requirements:
         met = met & requirement.met_in(results)
@@ -228,10 +222,7 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
 
 
 def case_margins(requirement: Requirement, results: xr.Dataset) -> np.ndarray:
-    """Return the margins of all cases as fractions of the bound, or for a bound of 0 of the largest value.
-
-    Shapes: returns (cases,).
-    """
+    """Return the margins of all cases (cases,), as fractions of the bound, or for a bound of 0 of the largest value."""
     margins = requirement.margin_in(results)
     if requirement.bound:
         return margins

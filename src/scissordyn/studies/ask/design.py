@@ -165,10 +165,7 @@ def design_size(design: Design, variations: Sequence[Variation]) -> int:
 
 
 def design_values(design: Design, variations: Sequence[Variation], base: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Return the values of the factors at some points.
-
-    Shapes: `base` (factors,), `at` (n,); returns (n, factors).
-    """
+    """Return the values of the factors at the points `at` (n,), shape (n, factors)."""
     if design.kind in LEVEL_DESIGNS:
         return LEVEL_DESIGNS[design.kind](variations, base, at)
     if design.kind not in UNIT_CUBE_DESIGNS:
@@ -243,10 +240,7 @@ def morris_numbers(design: Design, dimensions: int) -> np.ndarray:
 
 
 def quantiles(variations: Sequence[Variation], u: np.ndarray) -> np.ndarray:
-    """Return the values of each factor at given probabilities.
-
-    Shapes: `u` (n, factors); returns (n, factors).
-    """
+    """Return the values of each factor at the probabilities `u` (n, factors), shape (n, factors)."""
     return np.stack([variation.quantile(u[:, place]) for place, variation in enumerate(variations)], axis=1)
 
 

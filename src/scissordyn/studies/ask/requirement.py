@@ -77,10 +77,7 @@ class Requirement:
 
 
 def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
-    """Return a response of all cases.
-
-    Shapes: returns (cases,).
-    """
+    """Return a response of all cases, shape (cases,)."""
     if response.measure not in results:
         names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
         raise InputError(
@@ -279,10 +276,7 @@ def read_goal(text: str, units: Mapping[str, str] | None = None, parameters: Seq
 
 
 def risk_value(values: np.ndarray, risk: str) -> np.ndarray:
-    """Return a measure of risk of values; large values are bad.
-
-    Shapes: `values` (points, cases); returns (points,).
-    """
+    """Return a measure of risk (points,) of `values` (points, cases); large values are bad."""
     match = RISK.fullmatch(risk.strip())
     if match is None or (match[3] and not 0.0 < float(match[3]) < 100.0):
         raise InputError(f"risk '{risk}'", "mean, worst, quantile 95 %, cvar 95 %", "'cvar 95 %'")

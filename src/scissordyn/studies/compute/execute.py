@@ -112,10 +112,7 @@ def execute(
     points: np.ndarray | None = None,
     **how: Unpack[How],
 ) -> Store:
-    """Compute the cases of a study that its store does not have yet.
-
-    Shapes: `points` (points, factors).
-    """
+    """Compute the cases of a study that its store does not have yet; `points` (points, factors) are those of a search."""
     store = Store(path)
     if store.exists():
         store.check(study)  # before workers are started for nothing

@@ -87,10 +87,7 @@ class Jobs:
             self._alive.append(str(number))
 
     def watch(self, finished: int) -> None:
-        """Report changes and replace jobs that have ended; raise `EngineError` if no job can do any more work.
-
-        `finished` is the number of finished blocks.
-        """
+        """Report changes, replace ended jobs; raise `EngineError` if none can work. `finished` counts finished blocks."""
         now = time.monotonic()
         if now < self._next_poll:
             return

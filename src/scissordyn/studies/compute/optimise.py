@@ -193,10 +193,7 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
 
 
 def risks_and_violations(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the risk of each goal, shape (points, goals), and the violation of the requirements, shape (points,).
-
-    Points with failed cases have NaN as risk and an infinite violation.
-    """
+    """Return goals (points, goals) and violations (points,); NaN and infinite for points with failed cases."""
     plan = study.optimisation
     assert plan is not None
 
@@ -226,10 +223,7 @@ def margins(study: Study, results: xr.Dataset) -> np.ndarray:
 
 
 def nondominated(goals: np.ndarray) -> np.ndarray:
-    """Return a mask of the points that no other point dominates: better in one goal and not worse in the others.
-
-    Shapes: `goals` (points, goals); returns (points,).
-    """
+    """Return a mask (points,) of the points that no other dominates: better in one goal (points, goals), worse in none."""
     best = np.zeros(goals.shape[0], bool)
     order = np.lexsort(goals.T[::-1])
     kept = np.empty((0, goals.shape[1]))

@@ -10,20 +10,10 @@ __version__ = "0.1.0"
 PUBLIC = {
     "analysis.agreement": ("Measured",),
     "analysis.contact": ("contact_statistics",),
-    "analysis.motor": (
-        "MotorCurve",
-        "figures_of_merit",
-        "torque_over_speed",
-    ),
-    "analysis.section": (
-        "section",
-        "stroboscopic",
-    ),
+    "analysis.motor": ("MotorCurve", "figures_of_merit", "torque_over_speed"),
+    "analysis.section": ("section", "stroboscopic"),
     "analysis.spectrum": ("spectrum",),
-    "analysis.verdict": (
-        "classify",
-        "consensus",
-    ),
+    "analysis.verdict": ("classify", "consensus"),
     "analysis.zero_one": ("zero_one_test",),
     "casefile.case": ("Case",),
     "casefile.case_text": ("case_text",),
@@ -47,10 +37,7 @@ PUBLIC = {
     "components.guide_friction": ("GuideFriction",),
     "components.latch": ("Latch",),
     "components.linear_motor": ("LinearMotor",),
-    "components.lugre": (
-        "GuideLuGre",
-        "PinLuGre",
-    ),
+    "components.lugre": ("GuideLuGre", "PinLuGre"),
     "components.motor": ("Motor",),
     "components.nonlinear_spring": ("NonlinearSpring",),
     "components.pin_friction": ("PinFriction",),
@@ -73,18 +60,9 @@ PUBLIC = {
     "components.torque": ("Torque",),
     "components.torsion_spring": ("TorsionSpring",),
     "components.travel_stop": ("TravelStop",),
-    "config.file": (
-        "read_case",
-        "write_case",
-    ),
-    "config.fits": (
-        "fit",
-        "least_value",
-    ),
-    "config.studies": (
-        "open_study",
-        "study",
-    ),
+    "config.file": ("read_case", "write_case"),
+    "config.fits": ("fit", "least_value"),
+    "config.studies": ("open_study", "study"),
     "control.catalogue": ("controller",),
     "control.delayed.extended": ("ExtendedDelayedFeedback",),
     "control.delayed.pyragas": ("Pyragas",),
@@ -94,10 +72,7 @@ PUBLIC = {
     "equilibrium.buckling": ("buckling",),
     "equilibrium.modes": ("modes",),
     "equilibrium.statics": ("statics",),
-    "errors": (
-        "InputError",
-        "ScissordynError",
-    ),
+    "errors": ("InputError", "ScissordynError"),
     "exchange.dxf": ("read_dxf",),
     "exchange.export": ("export",),
     "exchange.forces": ("pin_forces",),
@@ -110,37 +85,17 @@ PUBLIC = {
     "identification.prediction": ("prediction",),
     "kinematics.bending": ("with_bending",),
     "laws.catalogue": ("law",),
-    "laws.damping.factors": (
-        "Flores",
-        "LankaraniNikravesh",
-    ),
+    "laws.damping.factors": ("Flores", "LankaraniNikravesh"),
     "laws.elastic.hertz": ("Hertz",),
     "laws.elastic.liu": ("Liu",),
     "laws.friction.ambrosio": ("Ambrosio",),
     "laws.friction.lugre": ("LuGre",),
     "laws.friction.none": ("NoFriction",),
-    "laws.material": (
-        "Material",
-        "STEEL",
-    ),
+    "laws.material": ("Material", "STEEL"),
     "laws.oil": ("Oil",),
-    "model.addition": (
-        "with_backlash",
-        "with_joint_friction",
-        "with_panels",
-        "with_payload",
-    ),
-    "model.body": (
-        "Body",
-        "Track",
-        "bar",
-        "point_mass",
-    ),
-    "model.clearance": (
-        "Clearance",
-        "GuideClearance",
-        "Lubrication",
-    ),
+    "model.addition": ("with_backlash", "with_joint_friction", "with_panels", "with_payload"),
+    "model.body": ("Body", "Track", "bar", "point_mass"),
+    "model.clearance": ("Clearance", "GuideClearance", "Lubrication"),
     "model.coupling": (
         "Belt",
         "CoordinateDrive",
@@ -153,77 +108,35 @@ PUBLIC = {
         "Slide",
         "Teeth",
     ),
-    "model.joint": (
-        "Guide",
-        "Revolute",
-        "Weld",
-    ),
-    "model.linkage": (
-        "common_pin",
-        "four_bar",
-        "n_four_bar",
-        "slider_crank",
-    ),
+    "model.joint": ("Guide", "Revolute", "Weld"),
+    "model.linkage": ("common_pin", "four_bar", "n_four_bar", "slider_crank"),
     "model.mechanism": ("Mechanism",),
     "model.options": ("Options",),
-    "model.scissor": (
-        "angulated_bar",
-        "hoberman_ring",
-        "mast",
-        "polar_scissor",
-        "scissor",
-    ),
-    "model.section": (
-        "Section",
-        "StructuralMaterial",
-    ),
+    "model.scissor": ("angulated_bar", "hoberman_ring", "mast", "polar_scissor", "scissor"),
+    "model.section": ("Section", "StructuralMaterial"),
     "model.wear": ("Wear",),
     "periodic.bifurcation": ("bifurcation",),
     "periodic.cycles": ("cycle",),
     "periodic.ensemble": ("ensemble",),
-    "periodic.lyapunov": (
-        "separation_exponent",
-        "variational_exponent",
-    ),
+    "periodic.lyapunov": ("separation_exponent", "variational_exponent"),
     "lifetime.wear": ("wear",),
     "plot.animation": ("animate",),
     "plot.canvas": ("view",),
     "plot.preview": ("preview",),
     "plot.style": ("style",),
     "record.internal_forces": ("internal_forces",),
-    "record.store": (
-        "load",
-        "save",
-    ),
+    "record.store": ("load", "save"),
     "run.advance.checkpoint": ("Checkpoint",),
     "run.batch": ("simulate_many",),
     "run.engine": ("Processes",),
     "run.ideal": ("ideal_kinematics",),
-    "run.inverse_dynamics": (
-        "constrain_contact",
-        "feed_forward",
-        "inverse_dynamics",
-    ),
-    "run.simulate": (
-        "replay",
-        "simulate",
-    ),
-    "studies.ask.distribution": (
-        "Empirical",
-        "Interval",
-        "Levels",
-        "Names",
-    ),
+    "run.inverse_dynamics": ("constrain_contact", "feed_forward", "inverse_dynamics"),
+    "run.simulate": ("replay", "simulate"),
+    "studies.ask.distribution": ("Empirical", "Interval", "Levels", "Names"),
     "studies.ask.iso_286": ("Fit",),
     "sensitivity.gradient": ("gradient",),
     "studies.compute.convergence": ("convergence",),
-    "units": (
-        "Pairs",
-        "Quantity",
-        "State",
-        "degrees",
-        "rpm",
-    ),
+    "units": ("Pairs", "Quantity", "State", "degrees", "rpm"),
 }
 """Public names by module; a name is imported when it is first used. `__init__.pyi` has the same names for type checkers."""
 
@@ -232,23 +145,9 @@ MODULE_OF = {name: module for module, names in PUBLIC.items() for name in names}
 __all__ = sorted([*MODULE_OF, "plot"], key=lambda name: (not name.isupper(), not name[0].isupper(), name))
 
 
-SCIPY_NAMES = {
-    "Beta": "beta",
-    "LogNormal": "lognorm",
-    "Normal": "norm",
-    "Trapezoid": "trapezoid",
-    "Triangular": "triang",
-    "Uniform": "uniform",
-    "Weibull": "weibull_min",
-}
-"""Distributions of scipy.stats by names that this package had for them."""
-
-
 def __getattr__(name: str) -> Any:
     if name == "plot":
         return import_module("scissordyn.plot")
-    if name in SCIPY_NAMES:
-        raise AttributeError(f"module 'scissordyn' has no attribute '{name}'; use scipy.stats.{SCIPY_NAMES[name]}")
     from scissordyn.lookup import public
 
     value = globals()[name] = public("scissordyn", name, MODULE_OF)

@@ -21,8 +21,6 @@ from scissordyn.model.options import Options
 from scissordyn.model.parameter_path import changed
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import (
-    DISTRIBUTION_SAMPLE,
-    DISTRIBUTIONS,
     Distribution,
     Empirical,
     Interval,
@@ -42,33 +40,6 @@ VARIATION_EXAMPLES = (
     "'0.05..0.4 mm', '0.05..0.4 mm, 20 values, log', '50, 100, 200 N m', 'norm(loc=0.1, scale=0.02) mm', '0.3 mm +- 20 %'"
 )
 
-REPLACED_DISTRIBUTIONS: Mapping[tuple[str, int], tuple[str, Callable[..., dict[str, float]]]] = {
-    ("uniform", 2): ("uniform", lambda low, high: {"loc": low, "scale": high - low}),
-    ("normal", 2): ("norm", lambda mean, deviation: {"loc": mean, "scale": deviation}),
-    ("truncated", 4): (
-        "truncnorm",
-        lambda mean, by, low, high: {"a": (low - mean) / by, "b": (high - mean) / by, "loc": mean, "scale": by},
-    ),
-    ("lognormal", 2): ("lognorm", lambda median, deviation: {"s": deviation, "scale": median}),
-    ("triangular", 3): (
-        "triang",
-        lambda low, mode, high: {"c": (mode - low) / (high - low), "loc": low, "scale": high - low},
-    ),
-    ("trapezoidal", 4): (
-        "trapezoid",
-        lambda low, first, last, high: {
-            "c": (first - low) / (high - low),
-            "d": (last - low) / (high - low),
-            "loc": low,
-            "scale": high - low,
-        },
-    ),
-    ("beta", 4): ("beta", lambda a, b, low, high: {"a": a, "b": b, "loc": low, "scale": high - low}),
-    ("weibull", 2): ("weibull_min", lambda shape, scale: {"c": shape, "scale": scale}),
-    ("weibull", 3): ("weibull_min", lambda shape, scale, low: {"c": shape, "loc": low, "scale": scale}),
-}
-"""Former spellings of distributions, by name and count of arguments: present name, and function for its arguments."""
-
 # Pattern of an ISO fit of hole and shaft, for example "H7/g6 at 10 mm, norm"
 FIT_PATTERN = re.compile(r"\s*([A-Za-z]+\d+\s*/\s*[A-Za-z]+\d+)\s+at\s+([^,]+?)\s*(?:,\s*(\w+)\s*)?")
 FIT_EXAMPLE = "'H7/g6 at 10 mm'"  # correct fit, which error texts show
@@ -79,8 +50,6 @@ TOLERANCE_EXAMPLES = "'0.3 mm +- 0.02 mm', '0.3 mm +- 20 %', '+- 20 %' of a numb
 PERCENT_ALLOWED = ", or %", TOLERANCE_EXAMPLES  # end of an error about a tolerance's unit, and example
 TOLERANCE_SHAPES = ("uniform", "norm", "triang")
 """Shapes of the distribution within a tolerance; a normal distribution has its limits at three standard deviations."""
-
-FORMER_SHAPES = {"normal": "norm", "triangular": "triang"}  # former names of shapes, which are errors -> present names
 
 EACH_PATTERN = re.compile(r"(.*?)\s*,\s*each\s*", re.DOTALL)  # pattern of a variation that ends in ", each"
 
@@ -178,11 +147,8 @@ def _check_shape(shape: str, after: str, allowed: Sequence[str]) -> None:
     """Raise `InputError` unless a word after a tolerance or fit is one of the allowed shapes."""
     if shape in allowed:
         return
-    now = FORMER_SHAPES.get(shape, "")
-    near = f" (now '{now}')" if now in allowed else did_you_mean(shape, allowed)
-    raise InputError(
-        f"'{shape}' after {after}{near}", ", ".join(allowed), FIT_EXAMPLE if after == "a fit" else TOLERANCE_EXAMPLES
-    )
+    sample = FIT_EXAMPLE if after == "a fit" else TOLERANCE_EXAMPLES
+    raise InputError(f"'{shape}' after {after}{did_you_mean(shape, allowed)}", ", ".join(allowed), sample)
 
 
 def _read_nominal(text: str, sign: str, quantity: Quantity) -> Variation:
@@ -270,28 +236,13 @@ def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, fo
     pairs = [part.partition("=") for part in inside.split(",") if part.strip()]
     numbers = [_read_plain(text if equals else key) for key, equals, text in pairs]
     if not all(equals for _, equals, _ in pairs):
-        raise _named_arguments(name, numbers, unit)
-    if name not in DISTRIBUTIONS and (new := {old: new for (old, _), (new, _) in REPLACED_DISTRIBUTIONS.items()}.get(name)):
-        raise InputError(f"distribution '{name}' (now '{new}')", ", ".join(DISTRIBUTIONS), f"'{DISTRIBUTION_SAMPLE}'")
+        written = ", ".join(f"{key}={number:.6g}" for key, number in zip(argument_names(name), numbers, strict=False))
+        allowed = "a distribution of scipy.stats and its arguments by name"
+        raise InputError(f"'{name}' with arguments without names", allowed, f"'{name}({written}) {unit}".rstrip() + "'")
     given = {key.strip(): number for (key, _, _), number in zip(pairs, numbers, strict=True)}
     factor = scale_of(unit, quantity.unit)
     loc, scale = given.get("loc", 0.0), given.get("scale", 1.0)
     return Distribution(name, given | {"loc": loc * factor, "scale": scale * factor})
-
-
-def _named_arguments(name: str, numbers: Sequence[float], unit: str) -> InputError:
-    """Return the error for distribution arguments without names; its example names them."""
-    if (name, len(numbers)) in REPLACED_DISTRIBUTIONS:
-        new, arguments_of = REPLACED_DISTRIBUTIONS[name, len(numbers)]
-        try:
-            arguments = arguments_of(*numbers)
-        except ZeroDivisionError:
-            return InputError(f"{name} of zero width", "a width > 0", "'norm(loc=0.1, scale=0.02) mm'")
-    else:
-        new, arguments = name, dict(zip(argument_names(name), numbers, strict=False))
-    written = ", ".join(f"{key}={number:.6g}" for key, number in arguments.items())
-    allowed = "a distribution of scipy.stats and its arguments by name"
-    return InputError(f"'{name}' with arguments without names", allowed, f"'{new}({written}) {unit}".rstrip() + "'")
 
 
 def _read_plain(text: str) -> float:

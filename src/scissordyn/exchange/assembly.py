@@ -175,9 +175,7 @@ def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
             else:
                 blocks.append(_block(data, corners))
                 pins.setdefault(str(data["pin"]), corners[0])
-        on_bodies = {pin for bar in bars for pin in bar.pins} | {block.pin for block in blocks if not block.follower}
-        drawing = Drawing(pins, tuple(pin for pin in fixed if pin in on_bodies), tuple(bars), tuple(blocks), pairs=tuple(pairs))
-        mechanism = mechanism_of_drawing(drawing)
+        mechanism = mechanism_of_drawing(Drawing(pins, tuple(fixed), tuple(bars), tuple(blocks), pairs=tuple(pairs)))
     except InputError:
         raise
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

@@ -157,7 +157,7 @@ def shortest_tree(pins: Iterable[str], places: Mapping[str, Point]) -> list[tupl
 
 
 def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
-    """Convert a drawing to a mechanism."""
+    """Convert a drawing to a mechanism; pins on no body are left out."""
     bodies = {bar.name: _body(bar, drawing.pins) for bar in drawing.bars}
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
@@ -186,7 +186,7 @@ def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
         ),
         drives=tuple(Drive(bar, function) for bar, function in drawing.drives.items()),
         components=tuple(_force(load, bodies[load.bar]) for load in drawing.loads),
-        ground=tuple((pin, drawing.pins[pin]) for pin in drawing.fixed),
+        ground=tuple((pin, drawing.pins[pin]) for pin in drawing.fixed if len(on[pin]) > 1),
         gravity=drawing.gravity,
         input_body=inputs[0] if inputs else drawing.bars[0].name if drawing.bars else "",
         output_body=blocks[0].name if blocks else "",

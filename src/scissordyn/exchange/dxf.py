@@ -33,9 +33,9 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_printable_notes,
 )
-from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, listed, notes_of
+from scissordyn.exchange.dxf_entity import ENTITIES_MAX, Entities, Shape, notes_of
 from scissordyn.exchange.dxf_outline import find_parts, inside
-from scissordyn.exchange.source import POINTS_MAX
+from scissordyn.exchange.source import POINTS_MAX, listed
 from scissordyn.lookup import library
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import checked
@@ -261,9 +261,7 @@ class _Linkage:
         self.driven = [bar.name for bar in self.bars if bar.shape.layer == INPUT_LAYER]
         if len(self.driven) > 1:
             self.notes.append(f"{listed(self.driven)} on layer '{INPUT_LAYER}': only the first one is driven")
-        self.drawing = Drawing(
-            {pin: place for pin, place in self.pins.places.items() if pin in self.used}, fixed, bars, tuple(blocks)
-        )
+        self.drawing = Drawing(self.pins.places, fixed, bars, tuple(blocks))
 
     def _note(self, lines: Iterable[str]) -> None:
         """Add notes of one kind, at most `LISTED_MAX` of them."""

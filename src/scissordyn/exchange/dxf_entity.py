@@ -17,6 +17,7 @@ import numpy as np
 from scissordyn.casefile.text import NESTING_MAX
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError
+from scissordyn.exchange.source import listed
 from scissordyn.model.body import check_place
 from scissordyn.tolerance import DATA_TOL
 
@@ -246,13 +247,6 @@ def _is_clipped(insert: Any) -> bool:
 
     clip = XClip(insert)
     return bool(clip.has_clipping_path and clip.is_clipping_enabled)
-
-
-def listed(labels: Iterable[str], most: int = 5) -> str:
-    """Return a text with the first `most` labels and the number of further ones."""
-    names = list(labels)
-    further = len(names) - most
-    return ", ".join(names[:most]) + (f" and {further} more" if further > 0 else "")
 
 
 def notes_of(left_out: dict[str, list[str]]) -> Iterator[str]:

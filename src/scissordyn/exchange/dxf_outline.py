@@ -12,8 +12,8 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.exchange.drawing import DrawnBar
-from scissordyn.exchange.dxf_entity import Shape, curve_points, listed
-from scissordyn.exchange.source import POINTS_MAX
+from scissordyn.exchange.dxf_entity import Shape, curve_points
+from scissordyn.exchange.source import POINTS_MAX, listed
 from scissordyn.tolerance import REPORTED_FRACTION, ROUND_OFF_TOL
 
 

@@ -81,10 +81,6 @@ def export(
     sources_only : bool
         Write an FMU as C source without a compiled library.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
     InputError

@@ -79,7 +79,10 @@ class _Linkage:
         notes += [f"the scale factor {scale:g} of the drawing is not applied" for scale in scales if scale != 1.0]
         self.connectors = {_identifier(part): part for part in parts if part.tag == "connector"}
         self.pins = dict(zip(self.connectors, _names(self.connectors.values(), "pin"), strict=True))
-        self.places = {self.pins[key]: _place(part) for key, part in self.connectors.items()}
+        self.places: dict[str, Point] = {
+            self.pins[key]: (LENGTH_UNIT * _number(part, "x", ""), LENGTH_UNIT * _number(part, "y", ""))
+            for key, part in self.connectors.items()
+        }
         links = [part for part in parts if part.tag != "connector"]
         self.link_pins = dict(zip(_names(links, "link"), map(self._pins_of, links), strict=True))
         self.fixed = {self.pins[key] for key, part in self.connectors.items() if is_true(part.attributes.get("anchor", ""))}
@@ -110,14 +113,8 @@ class _Linkage:
         for first, second in combinations(self.places, 2):
             if math.dist(self.places[first], self.places[second]) <= GEOMETRY_TOL:
                 self.notes.append(f"'{first}' and '{second}' are at one place, but not joined")
-        used = {pin for pins in self.bars.values() for pin in pins} | {block.pin for block in blocks}
-        return Drawing(
-            pins={pin: place for pin, place in self.places.items() if pin in used},
-            fixed=tuple(pin for pin in self.places if pin in self.fixed & used),
-            bars=bars,
-            blocks=tuple(blocks),
-            drives=drives,
-        )
+        fixed = tuple(pin for pin in self.places if pin in self.fixed)
+        return Drawing(self.places, fixed, bars, tuple(blocks), drives)
 
     def _slider(self, key: str, part: Element) -> Block | None:
         """Return the guided block of a connector that slides along the line through two others; None if it cannot move."""
@@ -202,7 +199,3 @@ def _names(parts: Any, kind: str) -> list[str]:
     for part in parts:
         names.append(plain_name(part.attributes.get("name") or f"{kind} {_identifier(part)[:SHOWN_LENGTH_MAX]}", names))
     return names
-
-
-def _place(part: Element) -> Point:
-    return LENGTH_UNIT * _number(part, "x", ""), LENGTH_UNIT * _number(part, "y", "")

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from scissordyn.errors import InputError
+from scissordyn.exchange.xml_element import EXAMPLE
 from scissordyn.tolerance import ASSEMBLY_TOL
-
-EXAMPLE = "scissordyn import model.xml -o case.toml"  # Correct command, which error texts show
 
 TILT_MAX = 0.01  # [rad] Largest accepted tilt of an axis; rounded angles (1.57, 0.707) accumulate along a chain
 

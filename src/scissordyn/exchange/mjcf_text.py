@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
+from scissordyn.exchange.xml_element import number_text
 from scissordyn.model.addition import without_backlash
 from scissordyn.model.body import Body
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
@@ -106,7 +107,7 @@ class _Writer:
             ET.SubElement(self.motors, "motor", name=coordinate_drive.name, tendon=tendon)
         if len(self.tendons):
             self.root.append(self.tendons)
-        ET.SubElement(self.add("keyframe"), "key", name="start", qvel=_numbers(*self.speeds))
+        ET.SubElement(self.add("keyframe"), "key", name="start", qvel=number_text(*self.speeds))
 
     def add(self, tag: str, **attributes: Any) -> ET.Element:
         return ET.SubElement(self.root, tag, **attributes)
@@ -120,14 +121,12 @@ class _Writer:
                 continue
             body, angle = here.body, here.angle - turn
             place = cmath.rect(1.0, -turn) * (here.origin - origin)
-            quaternion = _numbers(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
+            quaternion = number_text(math.cos(0.5 * angle), 0, 0, math.sin(0.5 * angle))
             element = ET.SubElement(self.elements[parent], "body", name=name, pos=_vector(place), quat=quaternion)
             self.elements[name] = element
             inertia = body.mass * (1e-3 * max(body.extent, 1e-2)) ** 2 if body.inertia is None else body.inertia
-            moments = _numbers(0.6 * inertia, 0.6 * inertia, inertia)
-            ET.SubElement(
-                element, "inertial", pos=_vector(complex(*body.centre)), mass=_numbers(body.mass), diaginertia=moments
-            )
+            moments, centre = number_text(0.6 * inertia, 0.6 * inertia, inertia), _vector(complex(*body.centre))
+            ET.SubElement(element, "inertial", pos=centre, mass=number_text(body.mass), diaginertia=moments)
             for joint, speed in _joints(here, above):
                 ET.SubElement(element, "joint", **joint)
                 self.speeds.append(speed)
@@ -271,8 +270,4 @@ def _joints(here: _Placed, parent: _Placed | None) -> Iterator[tuple[dict[str, A
 
 
 def _vector(place: complex) -> str:
-    return _numbers(place.real, place.imag, 0.0)
-
-
-def _numbers(*values: float) -> str:
-    return " ".join(repr(float(value)) for value in values)
+    return number_text(place.real, place.imag, 0.0)

@@ -24,7 +24,7 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_printable_notes,
 )
-from scissordyn.exchange.source import POINTS_MAX
+from scissordyn.exchange.source import POINTS_MAX, listed
 from scissordyn.model.body import check_place
 from scissordyn.units import checked
 
@@ -54,10 +54,6 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
         Mass per length of the bars [kg/m].
     block_mass : float
         Mass of a sliding block [kg].
-
-    Returns
-    -------
-    Imported
 
     Raises
     ------
@@ -181,8 +177,7 @@ class _Table:
                 continue
             lines = [line for line, cells in rows if k < len(cells) and cells[k]]
             if name or lines:
-                shown = ", ".join(map(str, lines[:5])) + (f" and {len(lines) - 5} more" if len(lines) > 5 else "")
-                values = f"it has values in line {shown}" if lines else "it is empty"
+                values = f"it has values in line {listed(map(str, lines))}" if lines else "it is empty"
                 self.notes.append(f"column '{name or k + 1}' left out: {values}")
 
     def _leave_out_single(self, lines: Mapping[str, int]) -> None:
@@ -219,7 +214,7 @@ def _bent(bars: tuple[DrawnBar, ...], pins: Mapping[str, Point]) -> list[str]:
         x, y = zip(*(pins[pin] for pin in bar.pins), strict=True)
         span = math.hypot(max(x) - min(x), max(y) - min(y))  # connected lines between the points are at least this long
         if sum(math.dist(pins[a], pins[b]) for a, b in rods) > (1.0 + bend_tol) * span:
-            names = ", ".join(f"{a}-{b}" for a, b in rods[:5]) + (f" and {len(rods) - 5} more" if len(rods) > 5 else "")
+            names = listed(f"{a}-{b}" for a, b in rods)
             notes.append(f"the points of bar '{bar.name}' are not on one line: its mass is that of rods {names}")
     return notes
 

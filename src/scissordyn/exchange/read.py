@@ -41,10 +41,6 @@ def read_drawing(
     thickness, density : float, optional
         Thickness [m] and density [kg/m^3] of parts that a DXF draws by their outlines, see `read_dxf`.
 
-    Returns
-    -------
-    Imported
-
     Raises
     ------
     InputError

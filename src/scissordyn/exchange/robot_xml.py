@@ -15,13 +15,13 @@ from scissordyn.annotation import SHOWN_LENGTH_MAX
 from scissordyn.errors import InputError
 from scissordyn.exchange.loop_joint import LoopJoint, loop_joints
 from scissordyn.exchange.sdf import convert_sdf
+from scissordyn.exchange.source import listed
 from scissordyn.exchange.xml_element import (
     BODIES_MAX,
     EXAMPLE,
     Element,
     child_of,
     further_file,
-    listed,
     parse,
     text_of,
     with_includes,

@@ -28,13 +28,13 @@ from scissordyn.exchange.loop_joint import (
     read_pose,
 )
 from scissordyn.exchange.sdf_tree import Edge, mjcf_of, spanning_tree
+from scissordyn.exchange.source import listed
 from scissordyn.exchange.xml_element import (
     BODIES_MAX,
     EXAMPLE,
     Element,
     child_of,
     is_true,
-    listed,
     numbers,
     text_of,
     value_of,
@@ -143,12 +143,8 @@ class _Model:
                 elif read:
                     owner = "" if element.tag in ("model", "link", "joint") else f" in <{element.tag}>"
                     self.left_out[f"<{child.tag[:SHOWN_LENGTH_MAX]}>{owner}"].append(child)
-                    self._note_gravity(child, element)
-
-    def _note_gravity(self, child: Element, link: Element) -> None:
-        """Add a note if a link switches gravity off, because gravity acts on it nevertheless."""
-        if child.tag == "gravity" and link.tag == "link" and child.text.strip() and not is_true(child.text):
-            self.notes.append(f"link {link.shown}: gravity acts on it, although its <gravity> is off")
+                    if child.tag == "gravity" and element.tag == "link" and child.text.strip() and not is_true(child.text):
+                        self.notes.append(f"link {element.shown}: gravity acts on it, although its <gravity> is off")
 
     def convert(self, gravity: tuple[float, ...]) -> SdfModel:
         """Convert the SDF model to the MJCF text of a tree of bodies, and a list of the joints that close loops."""

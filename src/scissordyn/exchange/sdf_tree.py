@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.errors import InputError
 from scissordyn.exchange.loop_joint import WORLD, Pose, pose
-from scissordyn.exchange.xml_element import DEPTH_MAX, EXAMPLE
+from scissordyn.exchange.xml_element import DEPTH_MAX, EXAMPLE, number_text
 
 Inertial = tuple[Pose, np.ndarray, float, np.ndarray]
 """Pose of a link in the world; mass centre, mass and inertia in the frame of the link."""
@@ -81,16 +81,16 @@ def mjcf_of(tree: Tree, bodies: dict[str, Inertial], gravity: tuple[float, ...])
     """Return the text of an MJCF model of a tree; `bodies` are the poses and inertias of its links by name."""
     root = ET.Element("mujoco")
     ET.SubElement(root, "compiler", angle="radian")
-    ET.SubElement(root, "option", gravity=_numbers(gravity))
+    ET.SubElement(root, "option", gravity=number_text(*gravity))
     elements = {WORLD: ET.SubElement(root, "worldbody")}
     for link, parent in tree.parents.items():
         here, centre, mass, inertia = bodies[link]
         outer = bodies[parent][0] if parent in bodies else pose()
         inner = outer.inverse().times(here)
-        place: dict[str, Any] = {"pos": _numbers(inner.position), "quat": _numbers(inner.quaternion)}
+        place: dict[str, Any] = {"pos": number_text(*inner.position), "quat": number_text(*inner.quaternion)}
         element = elements[link] = ET.SubElement(elements[parent or WORLD], "body", name=link, **place)
-        moments = (*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2])
-        ET.SubElement(element, "inertial", pos=_numbers(centre), mass=repr(mass), fullinertia=_numbers(moments))
+        moments = number_text(*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2])
+        ET.SubElement(element, "inertial", pos=number_text(*centre), mass=repr(mass), fullinertia=moments)
         edge = tree.edges.get(link)
         if edge is None:
             ET.SubElement(element, "freejoint")
@@ -99,10 +99,6 @@ def mjcf_of(tree: Tree, bodies: dict[str, Inertial], gravity: tuple[float, ...])
             # a link below its child in the tree moves in the opposite sense
             axis = here.rotation.inv().apply(edge.axis) * (1.0 if edge.links[0] == link else -1.0)
             kind = "slide" if edge.type == "prismatic" else "hinge"
-            attributes: dict[str, Any] = {"pos": _numbers(at.position), "axis": _numbers(axis), **edge.attributes}
+            attributes: dict[str, Any] = {"pos": number_text(*at.position), "axis": number_text(*axis), **edge.attributes}
             ET.SubElement(element, "joint", name=edge.name, type=kind, **attributes)
     return ET.tostring(root, encoding="unicode")
-
-
-def _numbers(values: Any) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -30,9 +30,8 @@ from scissordyn.exchange.drawing import (
     uniform,
     with_printable_notes,
 )
-from scissordyn.exchange.dxf_entity import listed
 from scissordyn.exchange.rigid_set import Pair, RigidSets, Slide
-from scissordyn.exchange.source import POINTS_MAX
+from scissordyn.exchange.source import POINTS_MAX, listed
 from scissordyn.exchange.xml_element import numbers
 from scissordyn.model.coupling import Coupling, RelativeAngle
 from scissordyn.model.mechanism import Mechanism
@@ -132,12 +131,13 @@ class _Sketch:
         self.space = {n: 1e-3 * self.basis @ _place(part) for n, part in self.entities.items() if part["type"] <= POINT_MAX}
         self.rigid = RigidSets({number: complex(x, y) for number, (x, y, _) in self.space.items()})
         self._join_points()
-        lines = [number for number in sorted(active) if self.entities[number]["type"] == LINE]
+        kinds = {number: self.entities[number]["type"] for number in sorted(active)}
+        lines = [number for number, kind in kinds.items() if kind == LINE]
         self.lines = {number: self._pair(number) for number in lines if self._is_in_plane(number)}
         self.lines = {number: pair for number, pair in self.lines.items() if len(pair) == 2}
         if tilted := [self.label(number) for number in lines if number not in self.lines]:
             self.notes.append(f"{listed(tilted)} left out: no length in the plane of the sketch")
-        if curves := [n for n in sorted(active) if self.entities[n]["type"] > LINE and not self._is_round(n)]:
+        if curves := [number for number, kind in kinds.items() if kind > LINE and kind not in (CIRCLE, ARC)]:
             self.notes.append(f"{listed(map(self.label, curves))} left out: no line, circle or arc")
         self.inputs: list[Pair] = []
         self._add_constraints()
@@ -160,9 +160,6 @@ class _Sketch:
         if left_out:
             self.notes.append(f"groups {', '.join(left_out)} left out: no sketches, links or copies of sketches")
         return active
-
-    def _is_round(self, number: int) -> bool:
-        return self.entities[number]["type"] in (CIRCLE, ARC)
 
     def _is_in_plane(self, line: int) -> bool:
         start, end = (self.space[self.entities[line][f"point[{k}].v"]] for k in (0, 1))
@@ -314,7 +311,7 @@ class _Sketch:
         blocks = self._blocks(pins, names, density)
         used = {pin for bar in bars for pin in bar.pins} | {block.pin for block in blocks}
         fixed = tuple(name for pin, name in pins.items() if pin in rigid.bodies[0] and name in used)
-        drawing = Drawing({pin: places[pin] for pin in places if pin in used}, fixed, tuple(bars), tuple(blocks))
+        drawing = Drawing(places, fixed, tuple(bars), tuple(blocks))
         self.notes += [
             *(f"{label} left out: the mechanism does not keep it" for label in dict.fromkeys(rigid.unused())),
             f"masses: none in the file; {density:g} kg/m along each line is assumed",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import re
 import stat
+from collections.abc import Iterable
 from pathlib import Path
 
 from scissordyn.errors import InputError
@@ -33,6 +34,12 @@ UNSUPPORTED_FILES = (
     (b"\x89HDF", "a saved run, in NetCDF", "a drawing, a model or a table"),
 )
 """Unsupported files: first bytes, kind of file, and expected kind of file in the error message."""
+
+
+def listed(texts: Iterable[str], most: int = 5) -> str:
+    """Return the first `most` texts and the number of further ones."""
+    names = list(texts)
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def read_source(path: Path) -> bytes:

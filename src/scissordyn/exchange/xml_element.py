@@ -165,9 +165,9 @@ def further_file(element: Element, name: str) -> InputError:
     )
 
 
-def listed(names: list[str], most: int = 5) -> str:
-    """Return a text with the first `most` names and the number of the others."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+def number_text(*values: float) -> str:
+    """Return numbers as the text of an XML attribute, with all digits."""
+    return " ".join(repr(float(value)) for value in values)
 
 
 def numbers(text: str, count: int, what: str) -> tuple[float, ...]:

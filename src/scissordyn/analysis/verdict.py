@@ -97,10 +97,6 @@ def classify_samples(
     seed : int
         Seed of the random angles of the 0-1 test.
 
-    Returns
-    -------
-    Verdict
-
     Raises
     ------
     InputError
@@ -274,10 +270,6 @@ def classify(
     seed : int
         Seed of the random angles of the 0-1 test.
 
-    Returns
-    -------
-    Verdict
-
     Raises
     ------
     InputError
@@ -433,10 +425,6 @@ def consensus(verdicts: Sequence[Verdict]) -> Consensus:
     ----------
     verdicts : sequence of Verdict
         At least two verdicts.
-
-    Returns
-    -------
-    Consensus
 
     Raises
     ------

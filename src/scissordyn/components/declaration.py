@@ -256,10 +256,6 @@ def component(
         `tangential`.
     source : str
         Citations, separated by semicolons.
-
-    Returns
-    -------
-    decorator
     """
     if isinstance(port, str) and port not in PORTS:
         raise InputError(f"unknown port = {port!r}{did_you_mean(port, PORTS)}", ", ".join(PORTS))

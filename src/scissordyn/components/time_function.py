@@ -70,12 +70,7 @@ def tabulated(
         Quantity("1", minimum=6, maximum=10_000_000, help="number of instants; the error is of sixth order"),
     ] = 2001,
 ) -> Tabulated:
-    """Sample a Python function of time into a table.
-
-    Returns
-    -------
-    Tabulated
-    """
+    """Sample a Python function of time into a table."""
     times = np.linspace(0.0, until, points)
     return Tabulated(tuple(times.tolist()), tuple(float(function(t)) for t in times.tolist()))
 

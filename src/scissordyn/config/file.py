@@ -54,10 +54,6 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     changes : iterable of str, optional
         Values that replace those of the file, for example "drive.speed=250 rpm".
 
-    Returns
-    -------
-    Case
-
     Raises
     ------
     InputError
@@ -111,10 +107,6 @@ def write_case(described: Mechanism | Case, path: str | os.PathLike[str], *, run
     path : path
     run : Options, optional
         Options of the simulation; by default those of the case, or the defaults for 50 ms.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------

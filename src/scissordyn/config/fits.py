@@ -267,10 +267,6 @@ def least_value(
     engine : Executor or int, optional
         As for `study`.
 
-    Returns
-    -------
-    LeastValue
-
     Raises
     ------
     InputError

@@ -122,10 +122,6 @@ def study(
     compute : bool
         If False, open an existing store of this study and compute nothing.
 
-    Returns
-    -------
-    StudyResult
-
     Raises
     ------
     InputError
@@ -203,10 +199,6 @@ def open_study(
         User-defined Python files of the study that may be executed, to resume, extend or replay it.
     measures : mapping of str to function, optional
         User-defined measures of the study that are not in a file, as for `study`.
-
-    Returns
-    -------
-    StudyResult
 
     Raises
     ------

@@ -177,10 +177,6 @@ def with_bending(
     section and material within 5 %. Stress is E (strain + tau strain rate); at the angular frequency w the damping ratio is
     tau w/2. The time function multiplies both temperatures.
 
-    Returns
-    -------
-    Mechanism
-
     Raises
     ------
     InputError

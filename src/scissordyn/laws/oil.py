@@ -115,10 +115,6 @@ class Oil:
             Index of ASTM D2270: about 95 for mineral oils, above 120 for many synthetic ones.
         density : float
             [kg/m^3]
-
-        Returns
-        -------
-        Oil
         """
         hot = hot_viscosity(1e6 * viscosity_40, viscosity_index)
         return cls(name, viscosity_40, 1e-6 * hot, density, f"viscosity index {viscosity_index:g} by ASTM D2270")

@@ -37,12 +37,7 @@ def with_payload(
     *,
     inertia: Annotated[float, Quantity("kg m^2", minimum=0.0, help="inertia about the payload's mass centre")] = 0.0,
 ) -> Mechanism:
-    """Return the mechanism with a payload fixed to one of its bodies, which gets a point "payload".
-
-    Returns
-    -------
-    Mechanism
-    """
+    """Return the mechanism with a payload fixed to one of its bodies, which gets a point "payload"."""
     carrier = mechanism.joint_or_point(place)
     name, point = carrier.journal if isinstance(carrier, Revolute) else _cross_section(mechanism, carrier)
     if name == GROUND:
@@ -67,10 +62,6 @@ def with_panels(
     """Return the mechanism with a panel on some bars, its mass spread evenly between two points of the bar.
 
     The bar gets points "panel start" and "panel end".
-
-    Returns
-    -------
-    Mechanism
     """
     rotating = [body.name for body in mechanism.bodies if body.rotates]
     changed = []
@@ -152,10 +143,6 @@ def with_joint_friction(
 
     Friction with that name, from an earlier call, is replaced. Friction with another name in the same pin is an error. A pin
     between bodies that do not rotate gets no friction.
-
-    Returns
-    -------
-    Mechanism
     """
     chosen = {joint.name: joint for joint in mechanism.ideal_joints}
     chosen = {name: chosen[name] for name in matching("ideal joint", joints, list(chosen))}
@@ -209,10 +196,6 @@ def with_backlash(
     The output's wheel, or the input's wheel if the output is not an angle, carries a second body "COUPLING flanks". The
     coupling moves this body instead of the wheel. Two end stops between them are the flanks; the wheel starts in the middle.
     The wheel starts with its given speed, the flanks with the speed of the other side of the coupling.
-
-    Returns
-    -------
-    Mechanism
     """
     named = {part.name: part for part in mechanism.couplings}
     if coupling not in named:

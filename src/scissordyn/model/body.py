@@ -129,12 +129,7 @@ def bar(
         float | None, Quantity("kg m^2", above=0.0, help="inertia about its middle; m L^2/12 if not given")
     ] = None,
 ) -> Body:
-    """Return a straight bar with points "start", "middle" and "end"; uniform unless its inertia is given.
-
-    Returns
-    -------
-    Body
-    """
+    """Return a straight bar with points "start", "middle" and "end"; uniform unless its inertia is given."""
     points = bar_points(length)
     return Body(
         name=name,

@@ -369,10 +369,6 @@ class GuideClearance:
             Guided point in that frame [m].
         direction : float
             Direction of the guide in that frame at the start [rad].
-
-        Returns
-        -------
-        tuple of (float, float)
         """
         if self.length is None or self.width is None:
             return self.corners

@@ -213,10 +213,6 @@ class Mechanism:
 
         Joints are given by name, by a group ("all", "pivots" inside the units of an array, "ends" between units), or by a
         pattern such as ``"unit 3/*"``. With a `GuideClearance` the names are those of guides.
-
-        Returns
-        -------
-        Mechanism
         """
         if isinstance(clearance, GuideClearance):
             guided = matching("guide", joints, [guide.name for guide in self.guides])
@@ -244,12 +240,7 @@ class Mechanism:
         speed: Annotated[float | None, Quantity("rad/s", help="short for `ConstantSpeed`")] = None,
         body: Annotated[str, Meaning("driven body; by default the mechanism's input body")] = "",
     ) -> Mechanism:
-        """Return the mechanism with a drive of a body, which replaces any drive of that body.
-
-        Returns
-        -------
-        Mechanism
-        """
+        """Return the mechanism with a drive of a body, which replaces any drive of that body."""
         if (motion is None) == (speed is None):
             raise InputError("driven() needs either motion or speed", "one of them", "driven(speed=rpm(150))")
         chosen, others = self._undriven("driven", body)
@@ -276,10 +267,6 @@ class Mechanism:
 
         The torques of several actuators on one body add up. The default reference is the motion of the body's drive, or its
         initial angle. Only the first actuator of a body, against the ground, starts on its reference.
-
-        Returns
-        -------
-        Mechanism
         """
         chosen, others = self._undriven("controlled", body)
         if reference is not None and speed is not None:
@@ -330,12 +317,7 @@ class Mechanism:
         point: Annotated[str | Point, Meaning("point of the body, or a position in its frame [m]")],
         tolerance: Annotated[float | None, Meaning("deviation within which the point has settled [m]")] = None,
     ) -> Mechanism:
-        """Return the mechanism with one more tracked point; its motion and deviation from the commanded path are recorded.
-
-        Returns
-        -------
-        Mechanism
-        """
+        """Return the mechanism with one more tracked point; its motion and deviation from the commanded path are recorded."""
         return dataclasses.replace(self, tracks=(*self.tracks, Track(name, body, point, tolerance)))
 
     @documented
@@ -349,10 +331,6 @@ class Mechanism:
 
         Examples of parameters are "gravity", "components", "A.clearance", "A.damping.restitution", "drive.speed",
         "body.slider.mass", "servo.controller.limit", "joint.all.friction" (`model.parameter_path`).
-
-        Returns
-        -------
-        Mechanism
         """
         return changed(self, parameter, value)
 
@@ -365,10 +343,6 @@ class Mechanism:
             New parts by field.
         check : bool
             Whether to check parts and names. It can be False if names and connected bodies are unchanged.
-
-        Returns
-        -------
-        Mechanism
         """
         if check:
             return dataclasses.replace(self, **parts)

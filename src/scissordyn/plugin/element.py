@@ -182,10 +182,6 @@ def element(
         Parameters are the fields with a `Quantity`. If the class has a method `parameters`, they are its results, named by
         the last arguments of the first kernel.
 
-    Returns
-    -------
-    decorator
-
     Raises
     ------
     InputError

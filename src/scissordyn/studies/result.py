@@ -415,10 +415,6 @@ class StudyResult:
             Ends in .html, or in .pdf where there is a browser that prints.
         figures : path, optional
             A folder for the pictures as files.
-
-        Returns
-        -------
-        Path
         """
         written = write_report(self, Path(path))
         if figures is not None:

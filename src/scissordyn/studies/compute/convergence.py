@@ -110,10 +110,6 @@ def convergence(
     over : {"accuracy", "modes"}
         Setting that is varied: tolerance or step, or the number of modes of all bars that bend.
 
-    Returns
-    -------
-    Convergence
-
     Raises
     ------
     InputError

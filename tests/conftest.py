@@ -2,7 +2,6 @@
 
 import sys
 from collections import Counter
-from collections.abc import Callable
 
 import pytest
 from tests import build
@@ -14,12 +13,7 @@ from scissordyn.cli.main import status_of
 collect_ignore = (
     []
     if sys.platform == "linux"
-    else [
-        "cli/test_command_line.py",
-        "cli/test_files.py",
-        "cli/test_signals.py",
-        "run/test_output_file.py",
-    ]
+    else ["cli/test_command_line.py", "cli/test_files.py", "cli/test_signals.py", "run/test_output_file.py"]
 )
 
 
@@ -60,10 +54,10 @@ def frictional_run(frictional_array):
 
 
 @pytest.fixture
-def answer(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+def answer(capsys):
     """Run a command and return what it prints, its words separated by single spaces; an error (status 2) is one line."""
 
-    def run_command(*words: object, status: int = 0) -> str:
+    def run_command(*words, status=0):
         capsys.readouterr()
         found = status_of([str(word) for word in words])
         shown = capsys.readouterr()

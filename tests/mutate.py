@@ -70,8 +70,7 @@ TARGETS = (
     Target(("control/delayed/*.py", "control/tracking/*.py", "control/signal.py"), ("control/test_torque.py",)),
     # springs, dampers, motors, loads, latches, end stops of angles and of travel
     Target(
-        ("components/[!_abcdptu]*.py", "components/a*_stop.py", "components/bushing.py", "components/c*_*.py"),
-        COMPONENT_TESTS,
+        ("components/[!_abcdptu]*.py", "components/a*_stop.py", "components/bushing.py", "components/c*_*.py"), COMPONENT_TESTS
     ),
     Target(
         ("components/cable.py", "components/torque.py", "components/torsion_spring.py", "components/travel_stop.py"),

@@ -53,12 +53,7 @@ MECHANICS = (
     "mechanics/test_elements.py",
 )
 # Test files of hard contacts
-HARD = (
-    "run/test_hard_contact.py",
-    "run/test_hard_answers.py",
-    "run/test_hard_examples.py",
-    "run/test_hard_turning.py",
-)
+HARD = ("run/test_hard_contact.py", "run/test_hard_answers.py", "run/test_hard_examples.py", "run/test_hard_turning.py")
 # Reason why a change of the grouping of cases changes no result
 GROUPED = "how many cases are done together: no number depends on it"
 # Reason why a change in the search for a maximum changes no result
@@ -160,12 +155,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
         "both",
         "os.cpu_count() or 1",
     ): "not reached where the system tells the processors of a process",
-    (
-        "run/engine.py",
-        "_compute_on",
-        "dropped",
-        "time.monotonic() + RECOUNT_SECONDS",
-    ): "how often the workers are counted",
+    ("run/engine.py", "_compute_on", "dropped", "time.monotonic() + RECOUNT_SECONDS"): "how often the workers are counted",
     (
         *("run/ideal.py", "motion_range", "bound"),
         "min((place for place in locks if place > first), default=math.nan)",

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ STIFF = {"bending_stiffness": 4e6, "axial_stiffness": 4e8}
 Attach = Callable[[sd.Mechanism], sd.Mechanism]
 
 
-def bars() -> sd.Mechanism:
+def bars():
     """Return a bar that falls about a pin, with a point at 0.3 m, and one that hangs on its end; the first bends."""
     arm = sd.bar("arm", length=LENGTH, mass=MASS, angle=0.4)
     arm = replace(arm, points={**arm.points, "third": (0.3, 0.0)}, angular_velocity=1.0)
@@ -27,12 +26,12 @@ def bars() -> sd.Mechanism:
     return chain(arm, fore, pins=("O", "elbow"), ground={"wall": (1.3, 0.9)}, input_body="arm", output_body="fore")
 
 
-def adding(field: str, *parts: Any) -> Attach:
+def adding(field, *parts):
     """Return a function that adds parts to a mechanism."""
     return lambda made: made.with_parts({field: (*getattr(made, field), *parts)})
 
 
-def rod_between(made: sd.Mechanism) -> sd.Mechanism:
+def rod_between(made):
     """Add a bar that is pinned to the point at 0.3 m and to a block on a guide."""
     third = made.place(("arm", "third"))
     link = sd.bar("link", length=0.5, mass=0.4, position=third, angle=0.0)
@@ -43,19 +42,19 @@ def rod_between(made: sd.Mechanism) -> sd.Mechanism:
     return made.with_parts(parts)
 
 
-def welded(made: sd.Mechanism) -> sd.Mechanism:
+def welded(made):
     """Weld the second bar to the end of the first instead of pinning it."""
     return made.with_parts({"joints": made.joints[:1], "welds": (sd.Weld("weld", ("fore", "start"), ("arm", "end")),)})
 
 
-def in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
+def in_a_channel(made):
     """Let the second bar, still pinned to the first, move with clearance in a channel of the ground."""
     block = sd.GuideClearance(1e-3, length=0.2, width=0.04)
     guide = sd.Guide("channel", ("fore", "middle"), made.place(("fore", "middle")), -1.2, aligned=True, clearance=block)
     return made.with_parts({"guides": (guide,)})
 
 
-def own_in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
+def own_in_a_channel(made):
     """Let the bar that bends move in a channel of the ground instead of turning on its pin."""
     block = sd.GuideClearance(1e-3, length=0.2, width=0.04)
     guide = sd.Guide("channel", ("arm", "third"), made.place(("arm", "third")), 0.4, aligned=True, clearance=block)
@@ -63,7 +62,7 @@ def own_in_a_channel(made: sd.Mechanism) -> sd.Mechanism:
 
 
 ENDS = ("arm", "end"), ("ground", "wall")  # Points between which components act
-ATTACHED: dict[str, Attach] = {
+ATTACHED = {
     "pin at a place": rod_between,
     "weld": welded,
     "clearance joint": lambda made: made.with_clearance("elbow", sd.Clearance(5e-4, friction=sd.LuGre(kinetic=0.1))),
@@ -95,7 +94,7 @@ ATTACHED: dict[str, Attach] = {
 
 
 @pytest.mark.parametrize("name", list(ATTACHED))
-def test_it_acts_as_on_a_rigid_bar(name: str) -> None:
+def test_it_acts_as_on_a_rigid_bar(name):
     """Limit: with a very stiff bar the second bar moves as with rigid ones, and not as without the part."""
     factor = 100.0 if name in ("latch", "clearance joint") else 1.0  # impulses bend bars more
     rigid = ATTACHED[name](bars())
@@ -108,7 +107,7 @@ def test_it_acts_as_on_a_rigid_bar(name: str) -> None:
 
 @pytest.mark.parametrize("name", list(ATTACHED))
 @pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 3}], ids=["modes", "elements"])
-def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
+def test_its_energy_is_kept(name, how):
     """Identity: the balance of energy of soft bars."""
     run = sd.simulate(sd.with_bending(ATTACHED[name](bars()), "arm", **how, **SOFT), until=0.01, samples=9)
     assert_balance(run, 1e-6)
@@ -117,18 +116,18 @@ def test_its_energy_is_kept(name: str, how: dict[str, int]) -> None:
 TUBE = 42743.0, 7.5e7  # Bending stiffness EI [N m^2] and axial stiffness EA [N] of a steel tube
 
 
-def with_tubes(rigid: sd.Mechanism, stiffness: float = 1.0, **how: int) -> sd.Mechanism:
+def with_tubes(rigid, stiffness=1.0, **how):
     """Return a mechanism whose bars are tubes, with a multiple of their stiffness."""
     rigidity, axial = (stiffness * value for value in TUBE)
     return sd.with_bending(rigid, bending_stiffness=rigidity, axial_stiffness=axial, **how)
 
 
-def oiled(viscosity: float = 0.1) -> sd.Clearance:
+def oiled(viscosity=0.1):
     """Return a clearance of 0.4 mm with oil in it."""
     return sd.Clearance(4e-4, friction=sd.NoFriction(), lubrication=sd.Lubrication(viscosity=viscosity))
 
 
-def test_hard_contact_on_bars_that_bend(array: sd.Mechanism) -> None:
+def test_hard_contact_on_bars_that_bend(array):
     """Second model: the first impact is that of compliant contact, and the impulse over 3 ms agrees to 5 %."""
     laws = {"damping": sd.Flores(restitution=0.9), "friction": sd.NoFriction()}
     loose = (sd.Clearance(0.5e-3, contact=kind, **laws) for kind in ("hard", "compliant"))
@@ -140,7 +139,7 @@ def test_hard_contact_on_bars_that_bend(array: sd.Mechanism) -> None:
     assert hard["impulse"].size > 10 * soft["impulse"].size  # the light end of the bar is pushed back again and again
 
 
-def test_the_summary_of_bars() -> None:
+def test_the_summary_of_bars():
     """Identity: stress, moment, deflection and compression of the summary are those of the run."""
     made = sd.scissor(units=1, angle=0.6)
     made = sd.with_bending(made, section="tube 60x60x1.56 mm", material="steel", modes=3).driven(speed=0.0)
@@ -158,7 +157,7 @@ def test_the_summary_of_bars() -> None:
 
 @pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 2}])
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_film_on_bars_that_bend_keeps_the_balance_of_energy(array: sd.Mechanism, method: str, how: dict[str, int]) -> None:
+def test_a_film_on_bars_that_bend_keeps_the_balance_of_energy(array, method, how):
     """Identity: the energy balance with both formulations and integrators, down to a thin film."""
     bent = with_tubes(array.with_clearance("A", oiled()), **how)
     run = sd.simulate(bent, until=4e-3, samples=41, method=method, rtol=1e-9)
@@ -168,7 +167,7 @@ def test_a_film_on_bars_that_bend_keeps_the_balance_of_energy(array: sd.Mechanis
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * float(np.ptp(run["kinetic_energy"].values))
 
 
-def test_stiff_bars_with_a_film_tend_to_rigid_ones(array: sd.Mechanism) -> None:
+def test_stiff_bars_with_a_film_tend_to_rigid_ones(array):
     """Limit: the largest deviation of the journal over a millisecond as 1/EI tends to zero, of the first order."""
     length, apart = 1e-3, []
     oily = array.with_clearance("A", oiled())
@@ -180,7 +179,7 @@ def test_stiff_bars_with_a_film_tend_to_rigid_ones(array: sd.Mechanism) -> None:
     assert 7.0 < apart[0] / apart[1] < 13.0
 
 
-def test_thick_oil_is_integrated_by_the_stiff_method(array: sd.Mechanism) -> None:
+def test_thick_oil_is_integrated_by_the_stiff_method(array):
     """Contract: by the damping of the film where it is thin; thin oil and dry joints of bars that bend are not stiff."""
     bent = (with_tubes(array.with_clearance("A", oiled(viscosity)), modes=4) for viscosity in (0.1, 0.001))
     runs = [sd.simulate(made, until=1e-6, samples=2) for made in bent]

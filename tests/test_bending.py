@@ -2,9 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -26,21 +23,21 @@ BAR = sd.bar("bar", length=LENGTH, mass=MASS)  # Rigid bar that the tests make f
 BENT = {"bending_stiffness": RIGIDITY, "axial_stiffness": AXIAL}  # Bending stiffness [N m^2] and axial stiffness [N] of the bar
 BETA = 1.87510406871196, 4.69409113297417, 7.85475743823761  # Wave numbers beta L of the first three modes of a cantilever
 # Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
-TUBE: dict[str, Any] = {"bending_stiffness": 42743.0, "axial_stiffness": AXIAL}
+TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": AXIAL}
 
 
-def cantilever(*, rigidity: float = RIGIDITY, gravity: float = 0.0, **how: int) -> sd.Mechanism:
+def cantilever(*, rigidity=RIGIDITY, gravity=0.0, **how):
     """Return a bar clamped by its drive."""
     return sd.with_bending(on_pin(BAR, gravity=gravity), **{**BENT, "bending_stiffness": rigidity}, **how).driven(speed=0.0)
 
 
-def array(*, contact: Literal["compliant", "hard"] = "compliant", **options: Any) -> sd.Mechanism:
+def array(*, contact="compliant", **options):
     """Return the array of the paper with a frictionless clearance at A, its bars tubes."""
     return sd.with_bending(build.array(sd.Clearance(0.5e-3, contact=contact)), **{**TUBE, **options})
 
 
 @pytest.mark.parametrize(("how", "within"), [({"elements": 16}, 1e-5), ({"modes": 2}, 1e-9)])
-def test_a_bar_on_three_pins_has_twice_pi_first(how: dict[str, int], within: float) -> None:
+def test_a_bar_on_three_pins_has_twice_pi_first(how, within):
     """Closed form: beta L = 2 pi, antisymmetric, of a bar pinned at both ends and its middle; it is one of the shapes."""
     guides = (sd.Guide("middle", ("bar", "middle")), sd.Guide("end", ("bar", "end")))
     omega = float(
@@ -50,7 +47,7 @@ def test_a_bar_on_three_pins_has_twice_pi_first(how: dict[str, int], within: flo
 
 
 @pytest.mark.parametrize(("how", "within"), [({"elements": 8}, 5e-5), ({"modes": 12}, 1e-5)])
-def test_axial_force_changes_the_frequency_down_to_buckling(how: dict[str, int], within: float) -> None:
+def test_axial_force_changes_the_frequency_down_to_buckling(how, within):
     """Closed form: omega^2 = omega_0^2 (1 - P/P_cr) of a bar on two pins, P_cr = pi^2 EI/L^2; geometric stiffness."""
     critical, first = math.pi**2 * RIGIDITY / LENGTH**2, (math.pi / LENGTH) ** 2 * math.sqrt(RIGIDITY * LENGTH / MASS)
     for part in (-0.5, 0.3, 0.9):
@@ -64,14 +61,14 @@ def test_axial_force_changes_the_frequency_down_to_buckling(how: dict[str, int],
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize(("how", "within"), [({"elements": 2}, 1e-7), ({"modes": 4}, 1e-8)])
-def test_a_released_cantilever_keeps_its_energy(how: dict[str, int], within: float, method: str) -> None:
+def test_a_released_cantilever_keeps_its_energy(how, within, method):
     """Identity: the energy balance with strain energy."""
     run = sd.simulate(cantilever(gravity=9.81, **how), until=0.05, samples=101, method=method)
     assert_balance(run, within, ("potential_energy",))
     assert float(run["stored_energy"].max()) > 0.1 * float(np.ptp(run["potential_energy"].values))
 
 
-def test_elements_give_the_elastica() -> None:
+def test_elements_give_the_elastica():
     """Closed form: a cantilever with a tip force, P L^2/EI = 1 and 10 (elliptic integrals)."""
     for load, expected, bound in (
         (1.0, (0.056433236283377, 0.30172077379981, 0.46135194971188), 1e-7),
@@ -81,12 +78,12 @@ def test_elements_give_the_elastica() -> None:
         assert np.max(np.abs(np.array(found) - expected)) < bound
 
 
-def _tip(elements: int, load: float) -> tuple[float, float, float]:
+def _tip(elements, load):
     """Return shortening, deflection and angle at the tip by Newton's method on the balance of the elements' forces."""
     length, q = 1.0 / elements, np.zeros(3 * elements)
     q[0::3] = np.arange(1, elements + 1) * length
 
-    def residual(q: np.ndarray, tip: float) -> np.ndarray:
+    def residual(q, tip):
         place, balance = np.vstack([np.zeros(3), q.reshape(-1, 3)]), np.zeros((elements + 1, 3))
         for k in range(elements):
             one, other = place[k], place[k + 1]
@@ -110,7 +107,7 @@ def _tip(elements: int, load: float) -> tuple[float, float, float]:
     return 1.0 - float(q[-3]), float(q[-2]), float(q[-1])
 
 
-def test_frequencies_of_a_cantilever_converge_with_the_fourth_order() -> None:
+def test_frequencies_of_a_cantilever_converge_with_the_fourth_order():
     """Closed form and order of convergence: beta L of a clamped bar."""
     errors = []
     for elements in (4, 8, 16):
@@ -121,7 +118,7 @@ def test_frequencies_of_a_cantilever_converge_with_the_fourth_order() -> None:
     assert np.all(np.abs(order - 4.0) < 0.2)
 
 
-def test_shapes_are_those_of_a_straight_bar() -> None:
+def test_shapes_are_those_of_a_straight_bar():
     """Closed forms and identities: beta l of modes between pins and at a clamp; what is straight stays straight; the mass."""
     pinned, clamped = shapes_of((0.0, 1.0, 2.0), (), 4), shapes_of((0.0, 2.0), (0,), 2)
     assert pinned.wave_numbers[:4] == pytest.approx([math.pi, 3.92660231204792, 2.0 * math.pi, 7.06858274562873], rel=1e-9)
@@ -134,7 +131,7 @@ def test_shapes_are_those_of_a_straight_bar() -> None:
     assert vectors[:, 0] @ pinned.mass @ vectors[:, 0] == pytest.approx(8.0 / 3.0, rel=1e-12)
 
 
-def test_frequencies_of_a_cantilever() -> None:
+def test_frequencies_of_a_cantilever():
     """Closed form: beta L of a clamped bar, from above, better with each mode."""
     worst = []
     for modes in (4, 8, 12):
@@ -152,7 +149,7 @@ STIFF = 1e6  # [N m^2] bending stiffness with which deflections are small
 @pytest.mark.parametrize(
     ("how", "tip", "bounds"), [({"elements": 8}, "bar/8", (1e-4, 1e-6, 1e-5)), ({"modes": 6}, "bar/2", (1e-6, 1e-7, 1e-7))]
 )
-def test_static_start_has_the_deflection_under_weight(how: dict[str, int], tip: str, bounds: tuple[float, ...]) -> None:
+def test_static_start_has_the_deflection_under_weight(how, tip, bounds):
     """Closed form: w = q L^4/(8 EI) of a stiff cantilever, reaction = weight, moment = q L^2/2."""
     made, weight = cantilever(gravity=9.81, rigidity=STIFF, **how), MASS * 9.81
     now = sd.simulate(made, until=1e-4, samples=2, start="static", method="dop853").isel(time=0)
@@ -162,7 +159,7 @@ def test_static_start_has_the_deflection_under_weight(how: dict[str, int], tip: 
         assert value.item() == pytest.approx(expected, rel=within)
 
 
-def test_what_a_cantilever_carries() -> None:
+def test_what_a_cantilever_carries():
     """Closed form: moment q (L - x)^2/2, shear q (L - x) and deflection under the weight; what parts carry and store."""
     weight = MASS * 9.81
     made = cantilever(gravity=9.81, rigidity=STIFF, modes=6)
@@ -183,7 +180,7 @@ def test_what_a_cantilever_carries() -> None:
 
 @pytest.mark.parametrize("modes", [8, 16, 24])
 @pytest.mark.parametrize("clamped", [(), (0,)])
-def test_axial_frequencies_of_a_bar(clamped: tuple[int, ...], modes: int) -> None:
+def test_axial_frequencies_of_a_bar(clamped, modes):
     """Closed form: k pi sqrt(EA/mu)/L of a free rod, (k - 1/2) pi of a clamped one; bending and a clamp must not stiffen it."""
     shapes, mass = shapes_of((0.0, 1.0, 2.0), clamped, modes, clamped, 5.7e-4), 2.84
     bending, axial = TUBE["bending_stiffness"], TUBE["axial_stiffness"]
@@ -197,7 +194,7 @@ def test_axial_frequencies_of_a_bar(clamped: tuple[int, ...], modes: int) -> Non
     assert frequencies == pytest.approx(expected, rel=4e-3)
 
 
-def test_first_contact_tends_to_that_of_rigid_bars_as_one_over_the_stiffness(clearance_array: sd.Mechanism) -> None:
+def test_first_contact_tends_to_that_of_rigid_bars_as_one_over_the_stiffness(clearance_array):
     """Limit, with its order: the array of the paper, started unbent at the velocities of rigid bars.
 
     At EI = 4e8 N m^2, EA = 7.5e11 N the contact comes at 1.344 ms, as in a second program with other elements.
@@ -213,7 +210,7 @@ def test_first_contact_tends_to_that_of_rigid_bars_as_one_over_the_stiffness(cle
     assert abs(math.log10(errors[1] / errors[2]) - 1.0) < 0.05
 
 
-def test_the_first_contact_is_that_of_absolute_nodal_coordinates() -> None:
+def test_the_first_contact_is_that_of_absolute_nodal_coordinates():
     """Cross-check by a second formulation: 2.0670 ms, 0.5787 m/s, 8.85 kN with 16 elements (`validation/bent_array`)."""
     run = sd.simulate(array(modes=8), until=3.4e-3, samples=5)
     assert float(run["contact_start"][0]) == pytest.approx(2.0670e-3, rel=3e-5)
@@ -222,7 +219,7 @@ def test_the_first_contact_is_that_of_absolute_nodal_coordinates() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-6 * float(np.ptp(run["drive_work"].values))
 
 
-def test_elements_and_modes_have_the_same_reactions() -> None:
+def test_elements_and_modes_have_the_same_reactions():
     """Second formulation: reactions, moment at a pin and torque of the drive of an array at rest."""
     rigid = sd.scissor(units=2, angle=0.6)
     one, other = (
@@ -243,7 +240,7 @@ def test_elements_and_modes_have_the_same_reactions() -> None:
         ("strip 30x2 mm", 6e-5, 0.03 * 0.002**3 / 12.0, 0.002),
     ],
 )
-def test_sections(section: str, area: float, second: float, depth: float) -> None:
+def test_sections(section, area, second, depth):
     """Closed form: area and second moment of area."""
     found = read_section(section)
     assert (found.area, found.second_moment, found.depth) == pytest.approx((area, second, depth), rel=1e-12)
@@ -288,13 +285,13 @@ until = "1 ms"
         ("40 K", "40 degC", "a temperature in degC instead of a temperature difference"),
     ],
 )
-def test_bad_input_is_one_line(tmp_path: Path, answer: Callable[..., str], old: str, new: str, said: str) -> None:
+def test_bad_input_is_one_line(tmp_path, answer, old, new, said):
     """Contract: what cannot be right ends with status 2 and one line that names it."""
     (tmp_path / "case.toml").write_text(CASE.replace(old, new, 1), encoding="utf-8")
     assert said in answer("run", tmp_path / "case.toml", "-o", tmp_path / "run.nc", status=2)
 
 
-def test_case_file_and_python_agree(tmp_path: Path) -> None:
+def test_case_file_and_python_agree(tmp_path):
     """Identity: the table [[bending]] and `with_bending` describe the same mechanism; the written case reads back."""
     read = case_of(tmp_path, CASE)
     heat = {"temperature_rise": 40.0, "temperature_difference": -15.0, "time_function": sd.Cycloidal(0.0, 1.0, 2.0)}
@@ -317,7 +314,7 @@ def test_dissection_leaves_few_coordinates_in_each_other():
 
 @pytest.mark.parametrize("elements", [None, 3])
 @pytest.mark.parametrize("unplaced", ["coupler", "coupler rocker", "crank coupler rocker"])
-def test_bars_without_a_place_bend_where_rigid_ones_are_assembled(unplaced: str, elements: int | None) -> None:
+def test_bars_without_a_place_bend_where_rigid_ones_are_assembled(unplaced, elements):
     """Identity: at the start straight bars that bend close a linkage as rigid ones do, on the same branch, to 1e-9."""
     linkage = sd.four_bar()
     bodies = (
@@ -332,7 +329,7 @@ def test_bars_without_a_place_bend_where_rigid_ones_are_assembled(unplaced: str,
     np.testing.assert_allclose(np.exp(1j * angles[1]), np.exp(1j * angles[0]), atol=1e-9)
 
 
-def test_modes_go_up_to_the_frequency_of_contacts() -> None:
+def test_modes_go_up_to_the_frequency_of_contacts():
     """Contract: one over the duration of an impact of the bar at 1 m/s; two modes of a span without contacts."""
     made = array()
     part = next(each for each in made.components if isinstance(each, sd.FlexibleBar))
@@ -351,7 +348,7 @@ def test_modes_go_up_to_the_frequency_of_contacts() -> None:
     assert run["flexible_bar_modes"].values.tolist() == [kept.shapes.modes] * 4
 
 
-def test_a_payload_on_a_bar_that_bends(tmp_path: Path) -> None:
+def test_a_payload_on_a_bar_that_bends(tmp_path):
     """Contract: with inertia of its own on a bar that a controller turns; the energy balance closes, the case reads back."""
     made = sd.with_bending(sd.scissor(units=1, angle=0.6), section="tube 60x60x1.56 mm", material="steel", modes=2)
     made = sd.with_payload(made, "unit 1/bar 1.end", 2.0, inertia=0.05).controlled(sd.PID(200.0, limit=500.0), speed=0.5)
@@ -378,13 +375,13 @@ PLATE = sd.Body("plate", 1.0, 0.5, {"start": (0.0, 0.0), "b": (1.0, 0.0), "c": (
         (on_pin(BAR), {"temperature_difference": 10.0, "thermal_expansion": 1e-5}, "a section, which has a depth"),
     ],
 )
-def test_what_cannot_bend(made: sd.Mechanism, options: dict[str, Any], said: str) -> None:
+def test_what_cannot_bend(made, options, said):
     """Bad input: one line for a body that is no bar, and for options that do not fit each other."""
     with pytest.raises(sd.InputError, match=said):
         sd.with_bending(made, bending_stiffness=1e4, axial_stiffness=1e7, **options)
 
 
-def test_an_aligned_guide_clamps_a_bar() -> None:
+def test_an_aligned_guide_clamps_a_bar():
     """Closed form: a bar clamped at both ends sags by q L^4/(384 EI) in its middle; guides along x, aligned."""
     joint = sd.Guide("end", ("bar", "end"), aligned=True)
     made = sd.with_bending(on_pin(BAR, gravity=9.81, guides=(joint,)), bending_stiffness=1e6, axial_stiffness=AXIAL, modes=6)
@@ -393,12 +390,12 @@ def test_an_aligned_guide_clamps_a_bar() -> None:
     assert sag == pytest.approx(MASS * 9.81 * LENGTH**3 / (384.0 * 1e6), rel=1e-5)
 
 
-def _struck(modes: int | Literal["auto"]) -> sd.Mechanism:
+def _struck(modes):
     """Return one unit of tubes whose driven end joint has clearance."""
     return sd.with_bending(build.array(sd.Clearance(5e-4), units=1), **TUBE, modes=modes)
 
 
-def test_a_contact_shorter_than_the_modes_is_said() -> None:
+def test_a_contact_shorter_than_the_modes_is_said():
     """Limit: with two modes, up to 301 Hz, a contact of 1 ms excites more of them; those that are chosen alone are enough."""
     few = sd.simulate(_struck(2), until=4.5e-3, samples=2)
     said = [text for text in warnings_of(few) if "excites bending" in text]
@@ -412,7 +409,7 @@ def test_a_contact_shorter_than_the_modes_is_said() -> None:
     assert "excites bending" not in enough.attrs["warnings"]
 
 
-def test_modes_until_a_number_stays() -> None:
+def test_modes_until_a_number_stays():
     """Contract: numbers of modes from coarse to fine until a measure agrees with the next two."""
     options = sd.Options(2.5e-3)
     found = sd.convergence(_struck("auto"), options, "peak_force", within=0.05, over="modes")
@@ -430,7 +427,7 @@ def test_modes_until_a_number_stays() -> None:
 
 
 @pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 2}])
-def test_a_load_that_acts_suddenly_is_said(how: dict[str, int]) -> None:
+def test_a_load_that_acts_suddenly_is_said(how):
     """Limit: unbent bars with a weight or a constant force are warned of; equilibrium, no load and a slow force are not."""
     bare, heavy = cantilever(**how), cantilever(gravity=9.81, **how)
     tip = heavy.bodies[-1].name
@@ -453,7 +450,7 @@ def test_a_load_that_acts_suddenly_is_said(how: dict[str, int]) -> None:
             assert str(run.scissordyn.summary().bars).startswith(f"Bars, {begins} at the start ({start}): ")
 
 
-def test_a_weight_that_acts_suddenly_bends_twice_as_far() -> None:
+def test_a_weight_that_acts_suddenly_bends_twice_as_far():
     """Closed form: the first mode of a cantilever swings to twice its static deflection q L^4/8EI, where static stays at it."""
     heavy = cantilever(gravity=9.81, modes=2)
     tip, period = heavy.bodies[-1].name, 2.0 * math.pi * (LENGTH / BETA[0]) ** 2 * math.sqrt(MASS / LENGTH / RIGIDITY)
@@ -467,7 +464,7 @@ def test_a_weight_that_acts_suddenly_bends_twice_as_far() -> None:
 
 @pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 3}])
 @pytest.mark.parametrize("held", ["weld", "two pins", "pin"])
-def test_only_a_bar_that_is_held_can_start_in_equilibrium(held: str, how: dict[str, int]) -> None:
+def test_only_a_bar_that_is_held_can_start_in_equilibrium(held, how):
     """Limit: a clamped bar and one on two pins are warned of, a pendulum, which swings anyway, is not."""
     bar = sd.bar("bar", length=LENGTH, mass=MASS)
     ground = (("O", (0.0, 0.0)), ("E", (LENGTH, 0.0)))

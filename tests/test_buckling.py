@@ -1,7 +1,6 @@
 """Linear buckling of bars that bend: closed forms, an independent frame program, and loads raised to the limit."""
 
 import math
-from typing import Any
 
 import pytest
 from scipy.optimize import brentq
@@ -17,13 +16,13 @@ KINDS = {"modes": 8}, {"elements": 8}  # Arguments of `with_bending` for a bar b
 BAR, END = sd.bar("bar", length=LENGTH, mass=MASS), sd.Guide("end", ("bar", "end"))
 
 
-def column(angle: float, *parts: Any, gravity: float = 0.0, rigidity: float = RIGIDITY, **kind: Any) -> sd.Mechanism:
+def column(angle, *parts, gravity=0.0, rigidity=RIGIDITY, **kind):
     """Return a bar clamped at its start, at an angle."""
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS, angle=angle), *parts, gravity=gravity)
     return sd.with_bending(bar, **{"bending_stiffness": rigidity, "axial_stiffness": AXIAL} | kind).driven(speed=0.0)
 
 
-def portal(load: float, **kind: Any) -> sd.Mechanism:
+def portal(load, **kind):
     """Return two clamped columns of 2 m and a beam of 2 m welded to both, with a force down on each corner."""
     left = sd.bar("left", length=LENGTH, mass=MASS, angle=0.5 * math.pi)
     right = sd.bar("right", length=LENGTH, mass=MASS, angle=0.5 * math.pi, position=(LENGTH, 0.0))
@@ -41,7 +40,7 @@ def portal(load: float, **kind: Any) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("stiffness", [1e4, 1.0])
-def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
+def test_a_free_turn_is_no_buckling(stiffness):
     ratios = []
     for kind in KINDS:
         pendulum = on_pin(sd.bar("bar", length=1.0, mass=2.0, angle=0.3), gravity=9.81)
@@ -54,10 +53,10 @@ def test_a_free_turn_is_no_buckling(stiffness: float) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind: dict[str, int]) -> None:
+def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind):
     """Closed form: EI w'''' + P w'' = m x, w = w'' = 0 at the pin, no moment and shear at the end, the integral of x w zero."""
 
-    def condition(k: float) -> float:
+    def condition(k):
         return math.sin(k) - k * math.cos(k) - k**2 * math.sin(k) / 3.0 - 2.0 / 15.0 * k**4 * math.sin(k)
 
     load, stiffness, angle = 100.0, 250.0, 0.3
@@ -71,7 +70,7 @@ def test_a_bar_that_turns_freely_buckles_without_momentum_of_the_turn(kind: dict
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_force_across_buckles_nothing(kind: dict[str, int]) -> None:
+def test_a_force_across_buckles_nothing(kind):
     """Closed form: a cantilever with a force across its tip has no factor, whatever EA."""
     for axial in (1e5, 1e9):
         push = sd.Force("push", ("bar", "end"), (0.0, 1.0))
@@ -80,7 +79,7 @@ def test_a_force_across_buckles_nothing(kind: dict[str, int]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("leaning", [0.0, 5.0, 30.0, 60.0])
-def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind: dict[str, int], leaning: float) -> None:
+def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind, leaning):
     """Closed form: pi^2 EI/(4 L^2) over P cos(angle)."""
     push = sd.Force("push", ("bar", "end"), (0.0, -1000.0))
     found = sd.buckling(column(math.radians(90.0 - leaning), push, **kind), count=2)["load_factor"].values
@@ -89,7 +88,7 @@ def test_a_leaning_column_buckles_by_the_part_of_the_load_along_it(kind: dict[st
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> None:
+def test_columns_between_pins_and_under_their_weight(kind):
     """Closed forms: pi^2 EI/L^2 and four times that; a clamped one under its weight, q L^3 = 7.83735 EI."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
     made = sd.with_bending(on_pin(BAR, guides=(END,)), bending_stiffness=RIGIDITY, axial_stiffness=1e9, **kind)
@@ -104,7 +103,7 @@ def test_columns_between_pins_and_under_their_weight(kind: dict[str, int]) -> No
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
+def test_frames_agree_with_a_frame_program(kind):
     """Second formulation: a portal frame that sways, and an array of two units under its weight, clamped by its drive."""
     frame = Frame(AXIAL, RIGIDITY)
     corners = ("O", (0.0, 0.0)), ("A", (0.0, LENGTH)), ("B", (LENGTH, LENGTH)), ("E", (LENGTH, 0.0))
@@ -132,7 +131,7 @@ def test_frames_agree_with_a_frame_program(kind: dict[str, int]) -> None:
 
 
 @pytest.mark.parametrize("kind", [KINDS[0], pytest.param(KINDS[1], marks=pytest.mark.slow)])
-def test_the_static_start_loses_stability_at_the_load_of_buckling(kind: dict[str, int]) -> None:
+def test_the_static_start_loses_stability_at_the_load_of_buckling(kind):
     """Cross-check: a symmetric frame in equilibrium is straight and stable below its load of buckling, and not beyond it."""
     load = 1e4 * float(sd.buckling(portal(1e4, **kind))["load_factor"][0])
     square, sway = [], []
@@ -146,7 +145,7 @@ def test_the_static_start_loses_stability_at_the_load_of_buckling(kind: dict[str
     assert square[1] < 0.0 or sway[1] > 0.1  # unstable, or beside the straight position
 
 
-def test_rigid_parts_springs_and_rollers_buckle() -> None:
+def test_rigid_parts_springs_and_rollers_buckle():
     """Closed forms: m g h/2 = c with a torsion spring c, P = k L with a spring across the tip, F^2 = c k of a point that rolls.
 
     The force on a bar that turns by an angle has the part F angle along the motion of the point, whose shift has the arm F.
@@ -177,7 +176,7 @@ def test_rigid_parts_springs_and_rollers_buckle() -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("part", "across"), [(1.05, 1e-4), (1.2, 1e-3), (0.95, 1e-3)])
-def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, int], part: float, across: float) -> None:
+def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind, part, across):
     """Contract: a strut beyond Euler's load, pushed down a little, bends down; frequencies about the start are real."""
     critical = math.pi**2 * RIGIDITY / LENGTH**2
     loads = (
@@ -199,13 +198,13 @@ def test_a_static_start_is_stable_and_on_the_side_of_the_load(kind: dict[str, in
     assert "unstable" not in run.attrs["warnings"]
 
 
-def test_a_static_start_that_is_not_stable_is_said() -> None:
+def test_a_static_start_that_is_not_stable_is_said():
     """Contract: nothing decides for a side of a straight strut beyond Euler's load, which stays straight."""
     run = sd.simulate(portal(2e5, modes=4), until=1e-6, samples=2, start="static")
     assert "unstable equilibrium" in run.attrs["warnings"]
 
 
-def test_thin_strips_are_bent_by_a_moment() -> None:
+def test_thin_strips_are_bent_by_a_moment():
     """Closed form: half a circle under the moment pi EI/L, its end 2 L/pi above the clamp."""
     strip = on_pin(sd.bar("bar", length=1.0, mass=1.0))
     bent = sd.with_bending(strip, bending_stiffness=1.0, axial_stiffness=1e8, modes=6)

@@ -1,12 +1,8 @@
 """Couplings and driven coordinates: gears, planetary gears, racks, screws, cylinders, elbows."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import tomllib
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,12 +22,12 @@ ANGLE = sd.RelativeAngle  # Short name of the coordinate class
 GROUND = (*ORIGIN, ("P", (0.5, 0.0)))  # Ground with the points "O" and "P"
 
 
-def gear_pair(ratio: float = -1.7) -> sd.Mechanism:
+def gear_pair(ratio=-1.7):
     """Return two coupled wheels on the ground, with a torque on the pinion."""
     return gears(ratio, sd.Torque("load", "pinion", torque=0.7), inertia=(0.02, 0.05), apart=0.5)
 
 
-def coupled_arms(ratio: float = -0.6) -> sd.Mechanism:
+def coupled_arms(ratio=-0.6):
     """Return a double pendulum whose second arm turns against the first in a ratio to the angle of the first."""
     upper, lower = sd.bar("upper", length=0.3, mass=1.0, angle=0.4), sd.bar("lower", length=0.2, mass=0.7, angle=0.4)
     belt = sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), ratio, offset=-0.4 * ratio)
@@ -41,29 +37,29 @@ def coupled_arms(ratio: float = -0.6) -> sd.Mechanism:
 class Arms:
     """The Lagrangian of `coupled_arms` with its only angle q; the lower arm is at s q + c."""
 
-    def __init__(self, ratio: float = -0.6) -> None:
+    def __init__(self, ratio=-0.6):
         self.s, self.c = 1.0 + ratio, -0.4 * ratio
 
-    def mass(self, q: float) -> float:
+    def mass(self, q):
         """M(q) of the kinetic energy M q'^2 / 2."""
         coupling = 0.7 * 0.3 * 0.1 * math.cos(q - self.s * q - self.c)
         return 0.3**2 / 3.0 + 0.7 * 0.3**2 + 0.7 * 0.2**2 / 3.0 * self.s**2 + 2.0 * self.s * coupling
 
-    def mass_slope(self, q: float) -> float:
+    def mass_slope(self, q):
         """dM/dq."""
         return -2.0 * self.s * (1.0 - self.s) * 0.7 * 0.3 * 0.1 * math.sin(q - self.s * q - self.c)
 
-    def weight(self, q: float) -> float:
+    def weight(self, q):
         """dV/dq."""
         return 9.81 * (0.15 * math.cos(q) + 0.7 * (0.3 * math.cos(q) + 0.1 * self.s * math.cos(self.s * q + self.c)))
 
-    def rate(self, _: float, y: np.ndarray) -> list[float]:
+    def rate(self, _, y):
         """Return the derivatives of q and q'."""
         q, speed = y
         return [speed, -(0.5 * self.mass_slope(q) * speed**2 + self.weight(q)) / self.mass(q)]
 
 
-def test_gear_pair() -> None:
+def test_gear_pair():
     """Closed form: (J1 + i^2 J2) acceleration = torque; the mesh exerts i J2 a on one wheel and -i times that on the other."""
     run = sd.simulate(gear_pair(), until=3.0, **TIGHT)
     acceleration = 0.7 / (0.02 + 1.7**2 * 0.05)
@@ -78,7 +74,7 @@ def test_gear_pair() -> None:
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
 
 
-def test_planetary_gear() -> None:
+def test_planetary_gear():
     """Closed form: Willis' speeds, and the inertia about the arm with the planet's rotation in it."""
     mechanism = planetary(sd.Torque("motor", "sun", torque=0.05), sd.Torque("load", "arm", torque=-0.1))
     run = sd.simulate(mechanism, until=0.5, **TIGHT)
@@ -91,7 +87,7 @@ def test_planetary_gear() -> None:
     assert np.allclose(sd.simulate(held, until=0.1)["drive_torque"].values, 0.1 / ratio, rtol=1e-10)
 
 
-def test_rack_and_pinion() -> None:
+def test_rack_and_pinion():
     """Closed form: a rack on an incline is slowed by the inertia J/R^2 of its pinion."""
     radius, slope = 0.05, 0.3
     mechanism = sd.Mechanism(
@@ -111,7 +107,7 @@ def test_rack_and_pinion() -> None:
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
 
 
-def test_rolling_wheel() -> None:
+def test_rolling_wheel():
     """Closed form: a disc rolls down the slope of a wedge by g sin a / (1 + J/(m R^2)), with the friction J a / R^2."""
     radius, slope, inertia = 0.1, 0.4, 0.012
     up = (-radius * math.sin(slope), radius * math.cos(slope))
@@ -133,7 +129,7 @@ def test_rolling_wheel() -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_coupled_arms(method: str) -> None:
+def test_coupled_arms(method):
     """Second formulation: the Lagrangian of the one angle that is left; implicit steps need the slopes of the coupling."""
     run, arms = sd.simulate(coupled_arms(), until=2.0, method=method, **TIGHT), Arms()
     exact = solve_ivp(arms.rate, (0.0, 2.0), [0.4, 0.0], "DOP853", run["time"].values, rtol=1e-12, atol=1e-13).y[0]
@@ -141,7 +137,7 @@ def test_coupled_arms(method: str) -> None:
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
 
 
-def test_order_of_implicit_steps() -> None:
+def test_order_of_implicit_steps():
     """Order of convergence: the error of rodas5p falls in step with the tolerance, which wrong slopes would end."""
     arms, errors = Arms(), []
     for rtol in (1e-5, 1e-7, 1e-9):
@@ -151,7 +147,7 @@ def test_order_of_implicit_steps() -> None:
     assert max(errors) < 3.0 * min(errors)
 
 
-def test_vibration_and_rest() -> None:
+def test_vibration_and_rest():
     """Closed form: frequency about rest, sqrt(V''/M); the stiffness of the coupling's curvature is in it."""
     arms = Arms()
     rest = brentq(arms.weight, -2.5, -0.7)
@@ -162,14 +158,14 @@ def test_vibration_and_rest() -> None:
     assert np.allclose(run["angle"].values[:, 0], rest, atol=1e-9)
 
 
-def lifted(coupling: bool) -> sd.Mechanism:
+def lifted(coupling):
     """Return an arm raised by a screw or cylinder from the ground to its end: by a motor's angle, or by the distance itself."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
     distance, length = sd.Distance(("ground", "P"), ("arm", "end")), math.dist((0.5, 0.0), arm.place("end"))
     if not coupling:
         drive = sd.CoordinateDrive("cylinder", distance, sd.Harmonic(length, 0.06, 5.0))
-        return sd.Mechanism((arm,), (pin,), drives=(drive,), ground=GROUND)  # type: ignore[arg-type]
+        return sd.Mechanism((arm,), (pin,), drives=(drive,), ground=GROUND)
     motor = wheel("motor", 1e-4, (0.5, 0.0))
     return sd.Mechanism(
         bodies=(arm, motor),
@@ -180,7 +176,7 @@ def lifted(coupling: bool) -> sd.Mechanism:
     )
 
 
-def test_cylinder_and_screw() -> None:
+def test_cylinder_and_screw():
     """Second formulation: the same distance prescribed by a rod."""
     cylinder = lifted(coupling=False)
     drive = cylinder.coordinate_drives[0]
@@ -198,7 +194,7 @@ def test_cylinder_and_screw() -> None:
     assert np.allclose(driven["coordinate_drive_value"].values, screw["coupling_output"].values, atol=1e-11)
 
 
-def test_geared_slider_crank() -> None:
+def test_geared_slider_crank():
     """Second formulation: the crank itself driven at the speed that the gear gives it."""
     direct = sd.slider_crank(angle=1.0)
     geared = dataclasses.replace(
@@ -214,12 +210,12 @@ def test_geared_slider_crank() -> None:
     assert np.allclose(run["reaction"].sel(joint="crank pin"), reference["reaction"].sel(joint="crank pin"), atol=1e-10)
 
 
-def test_range_of_a_driven_slide() -> None:
+def test_range_of_a_driven_slide():
     """Closed form: a slider that is pushed locks where crank and rod are in line, at l - r and l + r."""
     crank = sd.slider_crank(angle=1.0)
     first = crank.place(("slider", "centre"))[0]
     push = sd.CoordinateDrive("push", sd.Slide(("slider", "centre")), sd.Polynomial((first, -0.3)))
-    found = sd.ideal_kinematics(dataclasses.replace(crank, drives=(push,)), until=0.1)  # type: ignore[arg-type]
+    found = sd.ideal_kinematics(dataclasses.replace(crank, drives=(push,)), until=0.1)
     assert (found.attrs["range_low"], found.attrs["range_high"], found.attrs["range_unit"]) == (
         pytest.approx(0.07, abs=1e-9),
         pytest.approx(0.17, abs=1e-9),
@@ -227,7 +223,7 @@ def test_range_of_a_driven_slide() -> None:
     )
 
 
-def test_derivatives_of_the_closure() -> None:
+def test_derivatives_of_the_closure():
     """Cross-check: gradients and second derivatives of the closure equations of angles and lengths by differences."""
     random, h = np.random.default_rng(3), 1e-5
     for mechanism in (coupled_arms(), lifted(coupling=True)):
@@ -240,13 +236,13 @@ def test_derivatives_of_the_closure() -> None:
         assert np.allclose(closure.second_derivative(z, one, other), by_other, atol=1e-8)
 
 
-def test_free_floating_joint_drive() -> None:
+def test_free_floating_joint_drive():
     """Closed form: two free bodies turned against each other keep their angular momentum, over many turns."""
     mechanism = sd.Mechanism(
         bodies=(wheel("hub", 0.03, mass=2.0), wheel("rotor", 0.01)),
         joints=(sd.Revolute("J", ("rotor", "c"), ("hub", "c")),),
         gravity=0.0,
-        drives=(sd.CoordinateDrive("d", ANGLE("rotor", "hub"), sd.Cycloidal(0.0, 40.0, 2.0)),),  # type: ignore[arg-type]
+        drives=(sd.CoordinateDrive("d", ANGLE("rotor", "hub"), sd.Cycloidal(0.0, 40.0, 2.0)),),
     )
     run = sd.simulate(mechanism, until=2.5, **TIGHT)
     value = run["coordinate_drive_value"].values[:, 0]
@@ -257,7 +253,7 @@ def test_free_floating_joint_drive() -> None:
     assert np.allclose(again["coordinate_drive_force"], run["coordinate_drive_force"], atol=1e-10)
 
 
-def test_servo_between_moving_bodies() -> None:
+def test_servo_between_moving_bodies():
     """Closed form: a stiff servo of the elbow gives the torque that the prescribed angle takes; its limit holds."""
     arms = dataclasses.replace(coupled_arms(), couplings=()).driven(sd.Cycloidal(0.4, 1.0, 1.0), body="upper")
     bend = sd.Cycloidal(0.0, 1.0, 1.0)
@@ -271,7 +267,7 @@ def test_servo_between_moving_bodies() -> None:
     assert sd.simulate(limited, until=1.0)["peak_control_torque"].values[0] == 0.5
 
 
-def test_slide_on_a_moving_body() -> None:
+def test_slide_on_a_moving_body():
     """Closed form: a bead driven along a turning tube, m (x'' - w^2 x) along it and 2 m x x' w about the pivot."""
     start = (0.2 * math.cos(0.3), 0.2 * math.sin(0.3))
     slide = sd.CoordinateDrive("push", sd.Slide(("bead", "centre"), 0.0, "tube"), sd.Harmonic(0.2, 0.1, 7.0))
@@ -284,7 +280,7 @@ def test_slide_on_a_moving_body() -> None:
         guides=(sd.Guide("bore", ("bead", "centre"), through=(0.0, 0.0), body="tube"),),
         ground=GROUND,
         gravity=0.0,
-        drives=(sd.Drive("tube", sd.ConstantSpeed(4.0)), slide),  # type: ignore[arg-type]
+        drives=(sd.Drive("tube", sd.ConstantSpeed(4.0)), slide),
     )
     run = sd.simulate(mechanism, until=1.0, **TIGHT)
     t = run["time"].values
@@ -295,19 +291,19 @@ def test_slide_on_a_moving_body() -> None:
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-8
 
 
-def test_loose_and_hard_joints() -> None:
+def test_loose_and_hard_joints():
     """Limit: with a clearance of 1 um the geared crank moves as without, in compliant and in hard contact."""
     mechanism = coupled_arms()
     ideal = sd.simulate(mechanism, until=0.2)
     for contact in ("compliant", "hard"):
-        gap = sd.Clearance(1e-6, contact=contact)  # type: ignore[arg-type]
+        gap = sd.Clearance(1e-6, contact=contact)
         run = sd.simulate(mechanism.with_clearance("B", gap), until=0.2)
         assert run.attrs["status"] == "complete"
         exact = np.interp(run["time"], ideal["time"], ideal["angle"].values[:, 0])
         assert np.max(np.abs(run["angle"].values[:, 0] - exact)) < 1e-4
 
 
-def test_bars_that_bend() -> None:
+def test_bars_that_bend():
     """Limit: a stiff bar that bends between a screw and a pin moves as a rigid one, and a geared pair of them too."""
     stiff = {"bending_stiffness": 1e4, "axial_stiffness": 1e6}
     for mechanism, bar in ((lifted(coupling=True), "arm"), (coupled_arms(), "lower")):
@@ -319,7 +315,7 @@ def test_bars_that_bend() -> None:
         assert np.max(np.abs(run["energy_residual"].values)) < 2.0 * np.max(np.abs(without.values))
 
 
-def test_reactions_of_a_coupled_bar_that_bends() -> None:
+def test_reactions_of_a_coupled_bar_that_bends():
     """Limit: the torque of a belt on a stiff bar that bends presses on its pins as on those of a rigid one."""
     rigid = sd.simulate(coupled_arms(), until=0.3, samples=7)["reaction"]
     bent = sd.with_bending(coupled_arms(), "lower", bending_stiffness=2e3, axial_stiffness=2e6, damping=1e-4, modes=4)
@@ -327,12 +323,12 @@ def test_reactions_of_a_coupled_bar_that_bends() -> None:
     assert np.max(np.abs(reaction.values[-2:] - rigid.values[-2:])) < 1e-3
 
 
-def test_batch_checkpoint_and_paths(tmp_path: Path) -> None:
+def test_batch_checkpoint_and_paths(tmp_path):
     """Contract: cases of a batch are single runs, a resumed run is a whole one, and ratios are parameters."""
     arms = coupled_arms()
     assert arms.replace("belt.ratio", -0.3).couplings[0].ratio == -0.3
     smaller = lifted(coupling=False).replace("coordinate_drive.cylinder.amplitude", 0.01)
-    assert smaller.coordinate_drives[0].motion.amplitude == 0.01  # type: ignore[union-attr]
+    assert smaller.coordinate_drives[0].motion.amplitude == 0.01
     many = sd.simulate_many(arms, {"belt.ratio": np.array([-0.6, -0.3])}, until=0.5, measures=("peak_coupling_force",))
     each = [
         sd.simulate(arms.replace("belt.ratio", ratio), until=0.5)["peak_coupling_force"].values[0] for ratio in (-0.6, -0.3)
@@ -345,7 +341,7 @@ def test_batch_checkpoint_and_paths(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("coupling", [True, False])
-def test_saved_run(coupling: bool, tmp_path: Path) -> None:
+def test_saved_run(coupling, tmp_path):
     """Contract: a run with couplings or driven coordinates is loaded as it was saved, with the units of the coordinates."""
     run = sd.simulate(lifted(coupling=coupling), until=0.1)
     units = [name for name in run.variables if str(name).endswith("_unit")]
@@ -353,7 +349,7 @@ def test_saved_run(coupling: bool, tmp_path: Path) -> None:
     xr.testing.assert_identical(sd.load(sd.save(run, tmp_path / "run.nc")), run)
 
 
-def test_redundant_only_where_joints_are_ideal() -> None:
+def test_redundant_only_where_joints_are_ideal():
     """Contract: what follows from ideal joints is an error; with clearance it is a coupling, whose ideal mechanism drops it."""
     lengths = {"ground": 0.5, "crank": 0.1, "coupler": 0.5, "rocker": 0.1}
     belt = sd.Coupling("belt", ANGLE("rocker"), ANGLE("crank"), 1.0)
@@ -372,18 +368,15 @@ BELT = coupled_arms().couplings[0]  # Coupling of two arms
 ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))  # Drive of the relative angle of two arms
 
 
-def arms_with(**parts: object) -> Callable[[], object]:
+def arms_with(**parts):
     """Return a run of the arms with other parts."""
-    return lambda: sd.simulate(dataclasses.replace(coupled_arms(), **parts), until=0.1)  # type: ignore[arg-type]
+    return lambda: sd.simulate(dataclasses.replace(coupled_arms(), **parts), until=0.1)
 
 
 @pytest.mark.parametrize(
     ("wrong", "line"),
     [
-        (
-            lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0),
-            "coupling 'x': ratio = 0; expected a ratio that is not zero",
-        ),
+        (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0), "coupling 'x': ratio = 0; expected a ratio that is not zero"),
         (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("a"), 2.0), "coupling 'x' relates a coordinate to itself"),
         (lambda: sd.FurtherInput(ANGLE("a"), 0.0), "a further input with ratio = 0; expected a ratio that is not zero"),
         (
@@ -430,13 +423,13 @@ def arms_with(**parts: object) -> Callable[[], object]:
         ),
     ],
 )
-def test_bad_input(wrong: Callable[[], object], line: str) -> None:
+def test_bad_input(wrong, line):
     """Contract: one line that says what came."""
     with pytest.raises(sd.InputError, match=line):
         wrong()
 
 
-def test_fields_of_the_explorer() -> None:
+def test_fields_of_the_explorer():
     """Contract: ratios and the motions of driven coordinates can be changed in the explorer."""
     fields = {field.place: field for field in fields_of(tomllib.loads(sd.zoo["counter-rotating-wheels"].text), Code(None))}
     for path, number in ((("coupling", 0, "ratio"), -1.0), (("coordinate_drive", 0, "motion", "speed"), 10.0 * math.pi)):

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tomllib
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import matplotlib as mpl
@@ -119,7 +119,7 @@ Say = Callable[[list[str]], str]
 
 
 @pytest.fixture
-def say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Say:
+def say(tmp_path, monkeypatch, capsys):
     """Runs a command in an empty folder: what it says; nothing if that goes into the file behind ">"."""
     monkeypatch.chdir(tmp_path)
 
@@ -173,7 +173,7 @@ class Reader:
 
 
 @pytest.fixture
-def reader(say: Say, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Reader]:
+def reader(say, tmp_path, monkeypatch, capsys):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
     found = Reader(say, tmp_path, capsys)
     monkeypatch.setitem(sys.modules, "example", found.module)  # where the annotations of classes are looked up
@@ -192,7 +192,7 @@ def typed_pages() -> list[object]:
 
 
 @pytest.mark.parametrize("page", typed_pages())
-def test_page_does_what_it_shows(page: Path, reader: Reader) -> None:
+def test_page_does_what_it_shows(page, reader):
     """Cross-check: everything that a page has a reader type, and what it prints, to the digits shown; results have a source."""
     reader.read(page)
     text = page.read_text(encoding="utf-8")
@@ -202,7 +202,7 @@ def test_page_does_what_it_shows(page: Path, reader: Reader) -> None:
         assert not without_evidence(text, answers)
 
 
-def test_reasons_are_of_commands() -> None:
+def test_reasons_are_of_commands():
     """Contract: each command that is not typed is on a page."""
     words = [words for page in TEXTS for words in commands(page.read_text(encoding="utf-8"))]
     assert {next(key for key in NOT_TYPED if set(key.split()) <= set(one)) for one in words if reason_not_typed(one)} == set(
@@ -211,7 +211,7 @@ def test_reasons_are_of_commands() -> None:
 
 
 @pytest.mark.parametrize("page", TEXTS, ids=name)
-def test_commands_are_understood(page: Path) -> None:
+def test_commands_are_understood(page):
     """Contract: each line of shell is a command with options that exist, a target of make, or installs extras that exist."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
@@ -246,7 +246,7 @@ def inline_commands(text: str) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("page", TEXTS, ids=name)
-def test_options_in_prose_exist(page: Path) -> None:
+def test_options_in_prose_exist(page):
     """Contract: commands that are named in a sentence or in a table exist, and so do their options."""
     for words in inline_commands(page.read_text(encoding="utf-8")):
         command = app.get_command(None, words[1])
@@ -286,7 +286,7 @@ WITHOUT_ARGUMENTS = ("scissordyn motor", "scissordyn modes")  # Names of command
 
 
 @pytest.mark.slow
-def test_commands_of_the_answers_page(tmp_path: Path, say: Say) -> None:
+def test_commands_of_the_answers_page(tmp_path, say):
     """Contract: each command of the tables runs in a folder with the files that the page names."""
     exec(DRAWING_PROGRAM, {})
     (tmp_path / "study.toml").write_text(ANSWERS_STUDY, encoding="utf-8")
@@ -321,7 +321,7 @@ THEORY = [page for page in sorted((DOCS / "theory").glob("*.md")) if page.name !
 
 
 @pytest.mark.parametrize("page", [page for page in (*TEXTS, *THEORY) if page != ASKED], ids=name)
-def test_results_have_a_source(page: Path) -> None:
+def test_results_have_a_source(page):
     """Contract: each result is in code of its page, cites a source, or is what a marker's test, page or command gives."""
     text = page.read_text(encoding="utf-8")
     for one in (one for section in sections(text) for one in marked(section)):
@@ -353,7 +353,7 @@ def numbers_asked_elsewhere() -> dict[str, tuple[str, str]]:
     return {f"{case}.toml": (pattern, f"{value:.4g}") for case, (pattern, value) in closed.items()}
 
 
-def test_questions_asked_elsewhere(tmp_path: Path, say: Say) -> None:
+def test_questions_asked_elsewhere(tmp_path, say):
     """Closed form: the number of each case of the page, in the digits that are printed; these are in its table, too."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     text = ASKED.read_text(encoding="utf-8")
@@ -362,7 +362,7 @@ def test_questions_asked_elsewhere(tmp_path: Path, say: Say) -> None:
         answer = say(words)
         if ">" not in words and (case := Path(words[2]).name) in numbers:
             pattern, closed = numbers.pop(case)
-            assert re.search(pattern, " ".join(answer.split())).group(1) == closed  # type: ignore[union-attr]
+            assert re.search(pattern, " ".join(answer.split())).group(1) == closed
             assert f"| {closed} " in text
     assert not numbers
     loop, ball = (pd.read_csv(tmp_path / name).iloc[-1] for name in ("loop.csv", "ball.csv"))
@@ -385,7 +385,7 @@ def describe_task(folder: Path, say: Say, *changes: str) -> list[list[str]]:
     return others
 
 
-def test_task_says_what_its_commands_say(tmp_path: Path, say: Say) -> None:
+def test_task_says_what_its_commands_say(tmp_path, say):
     """Cross-check: spans, inertia and ideal reactions; hand calculations of the pivot's force and the torque are near them."""
     said = [" ".join(say(words).split()) for words in describe_task(tmp_path, say)[:3]]
     assert all(figure in said[0] for figure in ("1.026 m", "2.819 m", "111.9 kg m^2", "19.35 kg m^2"))
@@ -400,7 +400,7 @@ def test_task_says_what_its_commands_say(tmp_path: Path, say: Say) -> None:
     assert 111.9 * 2.0 * math.pi * math.radians(50.0) / 3.0**2 == pytest.approx(float(run["peak_control_torque"][0]), rel=0.12)
 
 
-def test_printed_blocks_of_the_task(reader: Reader) -> None:
+def test_printed_blocks_of_the_task(reader):
     """Cross-check: what the commands of the page on the task print, where the page shows it."""
     shown = [block for block in typed_blocks(TASK.read_text(encoding="utf-8")) if block.printed]
     assert len(shown) == 2
@@ -408,7 +408,7 @@ def test_printed_blocks_of_the_task(reader: Reader) -> None:
         reader._command(block)
 
 
-def test_task_of_one_unit_goes_from_new_to_a_design(tmp_path: Path, say: Say) -> None:
+def test_task_of_one_unit_goes_from_new_to_a_design(tmp_path, say):
     """Cross-check: the commands of the page for one unit and few cases; the proposed point, run anew, meets what it has to."""
     others = describe_task(tmp_path, say, "structure.units=1", "drive.cycloidal.duration=0.9 s")
     for path in tmp_path.glob("*.toml"):
@@ -425,7 +425,7 @@ def test_task_of_one_unit_goes_from_new_to_a_design(tmp_path: Path, say: Say) ->
 
 
 @pytest.mark.slow
-def test_task_is_answered_as_its_page_says(tmp_path: Path, say: Say) -> None:
+def test_task_is_answered_as_its_page_says(tmp_path, say):
     """Cross-check: all commands of the page, 25 minutes; what its answer rests on, from the stores."""
     for words in describe_task(tmp_path, say):
         say(words)
@@ -448,7 +448,7 @@ def run_bars(folder: Path, say: Say, *names: str) -> list[str]:
     return [answer for words, answer in answers if ">" not in words]
 
 
-def test_rigid_array_is_that_of_free_bodies(tmp_path: Path, say: Say) -> None:
+def test_rigid_array_is_that_of_free_bodies(tmp_path, say):
     """Second formulation: inertia, reactions and torques of the page by the equations of each bar cut free."""
     checked, *previews = run_bars(tmp_path, say, "new", "check", "preview")
     start, end = math.radians(65.0), math.radians(25.0)
@@ -481,12 +481,12 @@ def test_rigid_array_is_that_of_free_bodies(tmp_path: Path, say: Say) -> None:
         ("The tip is off by 19 mm.\n\n<!-- numbers: scissordyn laws -->", ["19 mm"]),
     ],
 )
-def test_numbers_of_prose_need_evidence(prose: str, missing: list[str]) -> None:
+def test_numbers_of_prose_need_evidence(prose, missing):
     """Contract: what a program prints is evidence to the digits of the prose and in its unit; a citation is a source."""
     assert without_evidence(f"# Page\n\n## Section\n\n{prose}\n", ["off by up to 18.16 mm at 3 s"]) == missing
 
 
 @pytest.mark.parametrize(("shown", "same"), [("off by 1.73 mm", True), ("off by 1.75 mm", False), ("off by 1.73 N", False)])
-def test_printed_blocks_are_compared_to_their_digits(shown: str, same: bool) -> None:
+def test_printed_blocks_are_compared_to_their_digits(shown, same):
     """Contract: words are equal, numbers to one unit of the last digit; dots stand for lines that are left out."""
     assert (not differing(f"Tracked point:\n...\n{shown}\n...\n", "Tracked point:\nmore\noff by 1.728 mm\n")) == same

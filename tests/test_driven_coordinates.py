@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import math
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +11,7 @@ import scissordyn as sd
 from test_couplings import ANGLE, TIGHT, coupled_arms, gear_pair
 
 
-def test_backlash() -> None:
+def test_backlash():
     """Closed form: instants at which a free wheel meets both flanks in turn, and how long and how hard, with elastic flanks."""
     driven = dataclasses.replace(gear_pair(-0.5), components=()).driven(speed=4.0, body="pinion")
     loose = sd.with_backlash(driven, "mesh", 0.02, stiffness=1e5, restitution=1.0)
@@ -37,7 +35,7 @@ def test_backlash() -> None:
     assert abs(float(pressed["angular_velocity"][-1, 0] / ideal["angular_velocity"][-1, 0]) - 1.0) < 0.02
 
 
-def test_backlash_in_a_case_file(tmp_path: Path) -> None:
+def test_backlash_in_a_case_file(tmp_path):
     """Contract: the key opens the coupling as `with_backlash` does, and is written again where it gives the same bits."""
     bare = (
         dataclasses.replace(gear_pair(-0.5), components=())
@@ -66,7 +64,7 @@ def test_backlash_in_a_case_file(tmp_path: Path) -> None:
     assert sd.read_case(path).mechanism == uneven
 
 
-def test_backlash_with_an_offset() -> None:
+def test_backlash_with_an_offset():
     """Limit: the wheel starts between its flanks, also where the offset of the coupling turns them."""
     gears = dataclasses.replace(gear_pair(-0.5), components=())
     offset = dataclasses.replace(gears.couplings[0], offset=0.3)
@@ -77,7 +75,7 @@ def test_backlash_with_an_offset() -> None:
     assert "rotated" not in run.attrs["warnings"]
 
 
-def test_check_of_couplings(tmp_path: Path, answer: Callable[..., str]) -> None:
+def test_check_of_couplings(tmp_path, answer):
     """Contract: check says parts, ratio, sense and backlash, what can move, and where a wheel's centre can, as a run does."""
     loose = dataclasses.replace(gear_pair(-0.5), components=()).driven(speed=4.0, body="pinion")
     loose = sd.with_backlash(loose.with_clearance("B", sd.Clearance(1e-4)), "mesh", sd.degrees(1.0))
@@ -118,18 +116,18 @@ PUSHED = sd.Coupling("mesh", sd.Slide(("wheel", "c")), ANGLE("pinion"), 0.1)
         ),
     ],
 )
-def test_bad_backlash(wrong: Callable[[], object], line: str) -> None:
+def test_bad_backlash(wrong, line):
     """Contract: one line that says what came."""
     with pytest.raises(sd.InputError, match=line):
         wrong()
 
 
-def test_a_slide_that_reverses_at_two_limits(tmp_path: Path, answer: Callable[..., str]) -> None:
+def test_a_slide_that_reverses_at_two_limits(tmp_path, answer):
     """Closed form: seven strokes at constant speed, each reversal rounded by one parabola, then rest."""
     low, high, stroke, ramp, mass = 0.1, 0.4, 0.5, 0.2, 2.0
     feed = sd.CoordinateDrive("feed", sd.Slide(("cart", "centre")), sd.Trapezoidal(low, high, stroke, ramp, strokes=7))
     cart = sd.point_mass("cart", mass=mass, position=(low, 0.0))
-    mechanism = sd.Mechanism((cart,), guides=(sd.Guide("bed", ("cart", "centre")),), gravity=0.0, drives=(feed,))  # type: ignore[arg-type]
+    mechanism = sd.Mechanism((cart,), guides=(sd.Guide("bed", ("cart", "centre")),), gravity=0.0, drives=(feed,))
     run = sd.simulate(mechanism, until=4.0, samples=401)
     phase = run["time"].values % (2.0 * stroke)
     into = np.minimum(phase, 2.0 * stroke - phase)  # time since it was at the lower limit, or until it is there
@@ -148,7 +146,7 @@ def test_a_slide_that_reverses_at_two_limits(tmp_path: Path, answer: Callable[..
         sd.Trapezoidal(low, high, stroke, ramp, strokes=0)
 
 
-def two_links() -> sd.Mechanism:
+def two_links():
     """Return two links whose tip is driven along a circle."""
     tip, turn = ("lower", "end"), 0.5 * math.pi
     arms = dataclasses.replace(coupled_arms(), couplings=())
@@ -158,7 +156,7 @@ def two_links() -> sd.Mechanism:
     return dataclasses.replace(arms, bodies=placed, coordinate_drives=(across, up))
 
 
-def test_inverse_dynamics() -> None:
+def test_inverse_dynamics():
     """Second formulation: torques of shoulder and elbow for a circle of the tip, by the Jacobian and Lagrange's equations."""
     run = sd.inverse_dynamics(two_links(), {"shoulder": ANGLE("upper"), "elbow": ANGLE("lower", "upper")}, until=1.5)
     t, angle = run["time"].values, np.cumsum(run["input_value"].values, axis=1)
@@ -176,7 +174,7 @@ def test_inverse_dynamics() -> None:
         assert force == pytest.approx([moment.sum(), moment[1]], abs=1e-11)
 
 
-def test_inverse_dynamics_where_there_is_none() -> None:
+def test_inverse_dynamics_where_there_is_none():
     """Contract: one line where outputs and inputs do not fit, have no authority, or pass a singular position."""
     links, crank = two_links(), sd.slider_crank(angle=1.0)
     turn = sd.CoordinateDrive("turn", ANGLE("crank"), sd.Polynomial((1.0, -4.01)))
@@ -191,7 +189,7 @@ def test_inverse_dynamics_where_there_is_none() -> None:
             "with 2 degrees of freedom",
         ),
         (links.with_clearance("B", sd.Clearance(1e-4)), {"s": ANGLE("upper")}, "inverse dynamics with clearance at 'B'"),
-        (dataclasses.replace(crank, drives=(turn,)), push, "past a singular position"),  # type: ignore[arg-type]
+        (dataclasses.replace(crank, drives=(turn,)), push, "past a singular position"),
     )
     for mechanism, inputs, line in cases:
         with pytest.raises(sd.InputError, match=line):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,7 +34,7 @@ def hoist(*, depth: float = 0.4, block: float = 3.0) -> sd.Mechanism:
     )
 
 
-def test_block_in_the_loop_of_a_cable() -> None:
+def test_block_in_the_loop_of_a_cable():
     """Second formulation: the Lagrangian of the depth y, with the span z = L - 2 (a^2 + y^2)^(1/2), by scipy; the energy."""
     run, a, g = sd.simulate(hoist(), until=0.6, **TIGHT), 0.5, 9.81
 
@@ -56,7 +55,7 @@ def test_block_in_the_loop_of_a_cable() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * turnover
 
 
-def test_balance_of_pulleys() -> None:
+def test_balance_of_pulleys():
     """Closed form: at rest 2 M sin(alpha) = m, and the tension is M g."""
     sine = 3.0 / (2.0 * 2.0)
     run = sd.simulate(hoist(depth=0.5 * sine / math.sqrt(1.0 - sine**2)), until=0.2, **TIGHT)
@@ -64,7 +63,7 @@ def test_balance_of_pulleys() -> None:
     np.testing.assert_allclose(run["coupling_force"].values, -2.0 * 9.81, rtol=1e-8)
 
 
-def test_tendon_over_joint_angles(tmp_path: Path) -> None:
+def test_tendon_over_joint_angles(tmp_path):
     """Identity: a weighted sum of three joint angles stays, the torques are in the weights' ratio, and the energy balances."""
     bars = tuple(sd.bar(name, length=0.3, mass=1.0, angle=0.3 * k) for k, name in enumerate("uvw"))
     weights = {"u": 1.0, "v": 0.7, "w": -0.4}

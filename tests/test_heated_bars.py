@@ -1,7 +1,6 @@
 """Bars that are heated and damped: closed forms, the balance of energy, derivatives, and refusals."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,14 +15,14 @@ WARMING = sd.Cycloidal(0.0, 1.0, 0.02)  # Factor of the temperatures, which rise
 LONG = sd.bar("bar", length=2.0, mass=5.68)  # Rigid bar that the tests make flexible
 
 
-def cantilever(*, elements: int = 4, gravity: float = 0.0, guided: bool = False, **more: object) -> sd.Mechanism:
+def cantilever(*, elements=4, gravity=0.0, guided=False, **more):
     """Return a steel bar clamped by its drive; guided, its other end slides along x."""
     guides = (sd.Guide("end", ("bar", "end"), (LENGTH, 0.0), math.pi / 2.0),) if guided else ()
     bar = on_pin(sd.bar("bar", length=LENGTH, mass=MASS), gravity=gravity, guides=guides)
     return sd.with_bending(bar, section="solid 20x20 mm", material="steel", elements=elements, **more).driven(speed=0.0)
 
 
-def damped() -> sd.Mechanism:
+def damped():
     """Return a free unit with everything that the kernel of modes has: damping, and heat over time."""
     made = sd.scissor(units=1, angle=0.6)
     heat = {"temperature_rise": 80.0, "temperature_difference": 30.0, "time_function": WARMING}
@@ -39,7 +38,7 @@ HEATED = {
 }
 
 
-def test_a_free_bar_extends_and_curves_without_stress() -> None:
+def test_a_free_bar_extends_and_curves_without_stress():
     """Closed forms: alpha Delta T L, and an arc of the curvature alpha Delta T_h/h."""
     made = cantilever(temperature_rise=80.0, temperature_difference=30.0)
     run = sd.simulate(made, until=1e-4, samples=2, start="static")
@@ -52,7 +51,7 @@ def test_a_free_bar_extends_and_curves_without_stress() -> None:
     assert float(np.abs(run["beam_stress"]).max()) < 1e3
 
 
-def test_a_bar_between_walls_is_pressed_by_its_expansion() -> None:
+def test_a_bar_between_walls_is_pressed_by_its_expansion():
     """Closed form: EA alpha Delta T against a guide across the bar, which keeps its end."""
     run = sd.simulate(cantilever(guided=True, temperature_rise=50.0), until=1e-4, samples=2, start="static")
     force = 210e9 * DEPTH**2 * EXPANSION * 50.0
@@ -61,7 +60,7 @@ def test_a_bar_between_walls_is_pressed_by_its_expansion() -> None:
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("kind", HEATED)
-def test_heating_is_work_in_the_balance(kind: str, method: str) -> None:
+def test_heating_is_work_in_the_balance(kind, method):
     """Identity: what heat does against the stress is the work of a load; kinetic, stored and dissipated energy are the rest."""
     run = sd.simulate(HEATED[kind], until=0.03, samples=61, method=method)
     work = float(np.abs(run["load_work"]).max())
@@ -70,7 +69,7 @@ def test_heating_is_work_in_the_balance(kind: str, method: str) -> None:
     assert float(run["dissipated_energy"][-1]) > 0.0
 
 
-def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
+def test_the_analytic_derivatives_are_those_of_the_forces():
     """Identity, by differences: derivatives by position, rate and time at a bent position, with damping and heat."""
     system, y = at_start(damped())
     n, random = system.content.model.n, np.random.default_rng(1)
@@ -80,7 +79,7 @@ def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
     check_time_derivative(system, y, 1e-6, time=0.007, rtol=1e-6)
 
 
-def test_bars_by_modes_extend_and_curve_without_stress() -> None:
+def test_bars_by_modes_extend_and_curve_without_stress():
     """Closed forms: alpha Delta T L, and an arc of the curvature alpha Delta T_h/h."""
     rise = {"thermal_expansion": EXPANSION, "temperature_rise": 80.0}
     made = sd.with_bending(on_pin(LONG), bending_stiffness=2252.0, axial_stiffness=7.5e7, modes=6, **rise)
@@ -100,7 +99,7 @@ def test_bars_by_modes_extend_and_curve_without_stress() -> None:
 
 
 @pytest.mark.parametrize("rise", [0.0, 80.0, 800.0])
-def test_a_bar_that_is_longer_curves_as_much(rise: float) -> None:
+def test_a_bar_that_is_longer_curves_as_much(rise):
     """Closed form: between a pin and a guide an arc of the curvature alpha Delta T_h/h, without stress, however long."""
     loose = on_pin(LONG, guides=(sd.Guide("end", ("bar", "end")),))
     heat = {"temperature_difference": 30.0, "temperature_rise": rise}
@@ -112,7 +111,7 @@ def test_a_bar_that_is_longer_curves_as_much(rise: float) -> None:
     assert float(np.abs(run["beam_start_moment"][0]).max()) < 1e-5 * 210e9 * DEPTH**4 / 12.0 * turn / 2.0
 
 
-def test_vibration_decays_by_half_the_damping_time_times_the_frequency() -> None:
+def test_vibration_decays_by_half_the_damping_time_times_the_frequency():
     """Closed form: successive maxima about the static sag fall by exp(2 pi zeta/sqrt(1 - zeta^2)), zeta = tau w/2."""
     omega = float(sd.modes(cantilever(), position="concentric", count=1)["angular_frequency"][0])
     tau = 2.0 * 0.02 / omega
@@ -144,7 +143,7 @@ until = "1 ms"
 """
 
 
-def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path: Path) -> None:
+def test_bars_of_a_structure_have_the_mass_of_their_section(tmp_path):
     """Contract: the key of [structure] is with_bending of all bars, mass = "section"; payloads go to a cross-section."""
     made = case_of(tmp_path, WITH_BARS).mechanism
     per_length = 7850.0 * (0.06**2 - (0.06 - 2 * 0.00156) ** 2)

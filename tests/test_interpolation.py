@@ -12,7 +12,7 @@ from scissordyn.interpolation import gauss_rule, lagrange_polynomials
 
 
 @pytest.mark.parametrize("points", [1, 2, 3, 4, 5, 6, 16, 25])
-def test_gauss_rule_is_correctly_rounded(points: int) -> None:
+def test_gauss_rule_is_correctly_rounded(points):
     """Cross-check: each node and weight is the float nearest to the root of Legendre's polynomial found by bracketing."""
     with mp.workdps(50):
         half = [(k - 0.25) / (points + 0.5) for k in range(points // 2, 0, -1)]  # [pi] around positive roots
@@ -26,7 +26,7 @@ def test_gauss_rule_is_correctly_rounded(points: int) -> None:
         assert found[1].tolist() == [float(weight) for weight in weights]
 
 
-def test_lagrange_polynomials_at_their_nodes() -> None:
+def test_lagrange_polynomials_at_their_nodes():
     """Identity: 1 at the own node and 0 at the others."""
     nodes = (-0.7, 0.1, 0.3, 2.0)
     rows = np.array(lagrange_polynomials(nodes), float)
@@ -34,7 +34,7 @@ def test_lagrange_polynomials_at_their_nodes() -> None:
     assert values == pytest.approx(np.eye(4), abs=1e-14)
 
 
-def test_transform_inverts_the_powers_of_its_nodes() -> None:
+def test_transform_inverts_the_powers_of_its_nodes():
     """Cross-check: nodes are Chebyshev's, and the transform is the inverse of their powers, rounded once."""
     with mp.workdps(50):
         assert [float(-mp.cos(k * mp.pi / 7)) for k in range(8)] == CHEBYSHEV_NODES.tolist()
@@ -42,6 +42,6 @@ def test_transform_inverts_the_powers_of_its_nodes() -> None:
         assert [[float(inverse[i, j]) for j in range(8)] for i in range(8)] == TRANSFORM.tolist()
 
 
-def test_range_of_directions() -> None:
+def test_range_of_directions():
     """Closed form: the nodes of the film's table reach a quarter turn to both sides."""
     assert DIRECTION_WIDTH * math.sinh(DIRECTION_SPAN) == pytest.approx(0.5 * math.pi, rel=1e-15)

@@ -1,7 +1,6 @@
 """Kernels: what runs where."""
 
 import os
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,18 +13,18 @@ from scissordyn.kernel import Handle
 from scissordyn.mechanics.functions import rate
 
 
-def test_arrays_are_checked_before_they_are_handed_on() -> None:
+def test_arrays_are_checked_before_they_are_handed_on():
     """Contract: the library reads memory by the declaration alone."""
     for wrong in (np.zeros(4, int), np.zeros((2, 2)), np.zeros(8)[::2], [0.0]):
         with pytest.raises(TypeError, match="instead of a contiguous, writable float64 array of dimension 1"):
             rate(0.0, wrong, 0, np.zeros(4))
 
 
-def test_a_function_from_a_prompt_runs_in_python() -> None:
+def test_a_function_from_a_prompt_runs_in_python():
     """Contract: there is no source to compile; an error is NaN."""
     scope: dict[str, object] = {}
     exec("def spring(indentation):\n    return 1e9 * indentation", scope)
-    law = sd.element(slot="stiffness")(scope["spring"])()  # type: ignore[call-overload]
+    law = sd.element(slot="stiffness")(scope["spring"])()
     loose = sd.scissor().with_clearance("A", sd.Clearance(5e-4, stiffness=law)).driven(speed=15.0)
     assert sd.simulate(loose, until=2e-3).attrs["status"] == "complete"
 
@@ -37,14 +36,14 @@ class Pair(NamedTuple):
     second: float
 
 
-def test_a_tuple_is_of_the_declared_types() -> None:
+def test_a_tuple_is_of_the_declared_types():
     """Contract: what is no whole number is refused by its name."""
     assert Handle(Pair(1, 2.0)).address
     with pytest.raises(TypeError, match=r"Pair.first: str instead of int"):
-        Handle(Pair("1", 2.0))  # type: ignore[arg-type]
+        Handle(Pair("1", 2.0))
 
 
-def test_the_process_that_builds_the_library_uses_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_process_that_builds_the_library_uses_it(tmp_path, monkeypatch):
     """Contract: where sources have changed, what is called is the new library, which has the name of the old one."""
     path, source = tmp_path / "_kernels.so", "kernel.py"
 

@@ -1,10 +1,7 @@
 """Kinked bars that bend: straight legs whose directions are held together at the kink."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +14,7 @@ import scissordyn as sd
 FIRST, SECOND, MASS, RIGIDITY, AXIAL = 1.2, 0.8, 4.0, 2000.0, 1e9
 
 
-def frame(*, load: tuple[float, float] | None = None, **how: Any) -> sd.Mechanism:
+def frame(*, load=None, **how):
     """Return an L: a leg along x that is clamped by its drive, and a leg along y."""
     body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
     forces = () if load is None else (sd.Force("load", ("frame", "end"), load),)
@@ -25,7 +22,7 @@ def frame(*, load: tuple[float, float] | None = None, **how: Any) -> sd.Mechanis
 
 
 @pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 2}])
-def test_a_loaded_frame_deflects_as_its_closed_form(how: dict[str, Any]) -> None:
+def test_a_loaded_frame_deflects_as_its_closed_form(how):
     """Closed form: tip P b^3/(3 EI) + P a b^2/EI along the load, kink P b a^2/(2 EI) across it, turned by P a b/EI."""
     push, sides = 2.0, []
     for sense in (1.0, -1.0):  # half of the difference is free of what is even in the load
@@ -41,7 +38,7 @@ def test_a_loaded_frame_deflects_as_its_closed_form(how: dict[str, Any]) -> None
     assert found == pytest.approx(bent, rel=1e-5)
 
 
-def characteristic(beta: float) -> float:
+def characteristic(beta):
     """Zero at a frequency of the frame with inextensible legs: leg 2 moves along itself with the end of leg 1."""
     z, mass = beta * FIRST, SECOND
     cos, sin, cosh, sinh = math.cos(z), math.sin(z), math.cosh(z), math.sinh(z)
@@ -58,7 +55,7 @@ def characteristic(beta: float) -> float:
     return float(np.linalg.det(np.array(rows)))
 
 
-def test_frequencies_of_a_frame() -> None:
+def test_frequencies_of_a_frame():
     """Closed form: the first three frequencies; cubic elements are a second road."""
     grid = np.linspace(0.2, 6.0, 200)
     values = [characteristic(beta) for beta in grid]
@@ -71,7 +68,7 @@ def test_frequencies_of_a_frame() -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
+def test_a_ring_of_kinked_tubes_keeps_its_energy(method):
     """Identity: the energy balance of a polar array; legs have the mass of the bar."""
     rigid = sd.polar_scissor(units=2, kink=0.3, angle=0.6)
     made = sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", mass="section", modes=2)
@@ -84,7 +81,7 @@ def test_a_ring_of_kinked_tubes_keeps_its_energy(method: str) -> None:
     assert_balance(run, 1e-7, ("kinetic_energy",))
 
 
-def test_kinked_bar_that_is_not_uniform() -> None:
+def test_kinked_bar_that_is_not_uniform():
     """Contract: legs of uniform tubes cannot stand for a kinked bar with another moment of inertia."""
     body = sd.angulated_bar("frame", first=FIRST, second=SECOND, kink=0.5 * math.pi, mass=MASS)
     assert body.inertia is not None

@@ -39,11 +39,7 @@ FOUR_BARS = {
     "crank-rocker": ({}, sd.ConstantSpeed(10.0), 0.8),
     "crossed": ({"branch": "crossed"}, sd.ConstantSpeed(-10.0), 0.8),
     "double-crank": ({"ground": 0.08, "crank": 0.2, "coupler": 0.18, "rocker": 0.15}, sd.ConstantSpeed(10.0), 0.8),
-    "triple-rocker": (
-        {"ground": 0.2, "crank": 0.15, "coupler": 0.12, "rocker": 0.1},
-        sd.Harmonic(math.pi / 3, 0.2, 8.0),
-        0.8,
-    ),
+    "triple-rocker": ({"ground": 0.2, "crank": 0.15, "coupler": 0.12, "rocker": 0.1}, sd.Harmonic(math.pi / 3, 0.2, 8.0), 0.8),
 }
 
 

@@ -12,14 +12,14 @@ from reference.free_bodies import Scissor
 from scissordyn.laws.elastic.linear import Linear
 
 
-def array(angle: float) -> sd.Mechanism:
+def array(angle):
     """Return two units of bars that bend, driven at 1 rad/s."""
     rigid = sd.scissor(units=2, angle=angle)
     return sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
 
 @pytest.mark.parametrize("position", ["static", "concentric"])
-def test_frequencies_at_a_later_position_are_those_of_an_array_built_there(position: str) -> None:
+def test_frequencies_at_a_later_position_are_those_of_an_array_built_there(position):
     """Second road: followed from 0.5 to 0.9 rad, and assembled at 0.9 rad."""
     followed = sd.modes(array(0.5), count=6, position=position, times=[0.0, 0.25, 0.4])
     built = sd.modes(array(0.9), count=6, position=position)
@@ -31,7 +31,7 @@ def test_frequencies_at_a_later_position_are_those_of_an_array_built_there(posit
     np.testing.assert_allclose(followed["frequency"][0], first["frequency"], rtol=1e-9)
 
 
-def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere() -> None:
+def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere():
     """Closed form: omega^2 = 3 g/(2 L) of a uniform bar that hangs from the end of a crank, wherever the crank is held."""
     crank, rod = sd.bar("crank", length=0.3, mass=1.0), sd.bar("rod", length=0.5, mass=2.0, angle=-math.pi / 2.0)
     made = chain(crank, rod).driven(speed=2.0, body="crank")
@@ -40,7 +40,7 @@ def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere() -> None:
     assert found["angle"].sel(body="rod").values == pytest.approx(np.full(7, -math.pi / 2.0), abs=1e-7)
 
 
-def test_what_has_no_stroke_is_refused() -> None:
+def test_what_has_no_stroke_is_refused():
     """Bad input: no drive, and times that go back."""
     free = sd.with_bending(sd.scissor(units=1), bending_stiffness=1e4, axial_stiffness=1e7, elements=1)
     with pytest.raises(sd.InputError, match="without a drive"):
@@ -49,7 +49,7 @@ def test_what_has_no_stroke_is_refused() -> None:
         sd.modes(array(0.5), times=[0.1, 0.1])
 
 
-def test_a_rod_that_is_driven_has_its_length_in_metres() -> None:
+def test_a_rod_that_is_driven_has_its_length_in_metres():
     """Contract: what each drive holds has its own unit; a bar on a jack and a spring, at the lengths that the jack is given."""
     jack = sd.Rod("jack", ("lever", "end"), ("ground", "foot"), motion=sd.Polynomial((0.5, 0.1)))
     made = sd.Mechanism(
@@ -67,7 +67,7 @@ def test_a_rod_that_is_driven_has_its_length_in_metres() -> None:
     assert found["input"].values.ravel() == pytest.approx([0.5, 0.52])
 
 
-def journal(clearance: float, stiffness: object, mass: float = 2.0) -> sd.Mechanism:
+def journal(clearance, stiffness, mass=2.0):
     """Return a body that hangs in a clearance joint by its mass centre."""
     body = sd.Body("body", mass, 0.1, {"centre": (0.0, 0.0)})
     gap = sd.Clearance(clearance, stiffness=stiffness)
@@ -75,7 +75,7 @@ def journal(clearance: float, stiffness: object, mass: float = 2.0) -> sd.Mechan
     return sd.Mechanism((body,), joints=(joint,), ground=(("O", (0.0, 0.0)),), gravity=9.81)
 
 
-def test_a_journal_rests_on_the_stiffness_of_its_contact() -> None:
+def test_a_journal_rests_on_the_stiffness_of_its_contact():
     """Closed form: across, k = 1.5 m g/delta of Hertz' law under the weight; along the surface, g over the eccentricity."""
     found = sd.modes(journal(1e-3, sd.Hertz()), joints="contact")
     weight = 2.0 * 9.81
@@ -89,7 +89,7 @@ def test_a_journal_rests_on_the_stiffness_of_its_contact() -> None:
     assert soft["angular_frequency"].values[2] == pytest.approx(math.sqrt(4e5 / 2.0), rel=1e-9)
 
 
-def test_tight_stiff_contacts_tend_to_ideal_joints() -> None:
+def test_tight_stiff_contacts_tend_to_ideal_joints():
     """Order of convergence: the difference falls as the clearance does."""
     ideal = sd.modes(array(0.5), count=5)["frequency"].values
     apart = []
@@ -101,7 +101,7 @@ def test_tight_stiff_contacts_tend_to_ideal_joints() -> None:
     assert apart[2] < 1e-4
 
 
-def test_a_journal_without_load_is_free() -> None:
+def test_a_journal_without_load_is_free():
     """Limit: without gravity nothing is carried, and two motions of the journal have no frequency."""
     gap = sd.Clearance(1e-4)
     weightless = dataclasses.replace(array(0.5), gravity=0.0)
@@ -110,7 +110,7 @@ def test_a_journal_without_load_is_free() -> None:
     assert np.sum(found["frequency"].values == 0.0) == 2
 
 
-def test_a_released_pendulum() -> None:
+def test_a_released_pendulum():
     """Closed form: held 60 deg below the horizontal, omega^2 = 3 g sin(60 deg)/(2 L); above it, unstable."""
     for angle in (-math.pi / 3.0, math.pi / 3.0):
         made = on_pin(sd.bar("bar", length=0.5, mass=2.0, angle=angle), gravity=9.81).driven(speed=1.0)
@@ -131,14 +131,14 @@ def test_a_released_pendulum() -> None:
         ({"drive": "free"}, "drive"),
     ],
 )
-def test_options_that_do_not_fit_are_refused(options: dict, said: str) -> None:
+def test_options_that_do_not_fit_are_refused(options, said):
     """Bad input: one line."""
     with pytest.raises(sd.InputError, match=said) as raised:
         sd.modes(array(0.5), **options)
     assert "\n" not in str(raised.value)
 
 
-def test_servo_on_its_reference_without_any_load() -> None:
+def test_servo_on_its_reference_without_any_load():
     """Second formulation: nothing of an array in orbit is loaded; stiffness of its servo over the inertia of bars cut free."""
     modes = sd.modes(sd.read_case(EXAMPLES / "solar_array.toml").mechanism)
     inertia = Scissor(4, 0.6, 0.4, 0.5, 1.5, (0.0, 0.0)).inertia(math.radians(75.0))

@@ -32,8 +32,7 @@ def test_ideal_reaction(ideal_run):
 
 
 @pytest.mark.parametrize(
-    ("at", "torque", "force"),
-    [(0.0, 7850.912334, (7464.867308, 1184.650550)), (0.02, 8911.346064, (5795.014529, 1784.586360))],
+    ("at", "torque", "force"), [(0.0, 7850.912334, (7464.867308, 1184.650550)), (0.02, 8911.346064, (5795.014529, 1784.586360))]
 )
 def test_ideal_figures(ideal_run, at, torque, force):
     """Published number: the table of the ideal array in docs/reference.md, to its ten digits."""

@@ -1,7 +1,6 @@
 """Rollers along a bar that bends: static and moving loads against closed forms, derivatives, energy, clearance."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from scissordyn.plan.plan import plan
 LENGTH, MASS, RIGIDITY, AXIAL = 2.0, 5.68, 2252.0, 7.5e7
 
 
-def beam(car: sd.Body, *, gravity: float = 9.81, modes: int = 8, parts: Any = None, **roller: Any) -> sd.Mechanism:
+def beam(car, *, gravity=9.81, modes=8, parts=None, **roller):
     """Return a bar on two supports, and a car on it."""
     made = sd.Mechanism(
         (sd.bar("beam", length=LENGTH, mass=MASS), car),
@@ -31,7 +30,7 @@ def beam(car: sd.Body, *, gravity: float = 9.81, modes: int = 8, parts: Any = No
 
 
 @pytest.mark.parametrize("at", [0.3, 0.7, 1.6])
-def test_a_load_that_stands_on_a_bar(at: float) -> None:
+def test_a_load_that_stands_on_a_bar(at):
     """Closed form: P a^2 b^2/(3 EI L) and the sag under the bar's weight, P b/L + q L/2 at the support; more modes, nearer."""
     mass, stiffness, rest = 3.0, 1e6, LENGTH - at
     load, weight = mass * 9.81, MASS * 9.81 / LENGTH
@@ -53,7 +52,7 @@ def test_a_load_that_stands_on_a_bar(at: float) -> None:
     assert errors[1] < 0.6 * errors[0] < 3e-4
 
 
-def test_a_load_that_moves_along_a_bar() -> None:
+def test_a_load_that_moves_along_a_bar():
     """Closed form: the modal series of a constant force that crosses a simply supported bar at a constant speed."""
     force, speed = 40.0, 12.0
     car = sd.Body("car", 1e-4, None, {"centre": (0.0, 0.0)}, velocity=(speed, 0.0))
@@ -72,7 +71,7 @@ def test_a_load_that_moves_along_a_bar() -> None:
     assert found == pytest.approx(expected, abs=2e-3 * float(np.abs(expected).max()))
 
 
-def block(**roller: Any) -> sd.Mechanism:
+def block(**roller):
     """Return a block on two wheels that slides along a bar that turns and bends, damped and heavy."""
     car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(6.0, 0.0))
     made = sd.Mechanism(
@@ -80,15 +79,12 @@ def block(**roller: Any) -> sd.Mechanism:
         (sd.Revolute("O", ("arm", "start"), ("ground", "O")),),
         ground=(("O", (0.0, 0.0)),),
         input_body="arm",
-        components=(
-            sd.Roller("front", ("car", "front"), "arm", **roller),
-            sd.Roller("rear", ("car", "rear"), "arm", **roller),
-        ),
+        components=(sd.Roller("front", ("car", "front"), "arm", **roller), sd.Roller("rear", ("car", "rear"), "arm", **roller)),
     )
     return sd.with_bending(made, "arm", bending_stiffness=RIGIDITY, axial_stiffness=AXIAL, modes=4).driven(speed=2.0)
 
 
-def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
+def test_the_analytic_derivatives_are_those_of_the_forces():
     """Identity, by differences: by position and rate, at a bent position off the axis, inside a span and beyond the end."""
     made = block(stiffness=3e4, damping=40.0)
     coordinates, (system, start) = plan(made).coordinates, at_start(made)
@@ -103,7 +99,7 @@ def test_the_analytic_derivatives_are_those_of_the_forces() -> None:
 
 @pytest.mark.parametrize("roller", [{"stiffness": 1e5, "damping": 20.0}, {"stiffness": 1e6, "clearance": 5e-4}])
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_block_on_an_arm_keeps_the_balance_of_energy(method: str, roller: dict[str, float]) -> None:
+def test_a_block_on_an_arm_keeps_the_balance_of_energy(method, roller):
     """Contract: rollers and a guide with clearance, whose impacts are events; the block leaves the arm, which is said."""
     run = sd.simulate(block(**roller), until=0.35, samples=36, method=method)
     assert_balance(run, 1e-6, ("kinetic_energy",))
@@ -114,7 +110,7 @@ def test_a_block_on_an_arm_keeps_the_balance_of_energy(method: str, roller: dict
     assert beyond
 
 
-def test_a_rigid_bar_carries_guides_and_no_rollers() -> None:
+def test_a_rigid_bar_carries_guides_and_no_rollers():
     """Bad input: one line, with what to type."""
     car, arm = sd.point_mass("car", mass=1.0, position=(0.5, 0.0)), sd.bar("arm", length=LENGTH, mass=MASS)
     free = sd.Mechanism((arm, car), (sd.Revolute("O", ("arm", "start"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))

@@ -1,12 +1,8 @@
 """Teeth, belts and screws of couplings: where their force acts, its share in bearings and friction, and moving centres."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,27 +17,27 @@ PRESSURE_ANGLE = math.radians(20.0)  # [rad] pressure angle
 ELASTIC = sd.Clearance(1e-4, damping=sd.Flores(1.0), friction=FREE)  # Clearance without energy losses
 
 
-def pair(ratio: float, transmission: Any, *parts: Any, load: float = LOAD) -> sd.Mechanism:
+def pair(ratio, transmission, *parts, load=LOAD):
     """Return two wheels on the ground: a pinion driven at constant speed, and a loaded wheel."""
     loaded = gears(ratio, sd.Torque("load", "wheel", torque=load), *parts, apart=APART, transmission=transmission)
     return loaded.driven(speed=5.0, body="pinion")
 
 
-def relation(mechanism: sd.Mechanism) -> sd.Mechanism:
+def relation(mechanism):
     """Return the mechanism with couplings without teeth, belts and screws."""
     return dataclasses.replace(
         mechanism, couplings=tuple(dataclasses.replace(part, transmission=None) for part in mechanism.couplings)
     )
 
 
-def last(run: Any, variable: str, **where: str) -> np.ndarray:
+def last(run, variable, **where):
     """Return a vector at the last sample."""
     return np.asarray(run[variable].sel(where).values[-1])
 
 
 @pytest.mark.parametrize("angle", [0.0, PRESSURE_ANGLE])
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
-def test_bearings_of_gears(angle: float, load: float) -> None:
+def test_bearings_of_gears(angle, load):
     """Closed form: F = T/r along the teeth and F tan(a) across, apart for an external pair, on both bearings."""
     run = sd.simulate(pair(-0.5, sd.Teeth(angle), load=load), until=0.1, samples=3)
     force = load / 0.1
@@ -53,7 +49,7 @@ def test_bearings_of_gears(angle: float, load: float) -> None:
 
 @pytest.mark.parametrize("ratio", [-0.5, -2.0, 0.5, 2.0, 0.2])
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
-def test_teeth_push(ratio: float, load: float) -> None:
+def test_teeth_push(ratio, load):
     """Identity: the force makes the pressure angle with the path of the pitch point and points into external teeth."""
     run = sd.simulate(pair(ratio, sd.Teeth(PRESSURE_ANGLE), load=load), until=0.1, samples=3)
     force, point = (last(run, f"coupling_transmitted_{name}", coupling="mesh") for name in ("force", "point"))
@@ -67,7 +63,7 @@ def test_teeth_push(ratio: float, load: float) -> None:
     assert (point[0] - 0.0) * (-force[1]) == pytest.approx(0.5 * 0.0 - last(run, "drive_torque"), rel=1e-9)
 
 
-def test_friction_of_a_geared_bearing() -> None:
+def test_friction_of_a_geared_bearing():
     """Closed form: F r cos(a) = T + M with M = R sin(phi) F, so that the pin rubs by what the teeth press on it."""
     radius, kinetic = 0.015, 0.15
     arm = radius * math.sin(math.atan(kinetic))
@@ -80,7 +76,7 @@ def test_friction_of_a_geared_bearing() -> None:
         assert max(Balance(run, rubbing).residual()) < 1e-12
 
 
-def test_statics_and_largest_force() -> None:
+def test_statics_and_largest_force():
     """Cross-check: without inertia the bearings carry what a run at constant speed says, in the same words."""
     mechanism = pair(-0.5, sd.Teeth(PRESSURE_ANGLE))
     forces = sd.statics(mechanism, until=0.1, points=3)
@@ -90,7 +86,7 @@ def test_statics_and_largest_force() -> None:
     assert "319.3 N at ideal joint" in str(sd.simulate(mechanism, until=0.1).scissordyn.summary())
 
 
-def test_belts() -> None:
+def test_belts():
     """Closed form: tight and slack side along the common tangents, their difference T/r, their sum that of the pretension."""
     radius = 0.05
     for ratio, pretension in ((0.5, 0.0), (0.5, 500.0), (1.0, 0.0), (-0.5, 400.0), (2.0, 0.0)):
@@ -110,7 +106,7 @@ def test_belts() -> None:
         assert max(Balance(run, mechanism).residual()) < 1e-12
 
 
-def rack(transmission: Any, ratio: float = 0.05) -> sd.Mechanism:
+def rack(transmission, ratio=0.05):
     """Return a driven pinion above or below a horizontal rack that pulls 40 N."""
     bar = wheel("rack", 0.02, (0.1, -ratio), mass=2.0)
     return sd.Mechanism(
@@ -125,7 +121,7 @@ def rack(transmission: Any, ratio: float = 0.05) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("ratio", [0.05, -0.05])
-def test_rack(ratio: float) -> None:
+def test_rack(ratio):
     """Closed form: the rack is pressed away from the pinion by F tan(a), at the pitch point, which its guide bears."""
     mechanism = rack(sd.Teeth(PRESSURE_ANGLE), ratio)
     run = sd.simulate(mechanism, until=0.1, samples=3)
@@ -138,7 +134,7 @@ def test_rack(ratio: float) -> None:
     assert last(run, "reaction_moment", joint="bed") == pytest.approx(along * away, rel=1e-9)
 
 
-def nut(transmission: Any) -> sd.Mechanism:
+def nut(transmission):
     """Return a nut in a guide, pushed back by 100 N, on the screw of a motor."""
     block = wheel("nut", 0.01, (0.2, 0.0), mass=2.0)
     return sd.Mechanism(
@@ -152,7 +148,7 @@ def nut(transmission: Any) -> sd.Mechanism:
     ).driven(speed=3.0, body="motor")
 
 
-def test_screw() -> None:
+def test_screw():
     """Closed form: the thrust of the nut is borne by the bearing of the screw; as a relation it was borne by the base."""
     run, bare = (sd.simulate(nut(kind), until=0.1, samples=3) for kind in (sd.Screw(), None))
     assert last(run, "reaction", joint="thrust") == pytest.approx([100.0, 0.0], abs=1e-9)
@@ -161,12 +157,12 @@ def test_screw() -> None:
     assert max(Balance(run, nut(sd.Screw())).residual()) < 1e-12
 
 
-def loaded_planetary(transmission: Any) -> sd.Mechanism:
+def loaded_planetary(transmission):
     """Return a planetary gear whose sun is driven, with a load on its arm."""
     return planetary(sd.Torque("load", "arm", torque=-1.0), transmission=transmission).driven(speed=1.0, body="sun")
 
 
-def test_planetary_gear() -> None:
+def test_planetary_gear():
     """Closed form: sun and ring push the planet alike, and its pin drives the arm: 2 F a = T, beside centripetal forces."""
     mechanism = loaded_planetary(sd.Teeth(PRESSURE_ANGLE))
     run = sd.simulate(mechanism, until=1.0, samples=11)
@@ -185,7 +181,7 @@ def test_planetary_gear() -> None:
     assert max(Balance(run, mechanism).residual()) < 1e-12
 
 
-def train(seed: int, *, gravity: float = 9.81) -> sd.Mechanism:
+def train(seed, *, gravity=9.81):
     """Return a carriage in an aligned guide with coupled wheels or a rack, a welded crank, a loose pendulum and springs."""
     random = np.random.default_rng(seed)
     turn, size, kind = float(random.uniform(-3.0, 3.0)), float(random.uniform(0.05, 0.5)), seed % 6
@@ -240,7 +236,7 @@ def train(seed: int, *, gravity: float = 9.81) -> sd.Mechanism:
     )
 
 
-def test_newton_for_trains_on_carriages() -> None:
+def test_newton_for_trains_on_carriages():
     """Identity: every body's balance from reported forces alone, with welds, aligned guides, friction, contact, couplings."""
     for seed in range(18):
         mechanism = train(seed)
@@ -249,7 +245,7 @@ def test_newton_for_trains_on_carriages() -> None:
         assert max(Balance(run, mechanism).residual()) < 1e-8, seed
 
 
-def test_the_motion_is_that_of_the_relation() -> None:
+def test_the_motion_is_that_of_the_relation():
     """Identity: without friction and clearance teeth, belts and screws change forces, and no motion by a bit."""
     made = [pair(-0.5, sd.Teeth()), pair(0.5, sd.Belt(0.05)), rack(sd.Teeth()), nut(sd.Screw()), loaded_planetary(sd.Teeth())]
     for mechanism in made:
@@ -259,7 +255,7 @@ def test_the_motion_is_that_of_the_relation() -> None:
 
 
 # Functions that build a mechanism with a loose bearing, and its ideal mechanism, and the joint, by name
-LOOSE: dict[str, tuple[Callable[[], sd.Mechanism], Callable[[], sd.Mechanism], str]] = {
+LOOSE = {
     "wheel": (
         lambda: pair(-0.5, sd.Teeth(PRESSURE_ANGLE, flank="backward")),
         lambda: pair(-0.5, sd.Teeth(PRESSURE_ANGLE)),
@@ -272,7 +268,7 @@ LOOSE: dict[str, tuple[Callable[[], sd.Mechanism], Callable[[], sd.Mechanism], s
 
 
 @pytest.mark.parametrize("name", LOOSE)
-def test_teeth_over_loose_bearings(name: str) -> None:
+def test_teeth_over_loose_bearings(name):
     """Limit: elastic contacts keep the energy, bodies their balance, and the mean force is that of an ideal bearing."""
     make, ideal, joint = LOOSE[name]
     mechanism = make().with_clearance(joint, ELASTIC)
@@ -284,7 +280,7 @@ def test_teeth_over_loose_bearings(name: str) -> None:
     assert mean == pytest.approx(exact, abs=0.03 * np.linalg.norm(exact))
 
 
-def test_teeth_on_a_bar_that_bends() -> None:
+def test_teeth_on_a_bar_that_bends():
     """Limit: a stiff arm that bends carries its planet as a rigid one; the pressure is in its internal forces."""
     arm = sd.bar("arm", length=0.4, mass=0.5, position=(0.0, 0.0), angle=0.0)
     rigid = sd.Mechanism(
@@ -311,7 +307,7 @@ def test_teeth_on_a_bar_that_bends() -> None:
     assert axial == pytest.approx(pressure, rel=2e-2)
 
 
-def test_backlash_and_teeth() -> None:
+def test_backlash_and_teeth():
     """Contract: after the flanks have come to rest on each other the bearings carry what those without backlash do."""
     for load in (LOAD, -LOAD):
         rigid = pair(-0.5, sd.Teeth(PRESSURE_ANGLE), load=load)
@@ -323,7 +319,7 @@ def test_backlash_and_teeth() -> None:
             assert last(run, "reaction", joint=joint) == pytest.approx(exact, rel=1e-3)
 
 
-def meshed(pinion: float | None, driven: float | None, drive: float | None) -> sd.Mechanism:
+def meshed(pinion, driven, drive):
     bodies = tuple(
         dataclasses.replace(body, angular_velocity=speed)
         for body, speed in zip(pair(-0.4, None).bodies, (pinion, driven), strict=True)
@@ -336,7 +332,7 @@ def meshed(pinion: float | None, driven: float | None, drive: float | None) -> s
     ("pinion", "driven", "drive"),
     [(4.0, 0.0, None), (4.0, -1.6, None), (0.0, 3.0, None), (None, 3.0, None), (4.0, None, None), (None, 0.0, 4.0)],
 )
-def test_speeds_of_a_backlash(pinion: float | None, driven: float | None, drive: float | None) -> None:
+def test_speeds_of_a_backlash(pinion, driven, drive):
     """Contract: both wheels start with the speeds given, the flanks with that of the pinion, and nothing contradicts them."""
     run = sd.simulate(sd.with_backlash(meshed(pinion, driven, drive), "mesh", 0.02), until=1e-3, samples=3)
     speed = pinion or drive or 0.0
@@ -344,7 +340,7 @@ def test_speeds_of_a_backlash(pinion: float | None, driven: float | None, drive:
     assert [data["kind"] for data in json.loads(run.attrs["warning_data"])] == ["unseen force"]
 
 
-def test_the_bearing_carries_wheel_and_flanks() -> None:
+def test_the_bearing_carries_wheel_and_flanks():
     """Closed form: the weight of the wheel is on its bearing, whatever part of it moves with the flanks."""
     heavy = dataclasses.replace(pair(-0.4, None, load=0.0), gravity=9.81)
     mechanism = sd.with_backlash(heavy, "mesh", 0.02, share=0.3)
@@ -361,7 +357,7 @@ def test_the_bearing_carries_wheel_and_flanks() -> None:
         (lambda: pair(-0.5, sd.Teeth(output_centre="x")), r"output_centre = 'x'.* a point of 'wheel'"),
         (lambda: pair(-0.5, sd.Teeth()).with_clearance("B", ELASTIC), "need the loaded flank"),
         (lambda: pair(-0.5, sd.Belt(0.05)).with_clearance("B", ELASTIC), "the bearings of a belt move relative to its base"),
-        (lambda: pair(-0.5, sd.Teeth(flank="left")), "flank = 'left'"),  # type: ignore[arg-type]
+        (lambda: pair(-0.5, sd.Teeth(flank="left")), "flank = 'left'"),
         (lambda: pair(-0.5, sd.Screw()), "screw cannot connect these coordinates"),
         (lambda: nut(sd.Belt(0.1)), "belt cannot connect these coordinates; expected two angles"),
         (
@@ -370,19 +366,19 @@ def test_the_bearing_carries_wheel_and_flanks() -> None:
         ),
     ],
 )
-def test_bad_input(make: Callable[[], sd.Mechanism], line: str) -> None:
+def test_bad_input(make, line):
     """Contract: one line that says what came and what is allowed."""
     with pytest.raises(sd.InputError, match=line):
         sd.simulate(make(), until=0.01)
 
 
-def test_a_flank_that_pulls_is_named() -> None:
+def test_a_flank_that_pulls_is_named():
     """Contract: a run whose load is on the other flank than the one given says so."""
     pulled = pair(-0.5, sd.Teeth(flank="forward")).with_clearance("B", ELASTIC)
     assert any("the given flank pulls" in line for line in warnings_of(sd.simulate(pulled, until=0.05)))
 
 
-def test_case_file_and_words(tmp_path: Any, answer: Callable[..., str]) -> None:
+def test_case_file_and_words(tmp_path, answer):
     """Contract: files hold teeth, belts, screws and backlash; check, run and statics say where no force acts."""
     made = [
         pair(-0.5, sd.Teeth()),

@@ -25,7 +25,7 @@ ROWS = [
 ]
 
 
-def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+def said(command, folder, capsys):
     """Return the output of a command: the error, the warnings of a run and its cause, or what is printed."""
     if command.startswith("scissordyn "):
         (folder / "case.toml").write_text(template("scissor"), encoding="utf-8")
@@ -33,7 +33,7 @@ def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
         shown = capsys.readouterr()
         assert status in (0, 2)
         return " ".join((shown.err if status == 2 else shown.out).split())
-    known: dict[str, object] = {"__name__": __name__}
+    known = {"__name__": __name__}
     exec(NAMES, known)
     try:
         found = eval(command, known)
@@ -46,7 +46,7 @@ def said(command: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
 
 
 @pytest.mark.parametrize(("message", "tests", "command"), [row[1:] for row in ROWS], ids=[row[0] for row in ROWS])
-def test_every_row_is_true(message, tests, command, tmp_path, monkeypatch, capsys) -> None:
+def test_every_row_is_true(message, tests, command, tmp_path, monkeypatch, capsys):
     """Contract: the command of a row says the row's message, and the test that it names exists."""
     monkeypatch.chdir(tmp_path)
     file, function = tests.strip("`").split("::")
@@ -56,7 +56,7 @@ def test_every_row_is_true(message, tests, command, tmp_path, monkeypatch, capsy
     assert re.search(pattern, said(command.strip("`"), tmp_path, capsys), re.DOTALL)
 
 
-def test_the_page_has_its_rows() -> None:
+def test_the_page_has_its_rows():
     """Contract: no row is lost by a mistake of the table's syntax."""
     assert len(ROWS) == PAGE.count("::test_")
     assert len(ROWS) >= 19

@@ -22,7 +22,7 @@ NAMED: dict[str, Callable[[str], Any]] = {
 
 
 @pytest.mark.parametrize("kind", NAMED)
-def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
+def test_a_message_names_the_kind(kind, tmp_path):
     """Contract: a message about a user's file says for what the file was read, and speaks of laws for laws only."""
     file, what = tmp_path / "mine.py", "class" if kind == "component" else "function"
     file.write_text("def other(x):\n    return x\n")
@@ -39,7 +39,7 @@ def test_a_message_names_the_kind(kind: str, tmp_path: Path) -> None:
         assert kind.endswith("law") or "law" not in message
 
 
-def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
+def test_a_measure_whose_file_has_changed(tmp_path):
     """Contract: a measure is refused as a measure where its file is no longer what it was."""
     file = tmp_path / "mine.py"
     file.write_text("def late(run):\n    return 1.0\n")
@@ -49,7 +49,7 @@ def test_a_measure_whose_file_has_changed(tmp_path: Path) -> None:
         measure.callable()
 
 
-def test_a_controller_that_is_not_in_a_file() -> None:
+def test_a_controller_that_is_not_in_a_file():
     """Contract: a run with a controller made in Python asks for a controller in a file, not for a law."""
     controller = sd.element(slot="controller")(lambda error: 0.0 * error)()
     text = write_configuration(sd.four_bar().controlled(controller, speed=1.0))

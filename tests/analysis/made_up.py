@@ -10,19 +10,12 @@ CLEARANCE = 1e-3  # [m] radial clearance of the only clearance joint in a made-u
 BODIES = ["unit 1/bar 1", "unit 1/bar 2", "unit 2/bar 1", "unit 2/bar 2", "slider"]
 
 
-def named(dims: tuple[str, ...], values: object, units: str) -> tuple[tuple[str, ...], object, dict[str, str]]:
+def named(dims, values, units):
     """Return a variable of a run: dimensions, values and attributes with the unit."""
     return dims, values, {"units": units, "long_name": "made up"}
 
 
-def made_up_run(
-    spans: list[tuple[float, float]],
-    *,
-    end: float = 1.0,
-    instants: int = 1001,
-    orbit: np.ndarray | None = None,
-    **attributes: float,
-) -> xr.Dataset:
+def made_up_run(spans, *, end=1.0, instants=1001, orbit=None, **attributes):
     """Make up a run with joint A in contact during `spans` [s]; the end of a span that lasts to the end of the run is NaN."""
     time = np.linspace(0.0, end, instants)
     start = np.array([span[0] for span in spans], float)
@@ -62,7 +55,7 @@ def made_up_run(
     return xr.Dataset(variables, coords=coordinates, attrs={"trusted_until": math.nan, **attributes})
 
 
-def logistic(r: float, count: int, *, start: float = 0.3, skip: int = 500) -> np.ndarray:
+def logistic(r, count, *, start=0.3, skip=500):
     """Return the iterates of the logistic map x -> r x (1 - x), without the first `skip`."""
     values, x = np.empty(count), start
     for k in range(skip + count):
@@ -72,7 +65,7 @@ def logistic(r: float, count: int, *, start: float = 0.3, skip: int = 500) -> np
     return values
 
 
-def henon(count: int) -> np.ndarray:
+def henon(count):
     """Return the iterates of the Henon map with a = 1.4 and b = 0.3, shape (count, 2)."""
     values, x, y = np.empty((count, 2)), 0.1, 0.1
     for k in range(100 + count):
@@ -85,7 +78,7 @@ def henon(count: int) -> np.ndarray:
 GOLDEN_RATIO = 0.5 * (math.sqrt(5.0) - 1.0)  # Golden ratio, 0.618...: the rotation by this fraction of a turn is quasi-periodic
 
 
-def rotation(count: int, number: float = GOLDEN_RATIO) -> np.ndarray:
+def rotation(count, number=GOLDEN_RATIO):
     """Return points that rotate on the unit circle by the fraction `number` of a revolution each, shape (count, 2)."""
     turned = 2.0 * np.pi * number * np.arange(count)
     return np.stack([np.cos(turned), np.sin(turned)], axis=1)

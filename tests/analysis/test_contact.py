@@ -15,7 +15,7 @@ from .made_up import BODIES, CLEARANCE, made_up_run
 CONTACT_SPANS = [(0.1, 0.2), (0.4, 0.45), (0.9, math.nan)]
 
 
-def test_fractions_of_time() -> None:
+def test_fractions_of_time():
     """Closed form: contacts of 0.1, 0.05 and 0.1 s in 1 s, the last until the end; flights lie between them."""
     found = sd.contact_statistics(made_up_run(CONTACT_SPANS)).sel(joint="A")
     assert int(found["impacts"]) == 3
@@ -30,7 +30,7 @@ def test_fractions_of_time() -> None:
     assert float(found["mean_force"]) == pytest.approx(25.0, abs=5 * 100.0 * 0.5e-3)
 
 
-def test_quantile_over_the_contact_time() -> None:
+def test_quantile_over_the_contact_time():
     """Closed form: the force not exceeded for half of the contact time, however the samples are spread over it."""
     run = made_up_run(CONTACT_SPANS)
     time = run["time"].values
@@ -47,7 +47,7 @@ def test_quantile_over_the_contact_time() -> None:
         assert float(found["contact_force"]) == pytest.approx((100.0 * 0.1 + 300.0 * 0.15) / 0.25, rel=0.02)
 
 
-def test_window_clips_contacts() -> None:
+def test_window_clips_contacts():
     """Closed form: a contact over the edge of the window counts by its part inside, and as an impact if it starts there."""
     run = made_up_run(CONTACT_SPANS)
     found = sd.contact_statistics(run, after=0.15, until=0.42).sel(joint="A")
@@ -60,7 +60,7 @@ def test_window_clips_contacts() -> None:
             sd.contact_statistics(run, after=after, until=until)
 
 
-def test_no_contact_at_all() -> None:
+def test_no_contact_at_all():
     """Limit: without contacts there is one flight, no force, and what cannot be said is NaN."""
     found = sd.contact_statistics(made_up_run([])).sel(joint="A")
     assert float(found["flight_fraction"]) == 1.0
@@ -72,7 +72,7 @@ def test_no_contact_at_all() -> None:
         sd.contact_statistics(made_up_run([]).drop_vars("clearance"))
 
 
-def test_impulses_and_losses() -> None:
+def test_impulses_and_losses():
     """Closed form: sums, means and quantiles of impulses and losses, over contacts begun in the window."""
     run = made_up_run(CONTACT_SPANS).assign(
         impulse=("contact", [1.0, 2.0, 6.0]),
@@ -87,7 +87,7 @@ def test_impulses_and_losses() -> None:
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.0, 3.0, 6.2])
-def test_smallest_arc(turn: float) -> None:
+def test_smallest_arc(turn):
     """Closed form: 19 points on an arc of 0.5 and a stray one, light or heavy; the same for any rotation of the arc."""
     angles = np.append(np.linspace(0.0, 0.5, 19), math.pi) + turn
     assert smallest_arc(angles, fraction=0.95) == pytest.approx(0.5, abs=1e-12)
@@ -98,7 +98,7 @@ def test_smallest_arc(turn: float) -> None:
     assert smallest_arc([turn]) == 0.0
 
 
-def test_smallest_arc_against_search() -> None:
+def test_smallest_arc_against_search():
     """Cross-check: every arc from a point to a point, tried one by one."""
     random = np.random.default_rng(3)
     angles, weights = random.uniform(-20.0, 20.0, 40), random.uniform(0.0, 1.0, 40)
@@ -113,7 +113,7 @@ def test_smallest_arc_against_search() -> None:
         assert smallest_arc(angles, fraction=fraction, weights=weights) == pytest.approx(min(arcs), abs=1e-12)
 
 
-def test_contact_arc_is_the_bearing_s() -> None:
+def test_contact_arc_is_the_bearing_s():
     """Closed form: a contact point that rotates by 1 rad in contact is at rest relative to a bearing that rotates with it."""
     run = made_up_run([(0.0, math.nan)])
     assert float(sd.contact_statistics(run).sel(joint="A")["contact_arc"]) == pytest.approx(1.0, abs=1e-12)
@@ -128,7 +128,7 @@ def test_contact_arc_is_the_bearing_s() -> None:
     assert float(found.sel(joint="A")["contact_arc"]) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_deviation_of_a_made_up_run() -> None:
+def test_deviation_of_a_made_up_run():
     """Closed form: bars of unit 2 lag by 0.3 t and -0.1, a further revolution has no effect; the slider is off by 0.2 sin."""
     ideal, run = made_up_run([]), made_up_run([])
     time = run["time"].values
@@ -146,7 +146,7 @@ def test_deviation_of_a_made_up_run() -> None:
         deviation(run, made_up_run([], instants=501))
 
 
-def test_statistics_of_a_real_run(clearance_array, clearance_run) -> None:
+def test_statistics_of_a_real_run(clearance_array, clearance_run):
     """Cross-check: fractions and impulses of contacts against the samples, their dissipation against that of the run."""
     ideal = sd.simulate(clearance_array.ideal(), until=0.05)
     found = sd.contact_statistics(clearance_run, ideal=ideal)

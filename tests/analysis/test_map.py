@@ -14,7 +14,7 @@ from .made_up import made_up_run
 W = 2.0 * math.pi  # [rad/s] angular frequency of the made-up slider
 
 
-def test_strobe_takes_samples() -> None:
+def test_strobe_takes_samples():
     """Contract: where every flash is a sample the samples are taken as they are, joints included."""
     run = made_up_run([(0.0, math.nan)], end=10.0, instants=1001)
     found = sd.stroboscopic(run, period=0.25, phase=0.4, skip=3)
@@ -29,7 +29,7 @@ def test_strobe_takes_samples() -> None:
 
 
 @pytest.mark.parametrize("name", ["slider_position", "slider_velocity"])
-def test_interpolation_is_of_fourth_order(name: str) -> None:
+def test_interpolation_is_of_fourth_order(name):
     """Order of convergence: the error of cubic Hermite interpolation falls with h^4; and is below its bound."""
     errors = []
     for instants in (26, 51, 101):
@@ -45,7 +45,7 @@ def test_interpolation_is_of_fourth_order(name: str) -> None:
     assert order == pytest.approx(4.0, abs=0.2)
 
 
-def test_section_of_a_sine() -> None:
+def test_section_of_a_sine():
     """Closed form: sin(w t) crosses 1/2 at the exact times, to the interpolation error; directions are distinguished."""
     run = made_up_run([], end=3.0, instants=301)
     rising = sd.section(run, variable="slider_position", level=0.5, direction="rising")
@@ -62,7 +62,7 @@ def test_section_of_a_sine() -> None:
     assert linear > 100.0 * np.max(np.abs(rising["time"].values - np.arange(3) - 1.0 / 12.0))
 
 
-def test_section_at_and_between_samples() -> None:
+def test_section_at_and_between_samples():
     """Closed form: a crossing on a sample counts once; two crossings between two samples both count; a touch does not."""
     run = made_up_run([], end=1.0, instants=5)
     rounded = run.assign(slider_position=run["slider_position"].round(12))
@@ -76,7 +76,7 @@ def test_section_at_and_between_samples() -> None:
     assert sd.section(bowl, variable="slider_position", level=-0.0025 - 1e-9).sizes["crossing"] == 0
 
 
-def test_section_says_what_is_wrong() -> None:
+def test_section_says_what_is_wrong():
     """Contract: unknown variables and bodies get the right ones named."""
     run = made_up_run([])
     with pytest.raises(sd.InputError, match="did you mean 'slider_position'"):
@@ -90,7 +90,7 @@ def test_section_says_what_is_wrong() -> None:
     assert sd.section(run, variable="position", level=1.0, at={"body": "slider", "axis": "x"}).sizes["crossing"] == 0
 
 
-def test_velocity_acceleration() -> None:
+def test_velocity_acceleration():
     """Contract: the slider's samples in the window; another body where it is named; an error where there is no slider."""
     run = made_up_run([])
     found = velocity_acceleration(run, after=0.5)

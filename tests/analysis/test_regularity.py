@@ -12,14 +12,14 @@ from scissordyn.analysis.recurrence import recurrence
 from .made_up import henon, logistic, rotation
 
 
-def test_logistic_exponent() -> None:
+def test_logistic_exponent():
     """Closed form: the logistic map at r = 4 has ln 2 (conjugate to the tent map)."""
     found = exponent_from_growth(np.log(np.abs(4.0 - 8.0 * logistic(4.0, 10_000))), 1.0, discard=100, unit="1")
     assert float(found["exponent"]) == pytest.approx(math.log(2.0), rel=0.01)
     assert float(found["running"][-1]) == float(found["exponent"])
 
 
-def test_henon_exponent() -> None:
+def test_henon_exponent():
     """Known number: 0.41934 per step, within 1 %, from 100 starts; tables differ in the fourth digit."""
     x, y = np.random.default_rng(1).uniform(-0.1, 0.1, (2, 100))
     u, v = np.full((2, 100), math.sqrt(0.5))
@@ -36,7 +36,7 @@ def test_henon_exponent() -> None:
     assert found.sizes["member"] == 100
 
 
-def test_exponent_from_growth() -> None:
+def test_exponent_from_growth():
     """Closed form: means weighted by time; the standard error of independent normal growth is sigma/sqrt(n) (to 4 sigma)."""
     found = exponent_from_growth([9.0, 1.0, 3.0], [1.0, 1.0, 3.0], discard=1, blocks=1)
     np.testing.assert_allclose(found["running"], [1.0, 1.0], rtol=1e-15)
@@ -70,14 +70,14 @@ def test_exponent_from_growth() -> None:
     ],
     ids=["logistic", "henon", "period 8", "golden mean", "small on large", "chaos on large", "constant"],
 )
-def test_zero_one(values: np.ndarray, chaotic: bool) -> None:
+def test_zero_one(values, chaotic):
     """Limit: K tends to 1 for chaotic maps and to 0 for regular ones (Gottwald and Melbourne 2009), at any size and offset."""
     growth = float(sd.zero_one_test(values)["K"])
     assert growth > 0.9 if chaotic else abs(growth) < 0.1
 
 
 @pytest.mark.parametrize("error", [1e-11, 1e-9, 3e-8])
-def test_zero_one_of_errors_alone(error: float) -> None:
+def test_zero_one_of_errors_alone(error):
     """Limit: an orbit of period 1 with the errors of a run is undecided, not chaotic; longer periods stay regular."""
     errors = error * np.random.default_rng(3).standard_normal(400)
     found = sd.zero_one_test(7.0 * (1.0 + errors))
@@ -92,7 +92,7 @@ def test_zero_one_of_errors_alone(error: float) -> None:
         sd.zero_one_test(errors, noise=-1.0)
 
 
-def test_zero_one_displacement() -> None:
+def test_zero_one_displacement():
     """Cross-check: the displacement by FFT against its sum, written out; K does not depend on scale."""
     values = logistic(3.9, 300)
     found = sd.zero_one_test(values, angles=7, seed=2)
@@ -105,7 +105,7 @@ def test_zero_one_displacement() -> None:
     assert found["angle"].values.max() < 0.8 * np.pi
 
 
-def test_zero_one_oversampled() -> None:
+def test_zero_one_oversampled():
     """Limit: a finely sampled chaotic signal looks regular, and the test says how finely it is sampled."""
     fine = np.interp(np.arange(0.0, 60.0, 0.03), np.arange(61), logistic(4.0, 61))
     found = sd.zero_one_test(fine)
@@ -115,7 +115,7 @@ def test_zero_one_oversampled() -> None:
         sd.zero_one_test(np.arange(20.0))
 
 
-def test_spectrum_of_two_tones() -> None:
+def test_spectrum_of_two_tones():
     """Closed form: both frequencies to a twentieth of the resolution, strongest first; the integral is the variance (1 %)."""
     spacing, count = 1e-3, 8000
     time = spacing * np.arange(count)
@@ -130,7 +130,7 @@ def test_spectrum_of_two_tones() -> None:
     assert float(found["flatness"]) < 0.01
 
 
-def test_spectrum_of_noise() -> None:
+def test_spectrum_of_noise():
     """Closed form: white noise of variance s^2 has density 2 s^2 dt; one periodogram of it is e^-gamma flat."""
     noise = np.random.default_rng(5).normal(0.0, 3.0, 2**15)
     found = sd.spectrum(noise, spacing=0.5, segments=1, window="boxcar")
@@ -140,7 +140,7 @@ def test_spectrum_of_noise() -> None:
         sd.spectrum(noise, spacing=0.0)
 
 
-def test_recurrence_of_a_period() -> None:
+def test_recurrence_of_a_period():
     """Closed form: period 4 recurs at multiples of 4 and nowhere else, on lines; a constant always."""
     found = recurrence(np.tile([0.0, 1.0, 3.0, 7.0], 25), threshold=0.5)
     pairs = sum(100 - 4 * k for k in range(1, 25))
@@ -153,7 +153,7 @@ def test_recurrence_of_a_period() -> None:
         assert (float(still["recurrence_rate"]), int(still["longest_line"])) == (1.0, 20 - apart)
 
 
-def test_determinism_of_noise_and_rotation() -> None:
+def test_determinism_of_noise_and_rotation():
     """Closed form: noise has 2 RR - RR^2 (2 %); a rotation keeps all distances; a projection does not, embedding mends it."""
     found = recurrence(np.random.default_rng(0).uniform(size=2000), threshold=0.05)
     rate = float(found["recurrence_rate"])

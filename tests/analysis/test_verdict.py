@@ -13,7 +13,7 @@ from scissordyn.casefile.configuration import write_configuration
 from .made_up import CLEARANCE, henon, logistic, made_up_run, rotation
 
 
-def settling(values: np.ndarray) -> np.ndarray:
+def settling(values):
     """Return the values with a transient added that decays before the middle."""
     return values + np.exp(-0.5 * np.arange(len(values)))
 
@@ -51,7 +51,7 @@ def settling(values: np.ndarray) -> np.ndarray:
         "decaying about zero",
     ],
 )
-def test_kinds(samples: np.ndarray, kind: str, period: int | None) -> None:
+def test_kinds(samples, kind, period):
     """Closed form: motions that are what they are by construction, with evidence that gives numbers."""
     found = classify_samples(samples)
     assert (found.kind, found.period) == (kind, period)
@@ -59,7 +59,7 @@ def test_kinds(samples: np.ndarray, kind: str, period: int | None) -> None:
     assert found.measures["samples"] == len(samples)
 
 
-def test_period_is_settled_after_the_transient() -> None:
+def test_period_is_settled_after_the_transient():
     """Closed form: e^(-k/2) and its successor differ by less than 1e-3 of the scale 3 from k = 10 on, not before."""
     found = classify_samples(settling(np.full(300, 2.0)), scale=[3.0])
     misses = np.exp(-0.5 * np.arange(300)) * (1.0 - math.exp(-0.5)) / 3.0
@@ -67,14 +67,14 @@ def test_period_is_settled_after_the_transient() -> None:
     assert found.measures["repetition_error"] < 1e-20 + np.finfo(float).eps
 
 
-def test_continuous_contact_needs_no_flight() -> None:
+def test_continuous_contact_needs_no_flight():
     """Limit: period 1 without flights is continuous contact, with the shortest flight it is not; chaos stays chaos."""
     assert classify_samples(np.ones(20), flight_fraction=0.0).kind == "continuous contact"
     assert classify_samples(np.ones(20), flight_fraction=1e-6).kind == "periodic"
     assert classify_samples(logistic(4.0, 500), flight_fraction=0.0).kind == "irregular"
 
 
-def test_trust_horizon_is_spoken_of() -> None:
+def test_trust_horizon_is_spoken_of():
     """Contract: samples beyond the horizon are counted, and the verdict asks for an ensemble."""
     chaos, times = logistic(4.0, 500), np.arange(500.0)
     beyond = classify_samples(chaos, times=times, trusted_until=99.5)
@@ -97,7 +97,7 @@ def test_trust_horizon_is_spoken_of() -> None:
         ([], 0.0, "transient only"),
     ],
 )
-def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: str) -> None:
+def test_single_strokes(spans, after, kind):
     """Closed form: a stroke in contact all the time is continuous contact; any flight makes it transient only, never more."""
     found = sd.classify(made_up_run(spans, trusted_until=0.5), after=after)
     assert (found.kind, found.period) == (kind, None)
@@ -106,7 +106,7 @@ def test_single_strokes(spans: list[tuple[float, float]], after: float, kind: st
     assert found.measures["trusted_fraction"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
 
 
-def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
+def driven(map_, spans):
     """Return a run with one flash per ten samples, at which the journal is at the next point of `map_` [clearances]."""
     instants = 10 * (len(map_) - 1) + 1
     orbit = np.zeros((instants, 2))
@@ -114,7 +114,7 @@ def driven(map_: np.ndarray, spans: list[tuple[float, float]]) -> xr.Dataset:
     return made_up_run(spans, end=float(len(map_) - 1), instants=instants, orbit=orbit)
 
 
-def test_periodic_runs() -> None:
+def test_periodic_runs():
     """Closed form: runs whose journals follow known maps; the flights of the first half do not count."""
     ones = np.ones((40, 2))
     assert sd.classify(driven(ones, [(0.5, 3.0), (3.5, math.nan)]), period=1.0).kind == "continuous contact"
@@ -126,7 +126,7 @@ def test_periodic_runs() -> None:
         sd.classify(driven(ones, []), period=0.77)
 
 
-def test_cycles() -> None:
+def test_cycles():
     """Closed form: the cycles of a long periodic run, whose clearance stands in its configuration."""
     joints = [sd.Revolute("A", ("a", "p"), ("b", "p"), sd.Clearance(CLEARANCE)), sd.Revolute("O", ("a", "q"), ("b", "q"))]
     bodies = [sd.Body(name, 1.0, 1.0, points={"p": (0.0, 0.0), "q": (1.0, 0.0)}) for name in "ab"]
@@ -152,7 +152,7 @@ def test_cycles() -> None:
         sd.classify(cycles, skip=399)
 
 
-def test_consensus() -> None:
+def test_consensus():
     """Closed form: three irregular members and one of period 2; fractions, means and standard deviations of the measures."""
     chaotic = [classify_samples(logistic(4.0, 400, start=0.3 + 1e-3 * k)) for k in range(3)]
     found = sd.consensus([*chaotic, classify_samples(logistic(3.2, 400))])
@@ -169,7 +169,7 @@ def test_consensus() -> None:
         sd.consensus(chaotic[:1])
 
 
-def test_inputs_are_checked() -> None:
+def test_inputs_are_checked():
     """Contract: too few samples, NaN, and scales that are not positive are refused."""
     for samples, options in (
         ([1.0], {}),

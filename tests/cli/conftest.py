@@ -1,27 +1,22 @@
 """A folder to type commands in, and what they say where they fail."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
 
 from scissordyn.cli.main import status_of
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """Return an empty folder, which is the current folder of the test."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
-def said(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
+def said(capfd):
     """Return a function that runs a command and returns status and stderr, which is one line if it fails and else empty."""
 
-    def typed(*arguments: str) -> tuple[int, str]:
+    def typed(*arguments):
         status = status_of(arguments)
         shown = capfd.readouterr()
         assert status in (0, 2, 3), (arguments, shown.err)
@@ -34,10 +29,10 @@ def said(capfd: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
 
 
 @pytest.fixture
-def refused(capfd: pytest.CaptureFixture[str]) -> Callable[..., str]:
+def refused(capfd):
     """Return a function that runs a command with bad input, checks that its status is 2, and returns its line on stderr."""
 
-    def typed(*arguments: str) -> str:
+    def typed(*arguments):
         capfd.readouterr()
         assert status_of(arguments) == 2
         shown = capfd.readouterr()

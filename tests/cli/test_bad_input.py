@@ -1,16 +1,13 @@
 """Unfit case files and saved files: one line and status 2, whatever they hold."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import xarray as xr
 from tests.build import write_as_other
 
 import scissordyn as sd
@@ -60,7 +57,7 @@ UNITS_MAX = 40  # Largest number of scissor units in a damaged case; larger arra
 INLINE_ENTRY = re.compile(r'([\w-]+ = )("[^"\n]*"|[-\w.]+)')  # Pattern of an entry of an inline table: key and value
 
 
-def _value(chance: random.Random) -> str:
+def _value(chance):
     kind = chance.random()
     if kind < 0.3:
         return chance.choice(NUMBERS)
@@ -69,7 +66,7 @@ def _value(chance: random.Random) -> str:
     return chance.choice(VALUES)
 
 
-def _scaled(number: str, chance: random.Random) -> str:
+def _scaled(number, chance):
     """Return another number of random size, sometimes zero or with the opposite sign; an integer is replaced by an integer."""
     factor = chance.choice((-1.0, 0.0, 0.5, 2.0, 10.0 ** chance.randint(-14, 14), 10.0 ** chance.uniform(-3.0, 3.0)))
     scaled = float(number) * factor
@@ -77,7 +74,7 @@ def _scaled(number: str, chance: random.Random) -> str:
     return repr(scaled if broken else int(scaled))
 
 
-def _number(found: str, chance: random.Random) -> str:
+def _number(found, chance):
     """Return a value with its number replaced and its unit unchanged."""
     numbers = list(re.finditer(r"[-+]?\d+\.?\d*", found))
     if not numbers:
@@ -88,7 +85,7 @@ def _number(found: str, chance: random.Random) -> str:
     return found[: one.start()] + chance.choice(NUMBERS) + found[one.end() :]
 
 
-def _mutated(text: str, chance: random.Random) -> str:
+def _mutated(text, chance):
     """Return the text with one random mistake."""
     kind, lines = chance.random(), text.split("\n")
     at = chance.randrange(len(lines))
@@ -112,11 +109,11 @@ def _mutated(text: str, chance: random.Random) -> str:
     return text[:place] + chr(chance.choice((0, 27, 34, 39, 91, 93, 123, 125, 61, 0x202E, 0xFFFF))) + text[place + 1 :]
 
 
-def _examples() -> list[str]:
+def _examples():
     return [path.read_text(encoding="utf-8") for path in sorted(EXAMPLES.glob("*.toml")) if path.name != "long.toml"]
 
 
-def mutated_cases(count: int, seed: int = 1) -> Iterator[str]:
+def mutated_cases(count, seed=1):
     """Yield texts of case files, each with one to three random mistakes; equal seeds give equal texts."""
     chance = random.Random(seed)
     texts = _examples()
@@ -142,7 +139,7 @@ OTHER_VALUES = {
 """Allowed words of some keys, with the table of each key."""
 
 
-def _altered(text: str, chance: random.Random) -> str:
+def _altered(text, chance):
     """Return the text with one number scaled, one table removed or doubled, or one word replaced; the file is plausible."""
     kind, tables = chance.random(), re.split(r"(?m)^(?=\[)", text)
     if kind < 0.7:
@@ -162,7 +159,7 @@ def _altered(text: str, chance: random.Random) -> str:
     return re.sub(rf"(?m)^(\[\[?{table}\]\]?[^\n]*\n)", lambda head: head[1] + line, text, count=1)
 
 
-def altered_cases(count: int, seed: int = 1) -> Iterator[str]:
+def altered_cases(count, seed=1):
     """Yield texts of case files that differ from an example in one number, table or word; equal seeds give equal texts."""
     chance = random.Random(seed)
     texts = _examples()
@@ -173,7 +170,7 @@ def altered_cases(count: int, seed: int = 1) -> Iterator[str]:
 Said = Callable[..., tuple[int, str]]
 
 
-def tried(said: Said, folder: Path, texts: Iterable[str]) -> list[int]:
+def tried(said, folder, texts):
     """Run case files and return the statuses; check that `check` accepts and refuses the same files as `run`."""
     statuses = []
     for number, text in enumerate(texts):
@@ -188,21 +185,21 @@ def tried(said: Said, folder: Path, texts: Iterable[str]) -> list[int]:
     return statuses
 
 
-def test_mutated_case_files(folder: Path, said: Said) -> None:
+def test_mutated_case_files(folder, said):
     """Contract: files with slips run, or are refused or fail in one line; some do each."""
     assert {0, 2, 3} <= set(tried(said, folder, mutated_cases(QUICK_CASES)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(QUICK_CASES, ALL, BLOCK))
-def test_all_mutated_case_files(folder: Path, said: Said, first: int) -> None:
+def test_all_mutated_case_files(folder, said, first):
     """Contract: as above, for the rest of 2000 files."""
     assert 2 in tried(said, folder, itertools.islice(mutated_cases(ALL), first, min(first + BLOCK, ALL)))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 420, 70))
-def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
+def test_altered_case_files(folder, said, first):
     """Identity: check agrees with run on examples in which a number, a table or a word is another one; most can be run."""
     statuses = tried(said, folder, itertools.islice(altered_cases(420), first, first + 70))
     assert statuses.count(2) < 35
@@ -239,7 +236,7 @@ def test_altered_case_files(folder: Path, said: Said, first: int) -> None:
         ),
     ],
 )  # fmt: skip
-def test_extreme_files_are_refused(folder: Path, said: Said, text: str, says: str) -> None:
+def test_extreme_files_are_refused(folder, said, text, says):
     """Limit: nesting, numbers and units beyond reason, and tables that end before the run; `check` finds them as `run` does."""
     (folder / "case.toml").write_text(text)
     for command in ("check", "run"):
@@ -253,7 +250,7 @@ MALFORMED = (None, "", "{", "[]", "3", "null", '{"mechanism": 3}', '{"mechanism"
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+def saved(tmp_path_factory):
     """Return a saved run."""
     path = tmp_path_factory.mktemp("saved") / "run.nc"
     arguments = ["run", str(EXAMPLES / "paper.toml"), "-o", str(path), "--samples", "3", "--set", "run.until=0.1 ms"]
@@ -262,7 +259,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def diagram(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+def diagram(tmp_path_factory):
     """Return a saved bifurcation diagram that the arguments `SCAN` continue."""
     path = tmp_path_factory.mktemp("diagram") / "diagram.nc"
     assert status_of(["bifurcation", *SCAN, "-o", str(path)]) == 0
@@ -277,9 +274,7 @@ SCAN = (
 
 
 @pytest.mark.parametrize(("name", "value"), [("title", None), *(("configuration", value) for value in MALFORMED)])
-def test_saved_runs_with_other_attributes_are_refused(
-    saved: xr.Dataset, folder: Path, said: Said, name: str, value: object
-) -> None:
+def test_saved_runs_with_other_attributes_are_refused(saved, folder, said, name, value):
     """Contract: an attribute that a saved run needs is named in one line if it is missing or holds something else."""
     others = {key: held for key, held in saved.attrs.items() if key != name}
     write_as_other(saved.drop_attrs(deep=False).assign_attrs(others | ({} if value is None else {name: value})), "other.nc")
@@ -289,7 +284,7 @@ def test_saved_runs_with_other_attributes_are_refused(
 
 
 @pytest.mark.parametrize("lost", ["status", "cause", "completed_cycles", "slider_velocity", "value", "joint", "cycle"])
-def test_diagrams_that_are_not_whole_are_refused(diagram: xr.Dataset, folder: Path, said: Said, lost: str) -> None:
+def test_diagrams_that_are_not_whole_are_refused(diagram, folder, said, lost):
     """Contract: a store without one of its variables is named, and left as it is."""
     write_as_other(diagram.drop_vars(lost), "other.nc")
     before = Path("other.nc").read_bytes()
@@ -300,7 +295,7 @@ def test_diagrams_that_are_not_whole_are_refused(diagram: xr.Dataset, folder: Pa
 
 
 @pytest.mark.parametrize("name", ["title", "status", "configuration", "versions", "parameter", "phase", "cycles"])
-def test_diagrams_with_other_attributes_are_refused_or_mended(diagram: xr.Dataset, folder: Path, said: Said, name: str) -> None:
+def test_diagrams_with_other_attributes_are_refused_or_mended(diagram, folder, said, name):
     """Contract: an attribute that is missing or of another type is no fault of the program."""
     for value in (None, 3, "nonsense"):
         changed = diagram.copy()
@@ -316,7 +311,7 @@ def test_diagrams_with_other_attributes_are_refused_or_mended(diagram: xr.Datase
 
 
 @pytest.mark.parametrize("value", [None, "soon", [1.0, 2.0]])
-def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -> None:
+def test_cycles_with_other_attributes_are_refused(folder, value):
     """Contract: a run of cycles cannot be continued without its period, and says so."""
     mechanism = sd.read_case(EXAMPLES / "periodic.toml").mechanism
     run = sd.cycle(mechanism, cycles=1)
@@ -325,7 +320,7 @@ def test_cycles_with_other_attributes_are_refused(folder: Path, value: object) -
         sd.cycle(mechanism, cycles=1, start=run)
 
 
-def test_the_drawn_variable_is_checked_first(folder: Path, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_drawn_variable_is_checked_first(folder, said, monkeypatch):
     """Contract: an unknown name is refused before anything is computed, and so is a parameter that cannot be varied."""
     monkeypatch.setattr("scissordyn.periodic.bifurcation.bifurcation", None)
     status, error = said("bifurcation", *SCAN, "--variable", "nope", "--plot", "x.png")

@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 import scissordyn as sd
-from cli.test_files import PAPER, SHORT, Refused
+from cli.test_files import PAPER, SHORT
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
@@ -43,7 +43,7 @@ structure = { kind = "mechanism", gravity = "9.81 m/s^2" }
 """Case file of two bars between two ground pins that are 1 mm too far apart, which a clearance of 2 mm permits."""
 
 
-def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_shows_its_contacts_and_saves(folder, capsys):
     """Cross-check: the first contact of docs/reference.md, as printed; and the file holds the same."""
     assert status_of(["run", str(PAPER), "-o", "run.nc", *SHORT]) == 0
     shown = capsys.readouterr()
@@ -60,7 +60,7 @@ def test_run_shows_its_contacts_and_saves(folder: Path, capsys: pytest.CaptureFi
     assert [path.name for path in folder.iterdir()] == ["run.nc"]
 
 
-def test_a_saved_run_can_be_run_again(folder: Path, refused: Refused) -> None:
+def test_a_saved_run_can_be_run_again(folder, refused):
     """Identity: the same numbers, bit for bit; half a file, another kind of file and no file are refused."""
     assert status_of(["run", str(PAPER), "-o", "first.nc", *SHORT]) == 0
     assert status_of(["run", "first.nc", "-o", "second.nc"]) == 0
@@ -75,7 +75,7 @@ def test_a_saved_run_can_be_run_again(folder: Path, refused: Refused) -> None:
     assert not Path("again.nc").exists()
 
 
-def test_the_number_of_contacts_shown_is_chosen(folder: Path, answer: Callable[..., str]) -> None:
+def test_the_number_of_contacts_shown_is_chosen(folder, answer):
     """Contract: rows of the table, and a note of the others."""
     changes = ("--set", "run.until=6 ms", "--set", "clearance.A.friction=none")
     assert "... and 1 more contact (--events 3 shows all)" in answer("run", PAPER, *changes, "--events", 2)
@@ -83,9 +83,7 @@ def test_the_number_of_contacts_shown_is_chosen(folder: Path, answer: Callable[.
     assert not list(folder.iterdir())
 
 
-def test_interrupted_runs_keep_what_was_computed(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_runs_keep_what_was_computed(folder, capsys, monkeypatch):
     """Contract: Ctrl-C inside the run saves the part before it, marked, with exit status 130."""
 
     @contextmanager
@@ -111,9 +109,7 @@ def test_interrupted_runs_keep_what_was_computed(
     assert "with -o FILE --checkpoint '60 s' a run can go on" in told
 
 
-def test_interrupted_before_anything_was_computed(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupted_before_anything_was_computed(folder, capsys, monkeypatch):
     """Contract: Ctrl-C elsewhere writes nothing, says so in a line and returns 130."""
 
     def stop(*_: object) -> None:
@@ -125,7 +121,7 @@ def test_interrupted_before_anything_was_computed(
     assert not list(folder.iterdir())
 
 
-def test_a_closed_pipe_is_no_error() -> None:
+def test_a_closed_pipe_is_no_error():
     """Contract: a reader that closes the pipe after the first line causes no message."""
     command = f"{sys.executable} -m scissordyn.cli.main laws | head -n 1"
     piped = subprocess.run(command, shell=True, capture_output=True, text=True, check=True, timeout=60)
@@ -133,7 +129,7 @@ def test_a_closed_pipe_is_no_error() -> None:
     assert piped.stderr == ""
 
 
-def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_that_cannot_be_finished_keep_what_they_have(folder, capsys):
     """Contract: a run out of steps is saved with its cause, with exit status 3."""
     assert status_of(["run", str(PAPER), "-o", "part.nc", "--set", "run.most_steps=100"]) == 3
     shown = capsys.readouterr()
@@ -145,7 +141,7 @@ def test_runs_that_cannot_be_finished_keep_what_they_have(folder: Path, capsys: 
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_bad_cases_are_refused_in_one_line(folder: Path, refused: Refused, command: str) -> None:
+def test_bad_cases_are_refused_in_one_line(folder, refused, command):
     """Contract: the message of the reader, nothing computed, nothing written."""
     output = ["-o", "run.nc"] if command == "run" else []
     line = refused(command, str(PAPER), *output, "--set", "clearance.A.clearence=1 mm")
@@ -156,7 +152,7 @@ def test_bad_cases_are_refused_in_one_line(folder: Path, refused: Refused, comma
     assert [path.name for path in folder.iterdir()] == ["half.toml"]
 
 
-def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_ours_is_one_line(capsys, monkeypatch):
     """Contract: an unexpected error is named, without a traceback unless the user asks for it."""
 
     def broken(*_: object) -> None:
@@ -173,7 +169,7 @@ def test_a_fault_of_ours_is_one_line(capsys: pytest.CaptureFixture[str], monkeyp
     assert "Traceback" in capsys.readouterr().err
 
 
-def test_check_says_what_would_be_run(folder: Path, answer: Callable[..., str]) -> None:
+def test_check_says_what_would_be_run(folder, answer):
     """Contract: mechanism, drive, joint and method of the paper's case."""
     shown = answer("check", PAPER)
     joint = ("Joint A: clearance 0.5 mm", "friction lugre")
@@ -181,7 +177,7 @@ def test_check_says_what_would_be_run(folder: Path, answer: Callable[..., str]) 
     assert not list(folder.iterdir())
 
 
-def test_curves_take_no_second_run(folder: Path) -> None:
+def test_curves_take_no_second_run(folder):
     """Identity: samples = "auto" takes the steps of a run with equally spaced samples, and has its samples among its own."""
     command = ["run", str(PAPER), *SHORT[:4], "-q", "--samples"]
     assert status_of([*command, "101", "-o", "plain.nc"]) == 0
@@ -202,9 +198,7 @@ def test_curves_take_no_second_run(folder: Path) -> None:
         ("press", ("--set", "run.until=20 ms"), "auto"),
     ],
 )
-def test_a_run_is_drawn_with_the_samples_that_are_saved(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, case: str, options: tuple[str, ...], number: int | str
-) -> None:
+def test_a_run_is_drawn_with_the_samples_that_are_saved(folder, monkeypatch, case, options, number):
     """Identity: pictures beside a run, pictures of its file, and the file have the same samples; `samples` is respected."""
     drawn: list[xr.Dataset] = []
     monkeypatch.setattr("scissordyn.plot.report.draw_all", lambda run, *_, **__: drawn.append(run) or [])
@@ -221,7 +215,7 @@ def test_a_run_is_drawn_with_the_samples_that_are_saved(
 
 
 @pytest.mark.parametrize("case", ["paper", "four_bar", "slider_crank"])
-def test_check_estimates_no_duration(folder: Path, answer: Callable[..., str], case: str) -> None:
+def test_check_estimates_no_duration(folder, answer, case):
     """Identity: `check` says the same of a run of 1e9 s as of one of milliseconds: its beginning is not extrapolated."""
     records = []
     for until in ("1 ms", "1e9 s"):
@@ -232,7 +226,7 @@ def test_check_estimates_no_duration(folder: Path, answer: Callable[..., str], c
     assert records[0] == records[1]
 
 
-def test_check_takes_what_a_run_takes(folder: Path, answer: Callable[..., str]) -> None:
+def test_check_takes_what_a_run_takes(folder, answer):
     """Identity: a loop that its loose pin alone closes has no ideal assembly; check warns of that and agrees with run."""
     (folder / "loop.toml").write_text(LOOP)
     answer("run", "loop.toml")
@@ -242,7 +236,7 @@ def test_check_takes_what_a_run_takes(folder: Path, answer: Callable[..., str]) 
 @pytest.mark.parametrize(
     "structure", ["scissor", "polar", "ring", "mast", "slider-crank", "four-bar", "n-four-bar", "mechanism"]
 )
-def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.CaptureFixture[str], structure: str) -> None:
+def test_new_prints_a_case_that_can_be_checked(folder, capsys, structure):
     """Contract: the printed case file is accepted."""
     assert status_of(["new", structure]) == 0
     (folder / "case.toml").write_text(capsys.readouterr().out)
@@ -250,7 +244,7 @@ def test_new_prints_a_case_that_can_be_checked(folder: Path, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize("name", ["film.gif", "film.html"])
-def test_a_film_is_made_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+def test_a_film_is_made_when_asked_for(folder, capsys, name):
     """Contract: the file that is named is there, of its kind, and nothing else."""
     assert status_of(["run", str(PAPER), "--animate", name, *SHORT]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == name
@@ -258,13 +252,13 @@ def test_a_film_is_made_when_asked_for(folder: Path, capsys: pytest.CaptureFixtu
     assert (folder / name).read_bytes().startswith(b"GIF89a" if name == "film.gif" else b"<!DOCTYPE html>")
 
 
-def test_help_is_shown_when_nothing_is_typed(answer: Callable[..., str]) -> None:
+def test_help_is_shown_when_nothing_is_typed(answer):
     """Contract: the four commands."""
     shown = answer()
     assert all(f" {command} " in shown for command in ("run", "check", "new", "laws"))
 
 
-def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
+def test_a_bar_moves_on_a_terminal_only(folder):
     """Contract: a process on a pseudo-terminal draws a bar on stderr; through a pipe stderr stays empty."""
     command = [sys.executable, "-m", "scissordyn.cli.main", "run", str(PAPER), *SHORT]
     piped = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
@@ -282,7 +276,7 @@ def test_a_bar_moves_on_a_terminal_only(folder: Path) -> None:
     assert b"of 3 ms" in drawn
 
 
-def test_heavy_libraries_are_imported_when_needed() -> None:
+def test_heavy_libraries_are_imported_when_needed():
     """Contract: what the entry point and the helps of all commands load."""
     code = (
         "import sys; from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]; print(*sys.modules)"
@@ -293,7 +287,7 @@ def test_heavy_libraries_are_imported_when_needed() -> None:
 
 
 @pytest.mark.parametrize(("command", "files"), [("run", False), ("run", True), ("check", False)])
-def test_commands_go_without_heavy_libraries(folder: Path, command: str, files: bool) -> None:
+def test_commands_go_without_heavy_libraries(folder, command, files):
     """Identity: what is loaded for a few rigid bodies, whose run is shown, and saved where that is asked for."""
     code = "import sys; from scissordyn.cli.main import status_of; status_of(sys.argv[1:]); print(*sys.modules)"
     output, short = ("-o", "run.nc") if files else (), SHORT if command == "run" else ()
@@ -303,7 +297,7 @@ def test_commands_go_without_heavy_libraries(folder: Path, command: str, files: 
     assert not {"scipy", "xarray", "pandas", "dask", "pint", "matplotlib"} & set(loaded)
 
 
-def test_simulate_imports_no_heavy_libraries() -> None:
+def test_simulate_imports_no_heavy_libraries():
     """Contract: what is loaded before a run has been computed, from which a Dataset is made."""
     code = "import sys; from scissordyn import simulate, Mechanism, read_case; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
@@ -311,7 +305,7 @@ def test_simulate_imports_no_heavy_libraries() -> None:
     assert not {"scipy", "xarray", "pandas", "h5py", "pint", "matplotlib"} & set(loaded)
 
 
-def test_pictures_are_drawn_when_asked_for(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_pictures_are_drawn_when_asked_for(folder, capsys):
     """Contract: the files that are named are there, pictures, and nothing else."""
     assert status_of(["run", str(PAPER), "--plot", "new/figures", *SHORT]) == 0
     named = [Path(line) for line in capsys.readouterr().out.splitlines() if line.endswith(".png")]

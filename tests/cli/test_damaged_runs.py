@@ -1,18 +1,14 @@
 """Damaged runs: every command that reads one refuses it in one line with status 2, or does what can be done."""
 
-from __future__ import annotations
-
 import random
 import shutil
 import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import add_checksum, write_as_other
 
 import scissordyn as sd
@@ -25,7 +21,7 @@ QUICK_FILES, ALL, BLOCK = 20, 1020, 50
 Said = Callable[..., tuple[int, str]]
 
 
-ATTRIBUTES: tuple[Any, ...] = (
+ATTRIBUTES = (
     *("", "soon", "{", "[]", "{}", "null", "NaN", '{"mechanism": {}}', '{"steps": "x"}', "[3]", '"x"', "x" * 5000),
     *(0, -1, 3.5, 1e308, float("nan"), float("inf"), np.array([1.0, 2.0]), np.array([], float), np.int8(3), True),
 )
@@ -35,10 +31,10 @@ ATTRIBUTES: tuple[Any, ...] = (
 NUMBERS = (float("nan"), float("inf"), -float("inf"), 1e308, -1e308, 5e-324, 0.0, -1.0)
 
 # Units, most of them wrong, that replace the unit of a stored variable
-UNITS: tuple[Any, ...] = ("", "furlong", "1", "m", "N m/s^2", 3, 2.5, np.array([1.0, 2.0]), "$\\frac{", "x" * 500)
+UNITS = ("", "furlong", "1", "m", "N m/s^2", 3, 2.5, np.array([1.0, 2.0]), "$\\frac{", "x" * 500)
 
 
-def damaged_run(whole: Path, target: Path, number: int) -> None:
+def damaged_run(whole, target, number):
     """Write a damaged copy of a run; equal numbers give equal damage."""
     chance = random.Random(number)
     if chance.random() < 0.15:
@@ -57,11 +53,11 @@ def damaged_run(whole: Path, target: Path, number: int) -> None:
 
 
 @cache
-def _loaded(path: Path) -> xr.Dataset:
+def _loaded(path):
     return sd.load(path)
 
 
-def _bytes(content: bytes, chance: random.Random) -> bytes:
+def _bytes(content, chance):
     """Return the content cut off, or with some bytes replaced."""
     if chance.random() < 0.5:
         return content[: chance.randrange(len(content))]
@@ -71,7 +67,7 @@ def _bytes(content: bytes, chance: random.Random) -> bytes:
     return bytes(changed)
 
 
-def _attribute(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
+def _attribute(run, chance):
     """Return the run with an attribute removed or replaced; attributes that commands read are chosen more often."""
     name = chance.choice((*run.attrs, *("end", "title", "configuration", "status", "trusted_until", "statistics", "warnings")))
     attributes = {key: value for key, value in run.attrs.items() if key != name}
@@ -86,7 +82,7 @@ def _attribute(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
     return changed
 
 
-def _about(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
+def _about(run, chance):
     """Return the run with unit or long name of a variable removed or replaced."""
     changed = run.copy(deep=True)
     about = changed[chance.choice(list(map(str, run.variables)))].attrs
@@ -98,7 +94,7 @@ def _about(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
     return changed
 
 
-def _variable(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
+def _variable(run, chance):
     """Return the run with a variable removed or cut, or with another type, dimension or numbers."""
     name = chance.choice(list(map(str, run.variables)))
     old, kind = run[name], chance.random()
@@ -129,7 +125,7 @@ def _variable(run: xr.Dataset, chance: random.Random) -> xr.Dataset:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+def whole(tmp_path_factory):
     """Return the paths of saved runs: the paper's array with its horizon, and a lift with end stops and a rod."""
     folder, made = tmp_path_factory.mktemp("whole"), []
     for name, until, extra in (("paper", "2 ms", ("--trust",)), ("lift", "20 ms", ())):
@@ -158,13 +154,13 @@ AGAIN = ("run", "damaged.nc", "--events", "3")  # Command that runs the case of 
 FILES_PER_PICTURE = 10  # Number of damaged files of which one is drawn and one is run again, because each takes seconds
 
 
-def command_of(number: int) -> tuple[str, ...]:
+def command_of(number):
     """Return the command that reads the damaged file with this number."""
     turn = number // FILES_PER_PICTURE
     return {3: DRAWING[turn % len(DRAWING)], 7: AGAIN}.get(number % FILES_PER_PICTURE, READING[(number + turn) % len(READING)])
 
 
-def tried(said: Said, whole: list[Path], first: int, last: int) -> set[int]:
+def tried(said, whole, first, last):
     """Run a command on damaged runs, a different command for each in turn, and return the statuses."""
     found = set()
     for number in range(first, last):
@@ -177,19 +173,19 @@ def tried(said: Said, whole: list[Path], first: int, last: int) -> set[int]:
     return found
 
 
-def test_damaged_runs(said: Said, whole: list[Path], folder: Path) -> None:
+def test_damaged_runs(said, whole, folder):
     """Contract: of twenty damaged files each is refused in one line or read; some do each."""
     assert {0, 2} <= tried(said, whole, 0, QUICK_FILES)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(QUICK_FILES, ALL, BLOCK))
-def test_a_thousand_damaged_runs(said: Said, whole: list[Path], folder: Path, first: int) -> None:
+def test_a_thousand_damaged_runs(said, whole, folder, first):
     """Contract: as above, for a thousand further files."""
     assert 2 in tried(said, whole, first, first + BLOCK)
 
 
-def test_a_flipped_bit_is_noticed_by_every_command(said: Said, whole: list[Path], folder: Path) -> None:
+def test_a_flipped_bit_is_noticed_by_every_command(said, whole, folder):
     """Contract: one bit of a number that would be read is flipped; nothing is shown, drawn or written of the run."""
     content, first = whole[0].read_bytes(), sd.load(whole[0])["position"].values[1, 0, 0].tobytes()
     Path("damaged.nc").write_bytes(content.replace(first, bytes([first[0] ^ 1]) + first[1:]))
@@ -200,12 +196,12 @@ def test_a_flipped_bit_is_noticed_by_every_command(said: Said, whole: list[Path]
         assert "does not match its checksum" in line, command
 
 
-def without(values: xr.DataArray, name: str) -> xr.DataArray:
+def without(values, name):
     """Return values with an attribute removed."""
     return values.drop_attrs(deep=False).assign_attrs({key: value for key, value in values.attrs.items() if key != name})
 
 
-DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
+DAMAGES = {
     "end": lambda run: run.assign_attrs(end="soon"),
     "statistics": lambda run: run.assign_attrs(statistics="[]"),
     "position": lambda run: run.assign(position=without(run["position"], "units")),
@@ -217,7 +213,7 @@ DAMAGES: dict[str, Callable[[xr.Dataset], xr.Dataset]] = {
 
 
 @pytest.mark.parametrize("named", DAMAGES)
-def test_damage_is_named(said: Said, whole: list[Path], folder: Path, named: str) -> None:
+def test_damage_is_named(said, whole, folder, named):
     """Contract: a command refuses a damaged run, and names the attribute or the variable; every command does for one damage."""
     shutil.copy(whole[0], "whole.nc")
     write_as_other(DAMAGES[named](sd.load(whole[0])), "damaged.nc")

@@ -1,7 +1,5 @@
 """Files that the commands read, execute, refuse, copy and overwrite."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -22,7 +20,7 @@ Refused = Callable[..., str]
 
 
 @pytest.mark.parametrize("name", ["case.toml", "case.TOML", "case.txt", "case"])
-def test_the_case_file_survives(folder: Path, refused: Refused, name: str) -> None:
+def test_the_case_file_survives(folder, refused, name):
     """Contract: whatever it is called, by whatever way it is named, and whatever the result is."""
     case = folder / name
     case.write_text(PAPER.read_text())
@@ -41,7 +39,7 @@ def test_the_case_file_survives(folder: Path, refused: Refused, name: str) -> No
     assert all(path.read_text() == PAPER.read_text() for path in folder.iterdir())
 
 
-def test_results_may_be_replaced(folder: Path, refused: Refused) -> None:
+def test_results_may_be_replaced(folder, refused):
     """Contract: by results of their kind, except that a saved run is not replaced by itself run again."""
     for _ in range(2):
         assert status_of(["run", str(PAPER), "-o", "run.nc", "--animate", "film.html", *SHORT]) == 0
@@ -50,7 +48,7 @@ def test_results_may_be_replaced(folder: Path, refused: Refused) -> None:
     assert sd.load("run.nc").sizes["time"] == 31
 
 
-def test_what_has_no_end_is_not_read(folder: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_has_no_end_is_not_read(folder, refused, monkeypatch):
     """Contract: devices, pipes, folders and huge files are refused as case files, as tables and as saved runs."""
     os.mkfifo("pipe")
     os.mkfifo("pipe.nc")
@@ -79,7 +77,7 @@ def soft(indentation, stiffness):
 """
 
 
-def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> None:
+def test_code_of_a_saved_run_needs_consent(folder, refused):
     """Contract: a case file may name a Python file; a saved run is run again only if the user names that file."""
     (folder / "my_laws.py").write_text(LAWS)
     law = ("--set", "clearance.A.stiffness={ law = 'my_laws.py:soft', stiffness = 1e8 }")
@@ -96,7 +94,7 @@ def test_code_of_a_saved_run_needs_consent(folder: Path, refused: Refused) -> No
     assert "digest" in refused("run", "run.nc", "--allow-code", "my_laws.py")
 
 
-def test_names_in_messages_are_text(folder: Path, refused: Refused) -> None:
+def test_names_in_messages_are_text(folder, refused):
     """Contract: neither a name in a case file nor the name of a file can send codes to the terminal."""
     for name in ("[/red]", "\x1b[31mred\x1b[0m", "two\nlines", "\u202eleft", "\x9b31m"):
         refused("check", str(PAPER), "--set", f"drive.{name}=3")
@@ -104,7 +102,7 @@ def test_names_in_messages_are_text(folder: Path, refused: Refused) -> None:
         assert "cannot read" in refused("run", f"{name}.nc")
 
 
-def test_examples_are_listed_and_printed_as_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_examples_are_listed_and_printed_as_they_are(capsys):
     """Contract: a line for each, and what to type next; then the text of the file."""
     assert status_of(["examples"]) == 0
     shown = capsys.readouterr().out
@@ -116,7 +114,7 @@ def test_examples_are_listed_and_printed_as_they_are(capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out == (EXAMPLES / "paper.toml").read_text()
 
 
-def test_all_are_copied_and_nothing_is_overwritten(folder: Path, refused: Refused) -> None:
+def test_all_are_copied_and_nothing_is_overwritten(folder, refused):
     """Contract: studies find their cases; a second copy changes nothing, another file of the name is kept."""
     for _ in range(2):
         assert status_of(["examples", "-o", "mine"]) == 0

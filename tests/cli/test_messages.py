@@ -1,9 +1,5 @@
 """Messages name the key, the file and the line that are at fault, and what to write there."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 from scissordyn.cli.main import status_of
@@ -13,15 +9,15 @@ JOINT = '[[joint]]\nname = "O"\njournal = "crank.start"\nbearing = "ground.O"\n'
 RUN = '[run]\nuntil = "1 ms"\n'  # Table [run], part of a case file
 
 
-def body(name: str, x: float) -> str:
+def body(name, x):
     return f'[[body]]\nname = "{name}"\nmass = "1 kg"\nlength = "0.5 m"\nposition = "{x}, 0 m"\n'
 
 
-def mechanism(*parts: str) -> str:
+def mechanism(*parts):
     return '[structure]\nkind = "mechanism"\n' + GROUND + body("crank", 0.0) + JOINT + "".join(parts) + RUN
 
 
-def said(text: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, command: str = "check") -> tuple[int, str]:
+def said(text, capsys, tmp_path, command="check"):
     """Run a command on a case with this text; return status and output."""
     case = tmp_path / "case.toml"
     case.write_text(text)
@@ -37,9 +33,7 @@ def said(text: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, command:
         ('[[control]]\nname = "servo"\ncontroller = { name = "pid", proportional = "1 N m/rad" }\n', "control"),
     ],
 )
-def test_a_drive_without_a_body_names_the_key(
-    table: str, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_drive_without_a_body_names_the_key(table, place, tmp_path, capsys):
     status, error = said(mechanism(table), capsys, tmp_path)
     assert status == 2
     assert f": {place}" in error
@@ -48,9 +42,7 @@ def test_a_drive_without_a_body_names_the_key(
 
 
 @pytest.mark.parametrize("command", ["check", "run", "preview"])
-def test_a_mechanism_that_cannot_be_assembled_names_its_file(
-    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mechanism_that_cannot_be_assembled_names_its_file(command, tmp_path, capsys):
     far = '[[ground]]\nname = "P"\nposition = "9, 0 m"\n[[joint]]\nname = "P"\njournal = "crank.end"\nbearing = "ground.P"\n'
     text = (
         mechanism(far).replace(GROUND, GROUND + far.split("[[joint]]")[0]).replace(far, "[[joint]]" + far.split("[[joint]]")[1])
@@ -69,19 +61,14 @@ def test_a_mechanism_that_cannot_be_assembled_names_its_file(
             (body("a", 2.0), body("b", 2.5), '[[joint]]\nname = "ab"\njournal = "b.start"\nbearing = "a.end"\n'),
             "bodies 'a', 'b' are connected to each other, but to nothing else",
         ),
-        (
-            (body("hung", 2.0), '[[spring]]\nname = "s"\nstart = "ground.O"\nend = "hung.start"\nstiffness = "1 N/mm"\n'),
-            "",
-        ),
+        ((body("hung", 2.0), '[[spring]]\nname = "s"\nstart = "ground.O"\nend = "hung.start"\nstiffness = "1 N/mm"\n'), ""),
         (
             (body("pushed", 2.0), '[[force]]\nname = "f"\npoint = "pushed.end"\nforce = "1, 0 N"\n'),
             "body 'pushed' is connected to nothing else: it moves alone",
         ),
     ],
 )
-def test_check_names_bodies_that_nothing_connects(
-    parts: tuple[str, ...], expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_check_names_bodies_that_nothing_connects(parts, expected, tmp_path, capsys):
     status, printed = said(mechanism(*parts), capsys, tmp_path)
     assert status == 0
     assert f"Warning: {expected}." in printed if expected else "connected" not in printed
@@ -90,9 +77,7 @@ def test_check_names_bodies_that_nothing_connects(
 @pytest.mark.parametrize(
     ("typed", "likely"), [("5 kNm", "kN m"), ("5 Nm", "N m"), ("5 Nmm", "N mm"), ("5 MNm", "MN m"), ("5 mNmm", "mN mm")]
 )
-def test_a_unit_without_its_blank_is_suggested_with_it(
-    typed: str, likely: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_unit_without_its_blank_is_suggested_with_it(typed, likely, tmp_path, capsys):
     table = f'[[torque]]\nname = "t"\nbody = "crank"\ntorque = "{typed}"\n'
     status, error = said(mechanism(table), capsys, tmp_path)
     assert status == 2
@@ -110,9 +95,7 @@ def test_a_unit_without_its_blank_is_suggested_with_it(
         ('{ law = "lugre", }', "has a comma before its closing brace"),
     ],
 )
-def test_an_inline_table_of_later_toml_is_named(
-    table: str, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_inline_table_of_later_toml_is_named(table, expected, tmp_path, capsys):
     text = f'[structure]\nkind = "scissor"\n[drive]\nspeed = "1 rpm"\n[[clearance]]\njoint = "A"\nfriction = {table}\n{RUN}'
     status, error = said(text, capsys, tmp_path)
     assert status == 2

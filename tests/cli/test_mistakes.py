@@ -6,7 +6,7 @@ import inspect
 import re
 import shlex
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,7 @@ STUDY = 'case = "case.toml"\nmeasures = ["peak_force"]\n[vary]\n"A.clearance" = 
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """Return a folder with a case, a study, a saved run, measured data and drawings of other programs."""
     place = tmp_path_factory.mktemp("mistakes")
     (place / "case.toml").write_text(CASE, encoding="utf-8")
@@ -79,9 +79,7 @@ def line_of(mistake: dict[str, Any], capfd: pytest.CaptureFixture[str]) -> str:
 
 
 @pytest.mark.parametrize(("kind", "mistake"), MISTAKES, ids=[f"{kind}-{k}" for k, (kind, _) in enumerate(MISTAKES)])
-def test_the_line(
-    kind: str, mistake: dict[str, Any], folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_line(kind, mistake, folder, monkeypatch, capfd):
     """Identity: the line of the table, where lists of names are cut; it says what came, and what is allowed or to be typed."""
     monkeypatch.chdir(folder)
     line = line_of(mistake, capfd)
@@ -90,12 +88,12 @@ def test_the_line(
     assert any(help_ in line for help_ in HELPS), kind
 
 
-def test_the_table_has_every_class() -> None:
+def test_the_table_has_every_class():
     """Identity: 120 mistakes and more, each once."""
     assert len(MISTAKES) >= 120
     assert len({repr({**mistake, "line": ""}) for _, mistake in MISTAKES}) == len(MISTAKES)
     assert {re.sub("_", " ", kind) for kind in TABLE} == {
-        *("units", "names", "types", "tables", "files", "commands", "physics", "studies", "python", "import"),
+        *("units", "names", "types", "tables", "files", "commands", "physics", "studies", "python", "import")
     }
 
 
@@ -162,9 +160,7 @@ TOO_MANY = (
         *((command, "expected a whole number >= 1 and <= 10000000") for command in TOO_MANY),
     ],
 )
-def test_what_is_wrong_is_said(
-    command: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
-) -> None:
+def test_what_is_wrong_is_said(command, says, tmp_path, monkeypatch, refused):
     """Limit: one short line with status 2, although nothing can be computed here; nothing is left behind or changed."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("scissordyn.run.simulate.compute_results", None)
@@ -183,7 +179,7 @@ def test_what_is_wrong_is_said(
     assert {path.name: path.read_text() for path in tmp_path.iterdir() if path.name != "paper"} == files
 
 
-def test_samples_fit_into_the_free_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]) -> None:
+def test_samples_fit_into_the_free_memory(tmp_path, monkeypatch, refused):
     """Limit: as many samples as the free memory holds twice, as arrays and as a file; one more is refused before the run."""
     case = EXAMPLES / "paper.toml"
     (tmp_path / "meminfo").write_text("MemTotal: 8000000 kB\nMemAvailable: 1000000 kB\n")
@@ -198,12 +194,12 @@ def test_samples_fit_into_the_free_memory(tmp_path: Path, monkeypatch: pytest.Mo
     sample_memory.check_samples(plan(sd.read_case(case).mechanism), most)
 
 
-def test_size_of_a_grid() -> None:
+def test_size_of_a_grid():
     """Closed form: the number of a grid's points without its points."""
     assert design_size(Design("grid"), [sd.Interval(0.0, 1.0, count=10**9)] * 4) == 10**36
 
 
-def test_one_at_a_time_takes_each_level_once() -> None:
+def test_one_at_a_time_takes_each_level_once():
     """Contract: the base, then the levels of one factor after the other, whichever points are asked for."""
     variations = [sd.Levels((1.0, 2.0)), sd.Interval(5.0, 7.0, count=3)]
     base = np.array([0.0, 4.0])
@@ -213,7 +209,7 @@ def test_one_at_a_time_takes_each_level_once() -> None:
     assert design_values(design, variations, base, np.array([5, 2])).tolist() == [whole[5], whole[2]]
 
 
-def test_names_with_equals_signs_can_be_varied() -> None:
+def test_names_with_equals_signs_can_be_varied():
     """Contract: the values follow the last equals sign, or one before a distribution; the parameter is named as a whole."""
     drawn = "d=e.speed=norm(loc=1, scale=0.1) rpm"
     given = ["a=b.clearance=0.1..0.2 mm", "c.mass=table(x=y.csv) kg", drawn, "gravity=9, 10 m/s^2"]
@@ -238,7 +234,7 @@ def slips() -> Iterator[tuple[str, str, str]]:
             yield name, keyword, keyword[:-2] + keyword[-1] if len(keyword) > 3 else f"{keyword[:-1]}xx"
 
 
-def test_unknown_keywords() -> None:
+def test_unknown_keywords():
     """Contract: an unknown keyword of a function that compares its arguments is answered with the nearest keyword."""
     tried = list(slips())
     assert {"scissor", "simulate", "statics", "with_bending"} <= {name for name, _, _ in tried}
@@ -247,7 +243,7 @@ def test_unknown_keywords() -> None:
             getattr(sd, name)(**{slip: 1})
 
 
-def test_each_help_has_an_example(capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_help_has_an_example(capsys):
     """Contract: every command has one, which begins with its name."""
     for name, (_, _, example) in COMMANDS.items():
         assert example.startswith(f"scissordyn {name}")

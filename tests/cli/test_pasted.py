@@ -37,19 +37,19 @@ def pasted(line: str, folder: Path) -> list[str]:
 
 
 @pytest.mark.parametrize("name", [BAD, "plain.db", "a b", "--rm", "~/x", "é", "a\\b", "*", "#", "!x"])
-def test_words_stay_words(name: str, tmp_path: Path) -> None:
+def test_words_stay_words(name, tmp_path):
     """Contract: what the shell makes of a command are the words that it was made of."""
     assert pasted(command("scissordyn", "study", "resume", name), tmp_path) == ["study", "resume", name]
 
 
-def test_a_line_break_is_no_command(tmp_path: Path) -> None:
+def test_a_line_break_is_no_command(tmp_path):
     """Contract: a name of two lines, or with an escape code, stays one harmless word."""
     line = command("scissordyn", "study", "resume", "a\ntouch pasted\n\x1b[2J")
     assert line.isprintable()
     assert len(pasted(line, tmp_path)) == 3
 
 
-def test_commands_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_of_a_study(tmp_path, capsys, monkeypatch):
     """Contract: the store is one word in each command that sweep, status and report show, in the report as well."""
     monkeypatch.chdir(tmp_path)
     Path("case.toml").write_text(paper_case("2 ms"))
@@ -88,13 +88,13 @@ OURS = {"what": "one of the words of the command", "next(iter(FIGURES))": "a num
 
 
 @pytest.fixture(scope="module")
-def nodes() -> list[tuple[Path, ast.expr]]:
+def nodes():
     """Return all texts with placeholders and all errors in the sources of the package, with their files."""
     trees = ((path, ast.parse(path.read_text(encoding="utf-8"))) for path in SOURCES.rglob("*.py"))
     return [(path, node) for path, tree in trees for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.Call)]
 
 
-def test_every_command_is_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
+def test_every_command_is_quoted(nodes):
     """Contract: whatever is put into a command, in any text of the package, goes through `errors.command`."""
     looked_at = 0
     for path, node in nodes:
@@ -105,7 +105,7 @@ def test_every_command_is_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
     assert looked_at >= 4
 
 
-def test_options_that_are_shown_are_quoted(nodes: list[tuple[Path, ast.expr]]) -> None:
+def test_options_that_are_shown_are_quoted(nodes):
     """Contract: so does what stands behind an option in the last argument of an error, but for whole numbers and our names."""
     allowed = {"2 * study.design.points", "','.join(makers)", "example(quantity)", "ending", "POINTS_MIN", "words[0]"}
     for path, node in nodes:
@@ -135,9 +135,7 @@ def soft(indentation, stiffness):
 """
 
 
-def test_reading_a_study_executes_nothing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_reading_a_study_executes_nothing(tmp_path, capsys, monkeypatch):
     """Contract: status, report and export of a study with a law of the user's own do not need, or execute, its file."""
     monkeypatch.chdir(tmp_path)
     laws, mark = tmp_path / "my_laws.py", tmp_path / "executed"
@@ -166,9 +164,7 @@ def test_reading_a_study_executes_nothing(
 
 @pytest.mark.parametrize("content", ["root:x:0:0:secret\n", "time [ms], angle [deg]\n0 1\nsecret 2\n", "secret"])
 @pytest.mark.parametrize("place", ["drive.table", "--cluster"])
-def test_no_text_of_another_file_is_shown(
-    content: str, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_text_of_another_file_is_shown(content, place, tmp_path, capsys, monkeypatch):
     """Contract: a case that names a file as its table, as somebody else's may, shows nothing that is in it."""
     monkeypatch.chdir(tmp_path)
     Path("other").write_text(content if place == "drive.table" else f"a: [\n{content}")

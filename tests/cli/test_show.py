@@ -1,11 +1,8 @@
 """Results as people read them."""
 
-from __future__ import annotations
-
 import io
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,12 +24,12 @@ from scissordyn.units import short
     ("largest", "letter"),
     [(0.0, ""), (math.nan, ""), (1.0, ""), (999.0, ""), (1e3, "k"), (0.5, "m"), (2e-5, "µ"), (1e-15, "p")],
 )
-def test_prefix_leaves_a_number_between_one_and_a_thousand(largest: float, letter: str) -> None:
+def test_prefix_leaves_a_number_between_one_and_a_thousand(largest, letter):
     """Closed form: engineering prefixes."""
     assert PREFIXES[prefix(largest)] == letter
 
 
-def test_column_has_one_unit_and_aligned_decimals() -> None:
+def test_column_has_one_unit_and_aligned_decimals():
     """Contract: decimals as the largest needs for five digits, more for fewer than three; unknown is a dash."""
     unit, texts = column(np.array([12345.6, -1.0, math.nan]), "N")
     assert unit == "kN"
@@ -42,19 +39,19 @@ def test_column_has_one_unit_and_aligned_decimals() -> None:
     assert column(np.array([math.nan]), "s") == ("s", ["-"])
 
 
-def test_change_in_words() -> None:
+def test_change_in_words():
     """Closed form: percent, and multiples from ten on."""
     others = (3.0, 2.0, -1.0, 40.0, 16720.0)
     assert [change(2.0, other) for other in others] == ["+50 %", "+0 %", "-150 %", "20 times", "8360 times"]
     assert [change(0.0, other) for other in (0.0, 1.0)] == ["0 %", "-"]
 
 
-def test_one_number_in_words() -> None:
+def test_one_number_in_words():
     """Closed form: four digits."""
     assert [short(84074.9, "N"), short(0.05, "s"), short(0.0, "J")] == ["84.07 kN", "50 ms", "0 J"]
 
 
-def small_run() -> xr.Dataset:
+def small_run():
     """Return a run with three contacts of two joints, the last one unfinished, whose numbers are easy to add up."""
     along = "contact"
     return xr.Dataset(
@@ -82,7 +79,7 @@ def small_run() -> xr.Dataset:
     )
 
 
-def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
+def shown(run, rows=20, width=100):
     """Return what is printed about a run."""
     to = TextConsole(file=io.StringIO(), width=width, highlight=False)
     show_run(run, rows, to=to)
@@ -90,7 +87,7 @@ def shown(run: xr.Dataset, rows: int = 20, width: int = 100) -> str:
     return to.file.getvalue()
 
 
-def test_table_of_contacts() -> None:
+def test_table_of_contacts():
     """Contract: a row for each contact, units in the heading, a dash where the run ended first."""
     lines = shown(small_run()).splitlines()
     rows = [line.split() for line in lines if line.strip()[:2] in ("1 ", "2 ", "3 ")]
@@ -101,7 +98,7 @@ def test_table_of_contacts() -> None:
     assert heading.split() == ["contact", "joint", "[ms]", "[m/s]", "[deg]", "[kN]", "[ms]", "[ms]", "[m/s]"]
 
 
-def test_summary_adds_up() -> None:
+def test_summary_adds_up():
     """Closed form: fractions of time, largest forces and when, the energy residual, and warnings as they are."""
     text = " ".join(shown(small_run(), rows=0).split())
     assert "100 ms simulated in 250 ms: 7 steps of rodas5p, 2 rejected." in text
@@ -112,7 +109,7 @@ def test_summary_adds_up() -> None:
     assert "Warning: approach speed 1.2 m/s [above the law's range]" in text
 
 
-def test_a_run_without_contacts_has_no_table() -> None:
+def test_a_run_without_contacts_has_no_table():
     """Limit: no contact at all, no instant at all."""
     run = small_run().isel(contact=slice(0, 0), time=slice(0, 0))
     del run.attrs["trusted_until"]
@@ -122,7 +119,7 @@ def test_a_run_without_contacts_has_no_table() -> None:
     assert "Trusted" not in text
 
 
-def test_every_law_and_material_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_law_and_material_is_listed(capsys):
     """Contract: the printed list against the catalogue; each entry can be shown by its name, and has no LaTeX."""
     assert status_of(["laws"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
@@ -145,7 +142,7 @@ HOSTILE = "[/red][link=http://x]:smile:\x1b[31m\x07\u202e"
 """Text that a terminal must not interpret: markup, an emoji's name, an escape code, a bell and a change of direction."""
 
 
-def test_names_are_text() -> None:
+def test_names_are_text():
     """Contract: a name is printed as it is, its control characters as their codes, in the table, the summary and warnings."""
     run = small_run()
     run["contact_joint"] = ("contact", [HOSTILE, "unit 1/pivot", HOSTILE])
@@ -155,7 +152,7 @@ def test_names_are_text() -> None:
     assert not any(letter in text for letter in "\x1b\x07\u202e")
 
 
-def many_joints(names: list[str]) -> xr.Dataset:
+def many_joints(names):
     """Return a run with one contact of each joint, the first with the smallest force."""
     run = small_run().isel(contact=np.zeros(len(names), int))
     run["contact_joint"] = ("contact", names)
@@ -163,7 +160,7 @@ def many_joints(names: list[str]) -> xr.Dataset:
     return run
 
 
-def test_many_joints_are_a_table() -> None:
+def test_many_joints_are_a_table():
     """Contract: one row for each joint, the largest force first, in place of a sentence for each."""
     names = [f"unit {k}/pivot" for k in range(1, 13)]
     text = shown(many_joints(names), rows=0)
@@ -174,7 +171,7 @@ def test_many_joints_are_a_table() -> None:
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 100])
-def test_narrow_tables_never_cut_digits(width: int) -> None:
+def test_narrow_tables_never_cut_digits(width):
     """Contract: every number of the columns that are shown is there with all its digits, whatever the width."""
     run = many_joints(["a joint with a name that is much too long for any table", "B", "C", "D"])
     text = shown(run, width=width)
@@ -194,9 +191,7 @@ def test_narrow_tables_never_cut_digits(width: int) -> None:
         (["controllers", "feed-forward"], {"eccentricity_rate_damping", "regularisation_length"}),
     ],
 )
-def test_names_can_be_typed_from_a_narrow_table(
-    command: list[str], names: set[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_names_can_be_typed_from_a_narrow_table(command, names, capsys, monkeypatch):
     """Contract: names and defaults, which are copied into case files, are not cut where the terminal has 60 columns."""
     for module in ("output", "catalogue"):
         monkeypatch.setattr(f"scissordyn.cli.{module}.console", lambda: TextConsole(highlight=False, width=60))
@@ -207,14 +202,14 @@ def test_names_can_be_typed_from_a_narrow_table(
     assert not any("…" in line for line in lines)
 
 
-def test_formulas_are_readable() -> None:
+def test_formulas_are_readable():
     """Closed form: fractions, Greek letters and powers in characters."""
     assert plain_formula(r"\frac{8(1-c_e)}{5 c_e}") == "(8(1-c_e))/(5 c_e)"
     assert plain_formula(r"\ln\frac{a}{b} + \sigma_0^2") == "ln(a/b) + σ_0²"
     assert plain_formula(r"z' = v - \frac{|v|}{g(v)} z,\quad F = K \delta^{3/2}") == "z' = v - |v|/(g(v)) z,\nF = K δ^(3/2)"
 
 
-def test_run_and_check_for_other_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_run_and_check_for_other_programs(tmp_path, capsys):
     """Contract: --json prints one line with the figures of the run that is saved; --quiet prints nothing."""
     case, saved = tmp_path / "case.toml", tmp_path / "run.nc"
     case.write_text(paper_case("3 ms"))

@@ -3,15 +3,12 @@
 The first Ctrl-C or SIGTERM ends a command soon and keeps what is done, the second ends it at once.
 """
 
-from __future__ import annotations
-
 import os
 import select
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -26,7 +23,7 @@ LONG = ("--set", "run.until=2000 s", "--set", "run.most_steps=1000000000", "--se
 
 
 @contextmanager
-def started(*command: str, **own: str) -> Iterator[subprocess.Popen[str]]:
+def started(*command, **own):
     """Start a process that leads its own group, as a command of a shell does, and kill the group at the end."""
     process = subprocess.Popen(
         command, env={**os.environ, **own}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -39,19 +36,19 @@ def started(*command: str, **own: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-def ended(process: subprocess.Popen[str]) -> tuple[str, str]:
+def ended(process):
     """Return the output and the errors of a process that should end now."""
     return process.communicate(timeout=100)
 
 
-def members(group: int) -> list[str]:
+def members(group):
     """Return the processes of a group, without those that have ended and wait for their parent."""
     listed = subprocess.run(["ps", "-e", "-o", "pgid=,stat=,args="], capture_output=True, text=True, check=True).stdout
     rows = [row.split(None, 2) for row in listed.splitlines()]
     return [" ".join(row) for row in rows if row[0] == str(group) and row[1][0] != "Z"]
 
 
-def living(group: int) -> list[str]:
+def living(group):
     """Return the processes of a group that have not ended after a while."""
     for _ in range(200):
         if not (found := members(group)):
@@ -60,7 +57,7 @@ def living(group: int) -> list[str]:
     return found
 
 
-def wait_for(condition: object, process: subprocess.Popen[str], seconds: float = 300.0) -> None:
+def wait_for(condition, process, seconds=300.0):
     """Wait until a condition holds, while a process runs."""
     assert callable(condition)
     until = time.monotonic() + seconds
@@ -70,7 +67,7 @@ def wait_for(condition: object, process: subprocess.Popen[str], seconds: float =
         time.sleep(0.05)
 
 
-def says(process: subprocess.Popen[str], text: str) -> None:
+def says(process, text):
     """Wait for a line of a process."""
     assert process.stdout is not None
     assert select.select([process.stdout], [], [], 300.0)[0]
@@ -93,7 +90,7 @@ entry.run()
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_run_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, status: int) -> None:
+def test_a_run_that_is_stopped_is_kept(tmp_path, number, status):
     """Contract: either signal ends a run, which is saved and marked, and the file is named."""
     target = tmp_path / "part.nc"
     command = (sys.executable, "-c", RUN_THAT_ANNOUNCES, "run", str(EXAMPLES / "paper.toml"), "-o", str(target), *LONG)
@@ -126,7 +123,7 @@ SCAN = ("--over", "A.clearance", "--from", "0.1 mm", "--to", "0.2 mm", "--values
         pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow),
     ],
 )
-def test_a_diagram_that_is_stopped_is_kept(tmp_path: Path, number: signal.Signals, whole_group: bool) -> None:
+def test_a_diagram_that_is_stopped_is_kept(tmp_path, number, whole_group):
     """Contract: a signal to the command or to its whole group ends it, and the file holds what was done."""
     target = tmp_path / "diagram.nc"
     command = sys.executable, "-c", SAVING_OFTEN, "bifurcation", str(EXAMPLES / "periodic.toml")
@@ -159,7 +156,7 @@ QUICK_PAIRS = {(SIGNALS[1], ENGINES[1]), (SIGNALS[2], ENGINES[2])}
         for engine in ENGINES
     ],
 )
-def test_the_paper_can_be_stopped(tmp_path: Path, number: signal.Signals, engine: tuple[str, str]) -> None:
+def test_the_paper_can_be_stopped(tmp_path, number, engine):
     """Contract: no process is left over, and what is done is kept and named."""
     with started(*COMMAND, "paper", "-o", str(tmp_path), *engine) as process:
         if number == signal.SIGKILL:
@@ -195,7 +192,7 @@ while True:
 
 
 @pytest.mark.parametrize(("first", "second"), [(signal.SIGINT, signal.SIGTERM), (signal.SIGTERM, signal.SIGINT)])
-def test_a_second_signal_ends_at_once(first: signal.Signals, second: signal.Signals) -> None:
+def test_a_second_signal_ends_at_once(first, second):
     """Contract: a command that is busy with the first signal, or has swallowed it, is ended by the second."""
     with started(sys.executable, "-c", STUBBORN) as process:
         says(process, "ready\n")
@@ -227,7 +224,7 @@ entry.run()
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_that_python_drops(number: signal.Signals, status: int) -> None:
+def test_a_signal_that_python_drops(number, status):
     """Contract: a signal ends the command even if it comes in `__del__` or a callback, where Python ignores exceptions."""
     with started(sys.executable, "-c", LOSING) as process:
         says(process, "ready\n")
@@ -236,7 +233,7 @@ def test_a_signal_that_python_drops(number: signal.Signals, status: int) -> None
     assert (process.returncode, err) == (status, "scissordyn: interrupted\n")
 
 
-def test_a_signal_while_the_commands_are_loaded() -> None:
+def test_a_signal_while_the_commands_are_loaded():
     """Contract: no traceback, at whatever moment of the start."""
     code = "import sys; from scissordyn.cli import entry; sys.argv[1:] = ['laws']; print('ready', flush=True); entry.run()"
     for wait in (0.02, 0.1, 0.2, 0.3, 0.4):
@@ -254,7 +251,7 @@ PROGRAM = f"{sys.executable} -m scissordyn"  # Shell command of `scissordyn`
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 
-def shell(command: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
+def shell(command, folder, **environment):
     """Run a command by bash and return its result; the status of a pipe is that of the program."""
     line = f"set -o pipefail; {command}"
     variables = {**os.environ, **environment}
@@ -262,7 +259,7 @@ def shell(command: str, folder: Path, **environment: str) -> subprocess.Complete
 
 
 @pytest.mark.parametrize("command", ["laws", "--help", "--version"])
-def test_a_full_disk(command: str, tmp_path: Path) -> None:
+def test_a_full_disk(command, tmp_path):
     """Contract: what cannot be printed is an error of one line with status 2."""
     done = shell(f"{PROGRAM} {command} > /dev/full", tmp_path)
     assert done.returncode == 2
@@ -271,7 +268,7 @@ def test_a_full_disk(command: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["laws | head -1", "--help | head -1", "laws >&-", "laws >&- 2>&-"])
-def test_nobody_reads(command: str, tmp_path: Path) -> None:
+def test_nobody_reads(command, tmp_path):
     """Contract: a pipe that is closed early and an output that is closed are no error."""
     done = shell(f"{PROGRAM} {command}", tmp_path)
     assert done.returncode == 0
@@ -280,13 +277,13 @@ def test_nobody_reads(command: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("to", ["2> /dev/full", "2>&-"])
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_no_room_for_an_error(to: str, unbuffered: str, tmp_path: Path) -> None:
+def test_no_room_for_an_error(to, unbuffered, tmp_path):
     """Contract: the status tells of an error that cannot be written, whether Python buffers it or not."""
     assert shell(f"{PROGRAM} nonsense {to}", tmp_path, PYTHONUNBUFFERED=unbuffered).returncode == 2
 
 
 @pytest.mark.parametrize("environment", [{"PYTHONIOENCODING": "ascii"}, ASCII])
-def test_ascii_terminals(environment: dict[str, str], tmp_path: Path) -> None:
+def test_ascii_terminals(environment, tmp_path):
     """Contract: letters that the encoding lacks are written as their codes."""
     command = f"{PROGRAM} run {EXAMPLES / 'paper.toml'} --set 'run.until=0.1 ms' --samples 3 -o é.nc; {PROGRAM} laws lugre"
     done = shell(command, tmp_path, **environment)

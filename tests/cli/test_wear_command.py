@@ -1,10 +1,6 @@
 """``scissordyn wear``: answers, pictures, interruption and continuation, and what is refused."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,13 +40,13 @@ atol = 1e-6
 
 
 @pytest.fixture
-def case(folder: Path) -> str:
+def case(folder):
     """Return the name of a case file whose joint wears fast."""
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     return "case.toml"
 
 
-def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_answers_and_pictures(case, folder, capfd):
     """Contract: the answers, the file and the pictures; the same in SI units as JSON, from the file, which is complete."""
     assert status_of(["wear", case, "-o", "life.nc", "--plot", "pictures"]) == 0
     lines = capfd.readouterr().out.splitlines()
@@ -73,7 +69,7 @@ def test_answers_and_pictures(case: str, folder: Path, capfd: pytest.CaptureFixt
         assert half.any()
 
 
-def test_preview_estimates_the_life(case: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_preview_estimates_the_life(case, folder, capfd):
     """Contract: the answers of `wear` with ideal loads, and one sentence on how far to trust them; none without wear."""
     assert status_of(["preview", case]) == 0
     lines = " ".join(capfd.readouterr().out.split())
@@ -87,7 +83,7 @@ def test_preview_estimates_the_life(case: str, folder: Path, capfd: pytest.Captu
     assert "Wear" not in capfd.readouterr().out
 
 
-def test_report(case: str, folder: Path) -> None:
+def test_report(case, folder):
     """Contract: one file with the answers first, the table of joints, and a picture of each contour."""
     assert status_of(["wear", case, "--set", "wear.loads=ideal", "--report", "life.html", "-q"]) == 0
     text = (folder / "life.html").read_text(encoding="utf-8")
@@ -96,19 +92,19 @@ def test_report(case: str, folder: Path) -> None:
     assert text.count("data:image/png;base64,") == 2
 
 
-def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_command_goes_on(case, capfd, monkeypatch):
     """Contract: Ctrl-C leaves the simulated states in the file; the same command goes on to the result of one run."""
     from scissordyn.lifetime import wear
 
     assert status_of(["wear", case, "-o", "whole.nc"]) == 0
     simulate, count = wear.CycleRunner.loads, 0
 
-    def interrupted(*arguments: object) -> object:
+    def interrupted(*arguments):
         nonlocal count
         count += 1
         if count == 3:
             raise KeyboardInterrupt
-        return simulate(*arguments)  # type: ignore[arg-type]
+        return simulate(*arguments)
 
     capfd.readouterr()
     with monkeypatch.context() as patched:
@@ -122,7 +118,7 @@ def test_an_interrupted_command_goes_on(case: str, capfd: pytest.CaptureFixture[
     xr.testing.assert_identical(sd.load("life.nc"), sd.load("whole.nc"))
 
 
-def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -> None:
+def test_what_is_refused(case, folder, refused):
     """Contract: one line each: no coefficient, a result of another case, another kind of file."""
     (folder / "other.toml").write_text(CASE.replace('wear = "1e-4 mm^3/(N m)"\n', ""), encoding="utf-8")
     assert "no clearance joint has a coefficient of wear" in refused("wear", "other.toml")
@@ -137,7 +133,7 @@ def test_what_is_refused(case: str, folder: Path, refused: Callable[..., str]) -
     assert "wear of a joint with lubrication" in refused("wear", "oil.toml")
 
 
-def test_pictures_of_other_datasets() -> None:
+def test_pictures_of_other_datasets():
     run = xr.Dataset(attrs={"title": "scissordyn run"})
     for picture in (profile, history):
         with pytest.raises(sd.InputError, match="a picture of wear of a 'scissordyn run'"):

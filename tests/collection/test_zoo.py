@@ -4,8 +4,6 @@ import importlib.metadata
 import math
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,14 +23,14 @@ WRITTEN = 1e-10  # Largest relative difference of a declared value from the exac
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_declared_numbers_are_met(name: str) -> None:
+def test_declared_numbers_are_met(name):
     """Cross-check: every declared number of a mechanism, by its run with ideal joints or with clearance."""
     for one in sd.zoo[name].check():
         assert one.met, f"{one.number.what}: {one.found} instead of {one.expected} +- {one.tolerance} {one.unit}"
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
+def test_declared_closed_forms_are_those_of_the_formula(name):
     """Closed form: what is declared is what formulas and circles that meet give, without an equation of the package."""
     entry = sd.zoo[name]
     values = CLOSED_FORMS[name]()
@@ -47,7 +45,7 @@ def test_declared_closed_forms_are_those_of_the_formula(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_runs_with_its_clearances(name: str, tmp_path: Path) -> None:
+def test_each_runs_with_its_clearances(name, tmp_path):
     """Contract: the case runs to its end, its energy balance closes, forces are what bodies need, files are the run."""
     entry = sd.zoo[name]
     run = sd.simulate(entry.mechanism, **entry.case.run.keywords | {"until": entry.case.run.until / 20.0, "samples": 11})
@@ -58,7 +56,7 @@ def test_each_runs_with_its_clearances(name: str, tmp_path: Path) -> None:
     xr.testing.assert_identical(sd.load(sd.save(run, tmp_path / "run.nc")), run)
 
 
-def test_squeezer_has_the_published_angles() -> None:
+def test_squeezer_has_the_published_angles():
     """Published number: the test set's angles at 0.03 s, as `validation/squeezer` has them."""
     from validation.squeezer.reference import TEST_SET
 
@@ -66,7 +64,7 @@ def test_squeezer_has_the_published_angles() -> None:
     assert declared == [pytest.approx(TEST_SET[k], rel=1e-15) for k in (0, 2, 6)]
 
 
-def test_woodpecker_touches_the_pole_when_its_free_flight_does() -> None:
+def test_woodpecker_touches_the_pole_when_its_free_flight_does():
     """Cross-check: instant and speed of the first contact as declared, by Lagrange's equations of the free flight."""
     from reference.woodpecker import first_contact
 
@@ -75,7 +73,7 @@ def test_woodpecker_touches_the_pole_when_its_free_flight_does() -> None:
 
 
 @pytest.mark.slow
-def test_woodpecker_descends_as_its_page_says_with_rigid_contact() -> None:
+def test_woodpecker_descends_as_its_page_says_with_rigid_contact():
     """Cross-check: 154 mm/s by Moreau's time stepping in Glocker's coordinates, 0.3 million steps."""
     from reference.woodpecker import march
 
@@ -84,7 +82,7 @@ def test_woodpecker_descends_as_its_page_says_with_rigid_contact() -> None:
     assert len(hits) > 15
 
 
-def test_names_are_found_however_they_are_spelt() -> None:
+def test_names_are_found_however_they_are_spelt():
     """Contract: spaces, hyphens, underscores and capital letters make no difference; every sequence method agrees."""
     assert sd.zoo["flores slider-crank"].name == sd.zoo["Flores_Slider-Crank"].name == "flores-slider-crank"
     assert "Flores slider crank" in sd.zoo
@@ -94,7 +92,7 @@ def test_names_are_found_however_they_are_spelt() -> None:
         sd.zoo["peaucelier"]
 
 
-def test_every_entry_is_whole() -> None:
+def test_every_entry_is_whole():
     """Contract: a source or a word on where its sizes are from, a licence, numbers; no case file that no entry has."""
     used = set()
     for entry in sd.zoo.values():
@@ -106,7 +104,7 @@ def test_every_entry_is_whole() -> None:
     assert {path.parent for path in ENTRIES_FOLDER.rglob("case.toml")} <= used
 
 
-def test_zoo_costs_no_import() -> None:
+def test_zoo_costs_no_import():
     """Contract: `import scissordyn` loads neither the zoo nor what it needs."""
     code = (
         "import sys, scissordyn; print([m for m in sys.modules if 'collection' in m and 'scissordyn' in m or m == 'pydantic'])"
@@ -132,7 +130,7 @@ reason = "as placed"
 """
 
 
-def made(folder: Path, name: str, text: str = DECLARED) -> Path:
+def made(folder, name, text=DECLARED):
     """Write a mechanism with this text to a folder of mechanisms; return the folder."""
     place = folder / name
     place.mkdir(parents=True)
@@ -147,17 +145,17 @@ class Point:
     name = "theirs"
     dist = None
 
-    def __init__(self, value: object) -> None:
+    def __init__(self, value):
         self.value = value
 
-    def load(self) -> object:
+    def load(self):
         """Return the object that it names, or raise the error of its import."""
         if isinstance(self.value, Exception):
             raise self.value
         return self.value
 
 
-def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_packages_add_theirs(tmp_path, monkeypatch):
     """Contract: by an entry point; a package that fails, or that takes a name of ours, is named and does no harm."""
     theirs, taken = made(tmp_path / "one", "swing"), made(tmp_path / "two", "peaucellier")
     points = [Point(theirs), Point(taken), Point(ImportError("no module named 'gone'")), Point(tmp_path / "empty")]
@@ -194,7 +192,7 @@ def test_other_packages_add_theirs(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         ('value = "-1 m"', 'value = "-1 kg"', "'-1 kg'"),
     ],
 )
-def test_wrong_declarations_are_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_wrong_declarations_are_one_line(tmp_path, old, new, said):
     """Bad input: a fault is named with its file, a number that a run does not have, or in another unit, with its name."""
     assert old in DECLARED
     folder = made(tmp_path, "swing", DECLARED.replace(old, new, 1))
@@ -205,7 +203,7 @@ def test_wrong_declarations_are_one_line(tmp_path: Path, old: str, new: str, sai
     assert "\n" not in str(caught.value)
 
 
-def test_a_wrong_number_is_not_met(tmp_path: Path) -> None:
+def test_a_wrong_number_is_not_met(tmp_path):
     """Contract: the comparison can fail."""
     folder = made(tmp_path, "swing", DECLARED.replace('"-1 m"', '"-1.1 m"'))
     (found,) = read_entry(folder / "swing", "theirs").check()
@@ -214,7 +212,7 @@ def test_a_wrong_number_is_not_met(tmp_path: Path) -> None:
     assert math.isclose(found.tolerance, 1e-9)
 
 
-def test_commands(tmp_path: Path, answer: Callable[..., str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands(tmp_path, answer, capsys):
     """Contract: list, show, print, copy, check; bad input is one line and status 2."""
     assert status_of(["zoo"]) == 0
     first = [line.split()[0] for line in capsys.readouterr().out.splitlines() if line.split()]
@@ -233,7 +231,7 @@ def test_commands(tmp_path: Path, answer: Callable[..., str], capsys: pytest.Cap
         assert answer("zoo", *words, status=2)
 
 
-def test_all_are_checked_without_a_name(tmp_path: Path, answer: Callable[..., str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_are_checked_without_a_name(tmp_path, answer, monkeypatch):
     """Contract: a table for each mechanism, and status 3 where one number of one of them differs."""
     right = read_entry(made(tmp_path, "swing", DECLARED) / "swing", "theirs")
     wrong = read_entry(made(tmp_path, "other", DECLARED.replace('"-1 m"', '"-1.1 m"')) / "other", "theirs")

@@ -76,7 +76,7 @@ POWERS = ("bai-zhao-as-printed energy", "Beam force")
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])
-def test_the_kernel_of_an_element_is_the_same_in_c(name: str, pointer: int, row: np.ndarray) -> None:
+def test_the_kernel_of_an_element_is_the_same_in_c(name, pointer, row):
     """Cross-check: at 60 random inputs, by its pointer and as the Python function, bit for bit."""
     in_python, random, compared = RECIPES[pointer].python(), np.random.default_rng(1), 0
     for _ in range(60):
@@ -96,7 +96,7 @@ def test_the_kernel_of_an_element_is_the_same_in_c(name: str, pointer: int, row:
     assert compared > 20
 
 
-def test_all_elements_are_compared() -> None:
+def test_all_elements_are_compared():
     """Contract."""
     assert len(KERNELS) > 70
 
@@ -131,7 +131,7 @@ for name in sys.argv[1:]:
 @pytest.mark.parametrize(
     "names", [("lugre", "servo"), pytest.param(("oil", "hard", "bars"), marks=pytest.mark.slow)], ids=" ".join
 )
-def test_whole_runs_are_the_same_in_python(names: tuple[str, ...]) -> None:
+def test_whole_runs_are_the_same_in_python(names):
     """Cross-check: each float of each variable, with every index of every kernel within its bounds."""
     answers = []
     for engine in ("", "python"):
@@ -238,7 +238,7 @@ def write_arithmetic(i: int, j: int, x: float, y: float, out: F1) -> None:
     out[0], out[1], out[2], out[3], out[4], out[5] = arithmetic(i, j, x, y)
 
 
-def test_operators_have_the_meaning_of_python() -> None:
+def test_operators_have_the_meaning_of_python():
     """Contract: quotients and remainders of negative numbers, chains of comparisons, tuples, loops."""
     compiled = in_c(write_arithmetic)
     for i, j, x, y in ((7, 2, 0.3, 0.7), (-7, 2, 2.5, -0.4), (7, -2, -2.5, 0.4), (-3, -2, 1.0, 0.1), (2, 5, -0.2, 3.0)):
@@ -254,7 +254,7 @@ def write_numpy(x: float, y: float, out: F1) -> None:
     out[5], out[6] = np.arctan2(x, y), math.degrees(x)
 
 
-def test_numpy_has_its_meaning() -> None:
+def test_numpy_has_its_meaning():
     """Contract: functions of numbers, also of NaN."""
     compiled = in_c(write_numpy)
     for x, y in ((0.3, 0.7), (-2.0, 1.0), (0.0, -0.0), (math.nan, 1.0), (1.0, math.nan)):
@@ -268,7 +268,7 @@ def unknown(x):
     return sorted([x])[0]
 
 
-def test_what_is_not_translated_is_one_line() -> None:
+def test_what_is_not_translated_is_one_line():
     """Contract: a kernel with a list is refused by its file, line and word."""
     with pytest.raises(
         sd.InputError, match=rf"{Path(__file__).name}:\d+: unknown: List in a kernel: \[x\].*; expected numbers"

@@ -129,7 +129,7 @@ CANCELLING = ("gonthier-bristle force", "Cam force", "Cam gap")  # Kernels with 
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), KERNELS, ids=[name for name, _, _ in KERNELS])
-def test_the_derivatives_of_an_element_are_exact(name: str, pointer: int, row: np.ndarray) -> None:
+def test_the_derivatives_of_an_element_are_exact(name, pointer, row):
     """Cross-check: at random inputs, values bit for bit as in the library, derivatives as in 40 digits."""
     recipe, random = RECIPES[pointer], np.random.default_rng(1)
     places, worst, compared = inputs_of(recipe), 0.0, 0
@@ -163,7 +163,7 @@ DIFFERENTIABLE_BY_PARAMETERS = [
 @pytest.mark.parametrize(
     ("name", "pointer", "row"), DIFFERENTIABLE_BY_PARAMETERS, ids=[name for name, _, _ in DIFFERENTIABLE_BY_PARAMETERS]
 )
-def test_the_derivatives_by_parameters_are_exact(name: str, pointer: int, row: np.ndarray) -> None:
+def test_the_derivatives_by_parameters_are_exact(name, pointer, row):
     """Cross-check: forces by up to 16 parameters as in 40 digits, also where a default value has a formula of its own."""
     recipe, random = RECIPES[pointer], np.random.default_rng(1)
     places = [(PARAMETERS, k) for k in range(min(row.size, DERIVATIVES)) if f"p[{k}]" in recipe.handed and row[k] != 0.0]
@@ -204,7 +204,7 @@ def all_functions(x, y):
 FUNCTIONS = Recipe(all_functions, ("q[0]", "q[1]"), tuple(f"out[{k}]" for k in range(9)))
 
 
-def test_the_derivatives_of_functions_are_exact() -> None:
+def test_the_derivatives_of_functions_are_exact():
     """Cross-check: all functions and operators, numbers with and without derivatives in one variable."""
     kernel, random, places = library_of([FUNCTIONS])[FUNCTIONS], np.random.default_rng(2), [(0, 0), (0, 1)]
     for _ in range(TRIALS):
@@ -232,7 +232,7 @@ def bounded(x, y):
 BOUNDED = Recipe(bounded, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(7)))
 
 
-def test_what_does_not_change_has_no_derivative() -> None:
+def test_what_does_not_change_has_no_derivative():
     """Identity: parts without derivatives at places without slopes."""
     inputs = np.zeros((4, 24))
     inputs[0, 0] = 2.0
@@ -245,7 +245,7 @@ def shortened(x, y):
     return (0.0 if equals(x, 0.0) else x * y), (1.0 if x == 0.0 else 2.0)
 
 
-def test_a_zero_with_derivatives_does_not_vanish() -> None:
+def test_a_zero_with_derivatives_does_not_vanish():
     """Contract: a product with a zero may be left out only where the zero does not change; comparisons are by value."""
     recipe = Recipe(shortened, ("q[0]", "p[0]"), ("out[0]", "out[1]"))
     values, slopes = with_derivatives(library_of([recipe])[recipe], np.zeros((4, 24)), np.full(1, 3.0), [(0, 0)])
@@ -256,7 +256,7 @@ def by_value(x, y):
     return value_of(x) * y, value_of(x * y), x - value_of(x), derivative(x * x, 0), derivative(2.0, 0), value_of(3.0)
 
 
-def test_a_value_has_no_derivatives() -> None:
+def test_a_value_has_no_derivatives():
     """Identity: the value of a number is a constant, its derivatives are values."""
     recipe = Recipe(by_value, ("q[0]", "p[0]"), tuple(f"out[{k}]" for k in range(6)))
     inputs = np.zeros((4, 24))
@@ -280,14 +280,14 @@ BOUNDS = {
 
 
 @pytest.mark.parametrize("case", BOUNDS)
-def test_the_step_matrix_is_the_jacobian_of_the_right_hand_side(case: str) -> None:
+def test_the_step_matrix_is_the_jacobian_of_the_right_hand_side(case):
     """Cross-check: the right-hand side bit for bit, its derivatives by the state against W = 1/hg - J."""
     _, same, error = compare(mechanism_of(case), 4, "-O0")
     assert same
     assert error < BOUNDS[case]
 
 
-def test_a_derivative_is_not_dropped() -> None:
+def test_a_derivative_is_not_dropped():
     """Identity: a number with derivatives does not go where there is no place for them."""
     with pytest.raises(sd.InputError, match="cannot hold a number with derivatives"):
         Unit(derivatives=1).function(stored, (DUAL, Array(FLOAT, 1)))

@@ -26,7 +26,7 @@ FORCES = {name: pointer for name, pointer, _ in KERNELS}  # Pointers to all kern
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), POTENTIALS, ids=[name for name, _, _ in POTENTIALS])
-def test_an_elastic_force_is_the_slope_of_its_energy(name: str, pointer: int, row: np.ndarray) -> None:
+def test_an_elastic_force_is_the_slope_of_its_energy(name, pointer, row):
     """Identity: dE/d(indentation) = F, from light contact to one as deep as the clearance."""
     energy, force = RECIPES[pointer], RECIPES[FORCES[f"{name} force"]]
     for depth in 4e-4 * 10.0 ** np.linspace(-5.0, 0.0, 41):
@@ -42,7 +42,7 @@ GAPS = [(name.removesuffix(" gap"), pointer, row) for name, pointer, row in KERN
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), GAPS, ids=[name for name, _, _ in GAPS])
-def test_the_rate_of_a_gap_is_its_slope(name: str, pointer: int, row: np.ndarray) -> None:
+def test_the_rate_of_a_gap_is_its_slope(name, pointer, row):
     """Identity: d(gap)/dt = sum of d(gap)/dq_k v_k, in each mode."""
     recipe, random = RECIPES[pointer], np.random.default_rng(3)
     for mode in (0.0, 1.0, -1.0, 2.0):
@@ -65,7 +65,7 @@ def port_at(port: int, maps: F1, out: F1, q: F1, v: F1, forces: F1) -> None:
 
 
 @pytest.mark.parametrize("name", PORTS)
-def test_the_slopes_of_a_port_are_exact(name: str) -> None:
+def test_the_slopes_of_a_port_are_exact(name):
     """Cross-check: gradients of coordinates and rates, and how forces change with the rows, at unit directions."""
     port, random, count = PORTS[name], np.random.default_rng(4), len(PORTS[name].coordinates)
     unit, entry = Unit(derivatives=12), Entry(port_at)
@@ -104,7 +104,7 @@ STORING = [
 
 
 @pytest.mark.parametrize(("name", "pointer", "row"), STORING, ids=[name for name, _, _ in STORING])
-def test_the_force_of_a_component_is_the_slope_of_its_energy(name: str, pointer: int, row: np.ndarray) -> None:
+def test_the_force_of_a_component_is_the_slope_of_its_energy(name, pointer, row):
     """Identity: dE/dq = -F at rest, and = F of a line, whose force is a tension; of a beam at rotations that an element has."""
     port, random, stored = BY_CLASS[name].port, np.random.default_rng(5), 0
     coordinates, forces = len(port.coordinates), len(port.forces)
@@ -133,7 +133,7 @@ def of_kinds() -> dict[str, sd_time.TimeFunction]:
 
 
 @pytest.mark.parametrize("kind", of_kinds())
-def test_the_derivatives_of_time_functions_are_their_slopes(kind: str) -> None:
+def test_the_derivatives_of_time_functions_are_their_slopes(kind):
     """Identity: each of three derivatives is the slope of the one before."""
     unit, entry = Unit(derivatives=2), Entry(function_at.python)
     unit.entry(entry)

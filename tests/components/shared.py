@@ -1,21 +1,14 @@
 """Models, bounds and case files that the tests of components share."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pytest
-import xarray as xr
 from scipy.integrate import solve_ivp
 from tests.build import ORIGIN, assert_balance, case_of
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.components.place import Point
 
 __all__ = ["assert_balance"]
 
@@ -26,15 +19,13 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate run
 ENDS = ("ground", "O"), ("ball", "centre")  # End points of a component between ground and ball
 
 
-def ball_on(
-    *components: Any, mass: float = 2.0, place: Point = (0.5, 0.0), velocity: Point = (0.0, 0.0), gravity: float = 0.0
-) -> sd.Mechanism:
+def ball_on(*components, mass=2.0, place=(0.5, 0.0), velocity=(0.0, 0.0), gravity=0.0):
     """Return a point mass and a point of the ground, with components between them."""
     ball = replace(sd.point_mass("ball", mass=mass, position=place), velocity=velocity)
     return sd.Mechanism((ball,), components=components, ground=ORIGIN, gravity=gravity)
 
 
-def shaft_in_bearing(load: float, oil: sd.Lubrication, **gap: Any) -> sd.Mechanism:
+def shaft_in_bearing(load, oil, **gap):
     """Return a shaft of 20 mm radius in a bearing with 40 um of clearance and oil, with a load as its weight."""
     shaft = sd.Body("shaft", load / 9.81, 1.0, {"centre": (0.0, 0.0)})
     clearance = sd.Clearance(4e-5, journal_radius=0.02, bearing_length=0.04, lubrication=oil, **gap)
@@ -42,7 +33,7 @@ def shaft_in_bearing(load: float, oil: sd.Lubrication, **gap: Any) -> sd.Mechani
     return sd.Mechanism((shaft,), joints=(joint,), ground=ORIGIN, gravity=9.81)
 
 
-def events_of(run: xr.Dataset, kind: str) -> np.ndarray:
+def events_of(run, kind):
     """Return the instants of the events of one kind [s]."""
     return np.asarray(run["event_time"].values[run["event_kind"].values == kind])
 
@@ -50,15 +41,7 @@ def events_of(run: xr.Dataset, kind: str) -> np.ndarray:
 Event = Callable[[float, np.ndarray], float]
 
 
-def phases(
-    rate: Callable[[int, float, np.ndarray], Sequence[float]],
-    events: Sequence[Callable[[float, np.ndarray], float]],
-    start: Sequence[float],
-    until: float,
-    *,
-    mode: int = 0,
-    limit: int = 50,
-) -> tuple[list[float], list[int], Callable[[np.ndarray], np.ndarray]]:
+def phases(rate, events, start, until, *, mode=0, limit=50):
     """Integrate by scipy; at the event of the present mode the mode changes and the integration continues.
 
     Returns instants of the changes, modes after them, and the solution at any instants.
@@ -85,27 +68,27 @@ def phases(
         instants.append(begin)
         modes.append(mode)
 
-    def at(time: np.ndarray) -> np.ndarray:
+    def at(time):
         chosen = np.searchsorted([start for start, _ in parts], time, side="right") - 1
         return np.array([parts[k][1](t) for k, t in zip(chosen, time, strict=True)])
 
     return instants, modes, at
 
 
-def _terminal(event: Event) -> Event:
-    def falling(t: float, y: np.ndarray) -> float:
+def _terminal(event):
+    def falling(t, y):
         return event(t, y)
 
-    falling.terminal, falling.direction = True, -1.0  # type: ignore[attr-defined]
+    falling.terminal, falling.direction = True, -1.0
     return falling
 
 
-def read(folder: Path, text: str) -> sd.Mechanism:
+def read(folder, text):
     """Return the mechanism of a case file."""
     return case_of(folder, text).mechanism
 
 
-def checked(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+def checked(folder, text, capsys):
     """Return the output of ``scissordyn check`` for a case file."""
     path = folder / "case.toml"
     path.write_text(text, encoding="utf-8")
@@ -113,7 +96,7 @@ def checked(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().out
 
 
-def assert_documented(run: xr.Dataset, units: dict[str, str]) -> None:
+def assert_documented(run, units):
     """Check that the variables of a component have these units, a long name and finite values."""
     for name, unit in units.items():
         assert run[name].attrs["units"] == unit, name

@@ -48,7 +48,7 @@ PARTS: tuple[Component, ...] = (
 CONTEXT = {"approach_speed": 1.5, "effective_mass": 20.0, "factor": 0.7, "factor_rate": 0.0, "reaction": 30.0}
 
 
-def test_every_passive_component_is_here() -> None:
+def test_every_passive_component_is_here():
     """Identity: a component with energies of its own has its account tested; one with states or laws has a test of its own."""
     declared = {kind: kind.declaration for kind in COMPONENTS.values()}
     passive = {kind for kind, each in declared.items() if each.passive and each.force and not (each.states or each.contact)}
@@ -57,7 +57,7 @@ def test_every_passive_component_is_here() -> None:
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
 @pytest.mark.parametrize("mode", [0.0, 1.0])
-def test_power_is_stored_or_dissipated(part: Component, mode: float) -> None:
+def test_power_is_stored_or_dissipated(part, mode):
     """Identity: the forces' power is minus the growth of the stored energy minus the dissipation, which is never negative.
 
     The growth is the derivative of the energy by the coordinates, by differences, times their rates.
@@ -96,7 +96,7 @@ def pushing(length, rate, strength):
 Pusher = own("Pusher", "line", pushing, {"strength": "N s/m"})
 
 
-def test_a_component_that_gives_energy_is_named() -> None:
+def test_a_component_that_gives_energy_is_named():
     """Limit: the energy balance of a negative damper closes; the loss that falls is a warning."""
     coil = sd.Spring("coil", *BALL, stiffness=200.0, free_length=0.4)
     run = sd.simulate(ball_on(coil, Pusher("pusher", *BALL, 4.0)), until=1.0)

@@ -1,7 +1,5 @@
 """Asperities beside the film of a rough joint: statistical integrals, an independent average flow program, runs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -28,29 +26,29 @@ ROUGHNESS = 1e-6  # [m] combined rms roughness of journal and bearing
 BEARING = ("ground", "O"), ("shaft", "centre")  # Bearing and journal points of an oil film
 
 
-def density(s: float) -> float:
+def density(s):
     return math.exp(-0.5 * s * s) / math.sqrt(2.0 * math.pi)
 
 
-def excess(power: float, x: float) -> float:
+def excess(power, x):
     """Return F_n(x), the mean of the powers by which normal numbers exceed x."""
     return float(quad(lambda s: (s - x) ** power * density(s), x, max(x, 0.0) + 12.0, epsabs=0.0, epsrel=1e-11, limit=200)[0])
 
 
-def acting(one: Film, e: float, rate: tuple[float, float] = (0.0, 0.0), speed: float = 0.0) -> np.ndarray:
+def acting(one, e, rate=(0.0, 0.0), speed=0.0):
     """Return the results of the film kernel for a journal at the eccentricity e along x [m]."""
     numbers = one.parameters((0.0, 0.0, 0.0))
     return np.array(plain(e, 0.0, 0.0, *rate, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers)))
 
 
 @pytest.mark.parametrize("x", [0.0, 0.7, 2.0])
-def test_the_pressure_by_pairs_of_hertzian_asperities(x: float) -> None:
+def test_the_pressure_by_pairs_of_hertzian_asperities(x):
     """Independent formulation: Hertz' force of two tips with radius beta, over their heights and their sideways distance."""
     modulus, sigma, beta = 1.1e11, 1e-6, 1e-4  # sigma/beta = 0.01
     eta = 0.05 / (beta * sigma)  # [1/m^2]
     far = math.sqrt(4.0 * beta * sigma * 9.0)
 
-    def of_pair(r: float, s: float) -> float:
+    def of_pair(r, s):
         depth = sigma * (s - x) - r * r / (4.0 * beta)
         pushed = 4.0 / 3.0 * modulus * math.sqrt(0.5 * beta) * max(depth, 0.0) ** 1.5
         return pushed * 2.0 * math.pi * r * density(s)
@@ -62,13 +60,13 @@ def test_the_pressure_by_pairs_of_hertzian_asperities(x: float) -> None:
 
 @pytest.mark.parametrize(("ratio", "error"), [(1.0 / 400.0, 2e-7), (1e-2, 2e-6), (0.1, 1.6e-4)])
 @pytest.mark.parametrize("x", [0.0, 1.0, 3.0])
-def test_force_and_energy_by_quadrature_over_the_arc(ratio: float, error: float, x: float) -> None:
+def test_force_and_energy_by_quadrature_over_the_arc(ratio, error, x):
     """Independent formulation: pressure and stored energy per area over the whole arc; error about (sigma/e)^2/70."""
     e = 1.0 - x * ratio
     end = min(math.pi, math.acos(max(-1.0, (1.0 - (x + 12.0) * ratio) / e)))
 
-    def over_arc(power: float, weight) -> float:
-        def at(t: float) -> float:
+    def over_arc(power, weight):
+        def at(t):
             return excess(power, (1.0 - e * math.cos(t)) / ratio) * weight(t)
 
         return 2.0 * quad(at, 0.0, end, epsrel=1e-9, limit=200)[0]
@@ -79,14 +77,14 @@ def test_force_and_energy_by_quadrature_over_the_arc(ratio: float, error: float,
 
 
 @pytest.mark.parametrize("e", [0.93, 0.99, 0.9999, 1.05])
-def test_the_force_is_the_derivative_of_the_energy(e: float) -> None:
+def test_the_force_is_the_derivative_of_the_energy(e):
     """Identity: by central differences, in contact too, where the force keeps its value."""
     up, down = contact(e + 1e-6, 0.02), contact(e - 1e-6, 0.02)
     assert (up[1] - down[1]) / 2e-6 == pytest.approx(contact(e, 0.02)[0], rel=2e-5)
 
 
 @pytest.mark.parametrize("distance", [-3.0, 0.0, 0.3, 1.0, 3.0, 7.9, 9.0])
-def test_the_mean_gap_by_quadrature(distance: float) -> None:
+def test_the_mean_gap_by_quadrature(distance):
     """Independent formulation: the mean of the positive part of a Gaussian gap; sigma/sqrt(2 pi) from contact on."""
     x = max(distance, 0.0)
     wanted = quad(lambda s: (x + s) * density(s), -x, 12.0, epsabs=0.0, epsrel=1e-12, points=[0.0], limit=200)[0]
@@ -99,7 +97,7 @@ class AverageFlow:
     The conductance is the cube of the mean gap at each place, the squeeze the derivative of the mean gap by time.
     """
 
-    def __init__(self, one: Film, e: float, around: int = 480, along: int = 24) -> None:
+    def __init__(self, one, e, around=480, along=24):
         edge = np.linspace(-1.0, 1.0, around + 1)
         self.edge = math.pi * np.sinh(2.0 * edge) / math.sinh(2.0)  # from the thin side
         self.theta, self.width = 0.5 * (self.edge[1:] + self.edge[:-1]), np.diff(self.edge)
@@ -120,11 +118,11 @@ class AverageFlow:
         conductance = self.mean(self.nominal) ** 3 / (12.0 * one.viscosity) * one.radius * self.width
         self.matrix = sp.csr_matrix(sp.kron(sideways, sp.diags(self.height)) + sp.kron(sp.diags(conductance), axial))
 
-    def mean(self, h: np.ndarray) -> np.ndarray:
+    def mean(self, h):
         x = h / self.one.roughness
         return self.one.roughness * (x * ndtr(x) + np.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi))
 
-    def force(self, rate: tuple[float, float], speed: float) -> np.ndarray:
+    def force(self, rate, speed):
         """Return the force of film and asperities on the journal along the eccentricity and across it [N]."""
         one, t = self.one, self.theta
         # fluid enters with half the speed of the journal's surface, which turns with the bearing at rest
@@ -147,7 +145,7 @@ class AverageFlow:
 
 @pytest.mark.parametrize("x", [0.0, 0.5, 1.0, 2.0, 4.0, 20.0])
 @pytest.mark.parametrize(("rate", "speed"), [((1e-3, 0.0), 0.0), ((0.05, 0.0), 0.0), ((0.01, 0.02), 40.0), ((0.0, 0.0), 40.0)])
-def test_film_and_asperities_against_an_average_flow_program(x: float, rate: tuple[float, float], speed: float) -> None:
+def test_film_and_asperities_against_an_average_flow_program(x, rate, speed):
     """Independent formulation: the mean gap at each place, where the package has a smooth bearing of the same least gap.
 
     Measured: up to 2.6 % of the force with a squeeze, 7.4 % of the wedge at contact, 0.06 % from four roughnesses on.
@@ -159,12 +157,12 @@ def test_film_and_asperities_against_an_average_flow_program(x: float, rate: tup
     assert np.linalg.norm(found - wanted) < error * np.linalg.norm(wanted)
 
 
-def loaded(load: float, **given) -> sd.Mechanism:
+def loaded(load, **given):
     """Return a shaft that does not turn, in a bearing with 40 um of clearance, with a load as its weight."""
     return shaft_in_bearing(load, sd.Lubrication(viscosity=0.01, bearing="short", **given), friction=sd.NoFriction())
 
 
-def test_asperities_carry_a_load_at_rest() -> None:
+def test_asperities_carry_a_load_at_rest():
     """Closed form: the mean planes stay where F_3 balances the load; E* is that of the joint's materials, K that of the oil."""
     load, stiffness = 3000.0, 2e-3
     softer = {"material": sd.STEEL, "bearing_material": MATERIALS["bronze"]}
@@ -174,7 +172,7 @@ def test_asperities_carry_a_load_at_rest() -> None:
     run = sd.simulate(made, until=3.0, samples=201)  # six times the time in which the film leaves the gap
     modulus = stiffness / (sd.STEEL.compliance + MATERIALS["bronze"].compliance)
 
-    def carried(h: float) -> float:
+    def carried(h):
         arc = 5.0 * math.pi / 16.0 * math.sqrt(2.0 * ROUGHNESS / (4e-5 - h))
         return modulus * 0.02 * 0.04 * arc * excess(3.0, h / ROUGHNESS)
 
@@ -190,7 +188,7 @@ def test_asperities_carry_a_load_at_rest() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-5 * load * 4e-5
 
 
-def rough(roughness: float, viscosity: float, clearance: float = 2e-4, friction=None) -> sd.Mechanism:
+def rough(roughness, viscosity, clearance=2e-4, friction=None):
     """Return the paper's array with oil and rough surfaces in joint A."""
     oil = sd.Lubrication(viscosity=viscosity, roughness=roughness)
     return array(sd.Clearance(clearance, friction=friction or sd.NoFriction(), lubrication=oil))
@@ -198,14 +196,14 @@ def rough(roughness: float, viscosity: float, clearance: float = 2e-4, friction=
 
 @pytest.mark.parametrize("distance", [0.4, 2.0])
 @pytest.mark.parametrize("step", [1e-8, 1e-6, 1e-4])
-def test_step_matrix_where_asperities_carry(distance: float, step: float) -> None:
+def test_step_matrix_where_asperities_carry(distance, step):
     """Cross-check: W^-1 r of the structured solve against a differenced Jacobian, with the journal in the asperities."""
     system, start = at_start(rough(4e-6, 0.05))
     n, random = system.content.model.n, np.random.default_rng(4)
     moved = np.concatenate([random.normal(size=n), np.zeros(n)])
     start[n : 2 * n] += random.normal(size=n)
 
-    def gap(size: float) -> float:
+    def gap(size):
         """Return the distance of the mean planes in roughnesses after a displacement of `size` [m] in a random direction."""
         functions.rate(0.0, start + size * moved, system.address, np.zeros(start.size))
         return (2e-4 - math.hypot(*system.content.work.coordinates[0, :2])) / 4e-6
@@ -217,7 +215,7 @@ def test_step_matrix_where_asperities_carry(distance: float, step: float) -> Non
 @pytest.mark.parametrize(
     ("roughness", "method"), [(0.5e-6, "rodas5p"), (3e-6, "rodas5p"), (0.5e-6, "dop853"), (3e-6, "dop853")]
 )
-def test_the_energy_balance_closes_through_contact(roughness: float, method: str) -> None:
+def test_the_energy_balance_closes_through_contact(roughness, method):
     """Identity: asperities store energy, the film loses it; the journal goes through the film into contact and back."""
     run = sd.simulate(rough(roughness, 0.01), until=0.01, rtol=1e-11, atol=1e-11, method=method)
     assert run.sizes["contact"] > 0
@@ -225,7 +223,7 @@ def test_the_energy_balance_closes_through_contact(roughness: float, method: str
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * float(np.abs(run["drive_work"]).max())
 
 
-def test_a_largest_force_that_the_roughness_decides_is_said() -> None:
+def test_a_largest_force_that_the_roughness_decides_is_said():
     """Limit: with the film's thickness at that instant, located; not for a film that stays thick at its largest force."""
     few, many = (sd.simulate(rough(2e-6, 0.1), until=0.01, samples=samples) for samples in (5, 20001))
     at = int(np.argmin(np.abs(many["time"].values - many["joint_peak_force_time"].values[1])))
@@ -234,7 +232,7 @@ def test_a_largest_force_that_the_roughness_decides_is_said() -> None:
     share = many["film_asperity_force"].values[at, 0] / many["joint_peak_force"].values[1]
     assert few["film_peak_force_asperity_share"].item() == pytest.approx(share, rel=0.02)
 
-    def said(run) -> list[str]:
+    def said(run):
         return [text for text in warnings_of(run) if "depends on the roughness" in text]
 
     assert few["film_peak_force_thickness"].item() < 6e-6

@@ -1,9 +1,6 @@
 """The beam element alone: its definition evaluated by another quadrature and root finder, its gradient, the arc."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -22,22 +19,22 @@ DEPTH, MODULUS, STRENGTH = 0.03, 2e9, 5e7
 BEAM = sd.Beam("beam", ("one", "end"), ("other", "start"), LENGTH, EA, EI, 1.2, DEPTH, MODULUS, STRENGTH)
 
 
-def rotation(p1: float, p2: float, a: float, xi: float) -> float:
+def rotation(p1, p2, a, xi):
     """Return the rotation psi(xi); a is the amplitude of the third shape."""
     return p1 * (1.0 - xi) * (1.0 - 3.0 * xi) + p2 * xi * (3.0 * xi - 2.0) + 6.0 * a * xi * (1.0 - xi)
 
 
-def curvature(p1: float, p2: float, a: float, xi: float) -> float:
+def curvature(p1, p2, a, xi):
     """Return the derivative of the rotation by xi."""
     return p1 * (6.0 * xi - 4.0) + p2 * (6.0 * xi - 2.0) + a * (6.0 - 12.0 * xi)
 
 
-def mean(function: Callable[[float], float]) -> float:
+def mean(function):
     """Return the mean of a function over xi from 0 to 1."""
     return quad(function, 0.0, 1.0, epsabs=1e-14)[0]
 
 
-def defined(x: float, y: float, angle: float) -> tuple[float, float]:
+def defined(x, y, angle):
     """Return stored energy [J] and strain of the axis by the definition in the docstring of the element."""
     chord, turn = math.hypot(x, y), math.atan2(y, x)
     ends = -turn, angle - turn

@@ -1,7 +1,5 @@
 """Bushings: their linear oscillations, two free bodies, momentum, energy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -25,14 +23,14 @@ BUSHING_PARAMETERS = {
 }
 
 
-def plate_on(bushing: sd.Bushing) -> sd.Mechanism:
+def plate_on(bushing):
     """Return a rigid body on a bushing at its mass centre."""
     plate = sd.Body("plate", 2.0, 0.03, {"eye": (0.0, 0.0)}, position=(0.02, 0.01), angle=math.radians(20.0))
     return sd.Mechanism((plate,), components=(bushing,), ground=(("O", (0.0, 0.0)),), gravity=0.0)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_oscillations_about_the_ground(method: str) -> None:
+def test_oscillations_about_the_ground(method):
     """Closed form: on the ground both displacements are a linear system, coupled by K_xy and D_xy, and the angle another."""
     bushing = sd.Bushing("rubber", ("ground", "O"), ("plate", "eye"), free_angle=0.0, **BUSHING_PARAMETERS)
     run = sd.simulate(plate_on(bushing), until=0.5, method=method, samples=51, **TIGHT)
@@ -52,15 +50,15 @@ def test_oscillations_about_the_ground(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_two_free_bodies(method: str) -> None:
+def test_two_free_bodies(method):
     """Cross-check by a second formulation: Newton and Euler for two bodies, the force along the axes of the rotating start."""
     mass, inertia, eye = (2.0, 1.2), (0.03, 0.02), (np.array([0.15, 0.02]), np.array([-0.1, 0.05]))
     start = [0.0, 0.0, 0.3, 0.32, 0.1, -0.2, 0.4, -0.3, 3.0, -0.2, 0.5, -4.0]
 
-    def turn(angle: float) -> np.ndarray:
+    def turn(angle):
         return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
 
-    def rate(mode: int, t: float, y: np.ndarray) -> np.ndarray:
+    def rate(mode, t, y):
         arm = turn(y[2]) @ eye[0], turn(y[5]) @ eye[1]
         velocity = [y[6:8] + y[8] * np.array([-arm[0][1], arm[0][0]]), y[9:11] + y[11] * np.array([-arm[1][1], arm[1][0]])]
         apart, apart_rate = y[3:5] + arm[1] - y[:2] - arm[0], velocity[1] - velocity[0]
@@ -70,7 +68,7 @@ def test_two_free_bodies(method: str) -> None:
         pull = turn(y[2]) @ (-K @ u - D @ u_rate)
         torque = -6.0 * (y[5] - y[2] + 0.5) - 0.04 * (y[11] - y[8])
 
-        def moment(r: np.ndarray, f: np.ndarray) -> float:
+        def moment(r, f):
             return float(r[0] * f[1] - r[1] * f[0])
 
         # the reaction acts on the start's body where the end is
@@ -79,7 +77,7 @@ def test_two_free_bodies(method: str) -> None:
             [*y[6:], *(-pull / mass[0]), one / inertia[0], *(pull / mass[1]), (torque + moment(arm[1], pull)) / inertia[1]]
         )
 
-    def body(k: int) -> sd.Body:
+    def body(k):
         state, speed = start[3 * k : 3 * k + 3], start[6 + 3 * k : 9 + 3 * k]
         return sd.Body(
             f"body {k}",
@@ -110,7 +108,7 @@ def test_two_free_bodies(method: str) -> None:
 
 
 @pytest.mark.parametrize("what", ["stiffness", "damping"])
-def test_matrices_without_a_negative_eigenvalue(what: str) -> None:
+def test_matrices_without_a_negative_eigenvalue(what):
     """Limit: the coupling up to the geometric mean of both axes, no more."""
     sd.Bushing("rubber", ("ground", "O"), ("plate", "eye"), **{f"{what}_x": 4.0, f"{what}_y": 9.0, f"{what}_xy": -6.0})
     with pytest.raises(sd.InputError, match=rf"{what}_xy = 6\.1.*otherwise the bushing generates energy"):

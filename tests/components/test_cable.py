@@ -1,7 +1,5 @@
 """Cables: taut and slack at located instants, motion and energy, in Python and from a case file."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 
@@ -18,7 +16,7 @@ MASS, GRAVITY, STIFFNESS, FREE, HEIGHT = 2.0, 9.81, 200.0, 0.5, 0.3
 ball = partial(ball_on, mass=MASS, gravity=GRAVITY)
 
 
-def drop(damping: float) -> tuple[float, float, float]:
+def drop(damping):
     """Return instants at which a cable is taut and slack when a mass drops on it, and the speed upwards then, in closed form.
 
     From rest, HEIGHT above the length at which the cable is taut; with the stretch s, s'' + 2 b s' + w^2 s = g.
@@ -28,14 +26,14 @@ def drop(damping: float) -> tuple[float, float, float]:
     taut, speed = math.sqrt(2.0 * HEIGHT / GRAVITY), math.sqrt(2.0 * HEIGHT * GRAVITY)
     sine = (speed - b * settled) / fast
 
-    def stretch(t: float) -> float:
+    def stretch(t):
         return settled + math.exp(-b * t) * (-settled * math.cos(fast * t) + sine * math.sin(fast * t))
 
-    def rate(t: float) -> float:
+    def rate(t):
         wave = -settled * math.cos(fast * t) + sine * math.sin(fast * t)
         return math.exp(-b * t) * (fast * (settled * math.sin(fast * t) + sine * math.cos(fast * t)) - b * wave)
 
-    def tension(t: float) -> float:
+    def tension(t):
         return STIFFNESS * stretch(t) + damping * rate(t)
 
     half = 0.5 * math.pi / fast  # the tension has one zero, while the mass rises
@@ -48,7 +46,7 @@ def drop(damping: float) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize("damping", [0.0, 2.0])
 @pytest.mark.parametrize("method", METHODS)
-def test_a_drop_makes_it_taut_and_slack(method: str, damping: float) -> None:
+def test_a_drop_makes_it_taut_and_slack(method, damping):
     """Closed form: a fall, a (damped) oscillation, a throw; both instants to 1e-8 s, and the next one of the throw."""
     rope = sd.Cable("rope", *ENDS, STIFFNESS, FREE, damping)
     taut, slack, speed = drop(damping)
@@ -70,16 +68,16 @@ def test_a_drop_makes_it_taut_and_slack(method: str, damping: float) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_swing_with_a_slack_cable(method: str) -> None:
+def test_a_swing_with_a_slack_cable(method):
     """Cross-check by a second formulation: a mass thrown upwards beside its cable, by scipy in Cartesian coordinates."""
     damping, start = 1.5, (0.3, -0.35, 1.5, 3.0)
 
-    def rate(mode: int, t: float, y: np.ndarray) -> tuple[float, ...]:
+    def rate(mode, t, y):
         length = math.hypot(y[0], y[1])
         pull = max(0.0, STIFFNESS * (length - FREE) + damping * (y[0] * y[2] + y[1] * y[3]) / length) if mode else 0.0
         return y[2], y[3], -pull * y[0] / length / MASS, -pull * y[1] / length / MASS - GRAVITY
 
-    def inside(t: float, y: np.ndarray) -> float:
+    def inside(t, y):
         return FREE - math.hypot(y[0], y[1])
 
     rope = sd.Cable("rope", *ENDS, STIFFNESS, FREE, damping)
@@ -92,7 +90,7 @@ def test_a_swing_with_a_slack_cable(method: str) -> None:
     assert_balance(run)
 
 
-def test_a_stretched_start_is_taut() -> None:
+def test_a_stretched_start_is_taut():
     """Limit: placed beyond its free length it pulls from the first instant on, and balances the weight where it should."""
     settled = FREE + MASS * GRAVITY / STIFFNESS
     run = sd.simulate(ball(sd.Cable("rope", *ENDS, STIFFNESS, FREE), place=(0.0, -settled)), until=0.2, **TIGHT)
@@ -103,7 +101,7 @@ def test_a_stretched_start_is_taut() -> None:
     assert run["event_time"].attrs["long_name"] == "instant of the event; 0 for a component that acts from the start"
 
 
-def test_what_it_cannot_be() -> None:
+def test_what_it_cannot_be():
     """Contract: a cable without stiffness, or from a body to itself, is refused in one line."""
     with pytest.raises(sd.InputError, match=r"stiffness = 0.*expected a number from 1e-30"):
         sd.Cable("rope", *ENDS, 0.0, 0.5)

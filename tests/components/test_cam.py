@@ -1,10 +1,7 @@
 """A cam by its profile: lift, forces and lift-off of an eccentric circle, and the energy of any profile."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +17,7 @@ A, E, B = 0.03, 0.01, 0.008  # Radius of a circular cam, its eccentricity, and r
 MASS, G = 0.5, 9.81  # Mass of the follower [kg] and gravitational acceleration [m/s^2]
 
 
-def circle(pairs: int = 91) -> tuple[tuple[float, float], ...]:
+def circle(pairs=91):
     """Return the profile of an eccentric circle about the axis of the cam."""
     angles = np.linspace(0.0, 2.0 * math.pi, pairs)
     radii = E * np.cos(angles) + np.sqrt(A * A - E * E * np.sin(angles) ** 2)
@@ -28,22 +25,22 @@ def circle(pairs: int = 91) -> tuple[tuple[float, float], ...]:
     return tuple(zip(angles.tolist(), radii.tolist(), strict=True))
 
 
-def lift(turn: Any, length: float = A + B) -> Any:
+def lift(turn, length=A + B):
     """Return the height of the roller above the axis [m]; `turn` is the angle of the circle's centre."""
     return E * np.sin(turn) + np.sqrt(length**2 - (E * np.cos(turn)) ** 2)
 
 
-def lift_rate(turn: Any, length: float = A + B) -> Any:
+def lift_rate(turn, length=A + B):
     """Return the derivative of the lift by the angle."""
     return E * np.cos(turn) + E * E * np.sin(turn) * np.cos(turn) / np.sqrt(length**2 - (E * np.cos(turn)) ** 2)
 
 
-def bend(turn: Any) -> Any:
+def bend(turn):
     """Return the second derivative of the lift by the angle, by differences."""
     return (lift_rate(turn + 1e-6) - lift_rate(turn - 1e-6)) / 2e-6
 
 
-def tappet(speed: float, angle: float, push: float = 0.0, **law: float) -> sd.Mechanism:
+def tappet(speed, angle, push=0.0, **law):
     """Return a roller in a vertical guide above a driven eccentric circle."""
     wheel = sd.Body("wheel", mass=1.0, inertia=1e-3, points={"axis": (0.0, 0.0)}, position=(0.0, 0.0), angle=angle)
     cam = sd.Cam("cam", ("wheel", "axis"), ("follower", "centre"), circle(), B, **{"restitution": 1.0, **law})
@@ -54,17 +51,14 @@ def tappet(speed: float, angle: float, push: float = 0.0, **law: float) -> sd.Me
         bodies=(wheel, follower),
         joints=(sd.Revolute("bearing", ("wheel", "axis"), ("ground", "O")),),
         guides=(sd.Guide("guide", ("follower", "centre"), direction=math.pi / 2),),
-        components=(
-            cam,
-            sd.Force("spring", ("follower", "centre"), (0.0, -push)),
-        ),
+        components=(cam, sd.Force("spring", ("follower", "centre"), (0.0, -push))),
         ground=(("O", (0.0, 0.0)),),
         gravity=G,
     ).driven(speed=speed, body="wheel")
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_lift_and_forces_of_an_eccentric_circle(method: str) -> None:
+def test_lift_and_forces_of_an_eccentric_circle(method):
     """Closed form: the roller's centre is on a circle; the forces across the profile and of the drive follow from its lift."""
     speed, stiffness, push = 20.0, 1e11, 40.0
     mechanism = tappet(speed, math.pi / 2, push, stiffness=stiffness)
@@ -82,14 +76,14 @@ def test_lift_and_forces_of_an_eccentric_circle(method: str) -> None:
     assert_balance(run)
 
 
-def test_a_follower_lifts_off() -> None:
+def test_a_follower_lifts_off():
     """Closed form: it leaves where the lift would ask for more than gravity, flies, and falls back on the cam."""
     speed = 45.0
     run = sd.simulate(tappet(speed, -math.pi / 2, stiffness=1e13), until=0.2, **TIGHT)
     turn = brentq(lambda turn: speed**2 * float(bend(turn)) + G, -1.5, 1.5)
     leaves = (turn + math.pi / 2) / speed
 
-    def flight(time: Any) -> Any:
+    def flight(time):
         return float(lift(turn)) + speed * float(lift_rate(turn)) * time - 0.5 * G * time**2
 
     late = np.linspace(2e-3, 0.15, 1500)
@@ -112,7 +106,7 @@ LOBES = tuple(
 )
 
 
-def test_forces_of_any_profile_come_from_an_energy() -> None:
+def test_forces_of_any_profile_come_from_an_energy():
     """Identity: derivatives of the depth by differences; a knife edge on its profile is at depth 0, a roller at its radius."""
     cam = sd.Cam("cam", ("wheel", "axis"), ("tip", "centre"), (*LOBES, (2.0 * math.pi, LOBES[0][1])), 0.01)
     table, h = np.array(cam.parameters((1.0, 0.0, 0.0))), 1e-6
@@ -133,7 +127,7 @@ def test_forces_of_any_profile_come_from_an_energy() -> None:
         assert depth_at(x + 0.01 * normal[0], y + 0.01 * normal[1], table, count)[0] == pytest.approx(0.0, abs=2e-5)
 
 
-def test_a_turning_cam_throws_its_follower_without_loss() -> None:
+def test_a_turning_cam_throws_its_follower_without_loss():
     """Identity: cam and follower in the plane, neither driven: energy and angular momentum stay over several contacts."""
     cam = sd.Cam(
         "cam", ("wheel", "axis"), ("tip", "centre"), (*LOBES, (2.0 * math.pi, LOBES[0][1])), 0.01, 1e9, restitution=1.0
@@ -172,14 +166,14 @@ def test_a_turning_cam_throws_its_follower_without_loss() -> None:
         ),
     ],
 )
-def test_refused(change: dict[str, Any], line: str) -> None:
+def test_refused(change, line):
     """Contract: one line that says what came."""
     cam = tappet(1.0, 0.0).components[0]
     with pytest.raises(sd.InputError, match=line):
-        dataclasses.replace(cam, **change)  # type: ignore[type-var]
+        dataclasses.replace(cam, **change)
 
 
-def test_a_follower_within_the_cam_is_refused() -> None:
+def test_a_follower_within_the_cam_is_refused():
     """Contract: the error says where the profile is."""
     deep = tappet(1.0, math.pi / 2, 1.0)
     follower = dataclasses.replace(deep.body("follower"), position=(0.0, 0.03))

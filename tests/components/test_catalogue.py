@@ -10,7 +10,6 @@ import inspect
 import re
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,7 +79,7 @@ def assert_drawn(run: xr.Dataset, mechanism: sd.Mechanism, name: str, strokes: i
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_face_of_a_component(section, tmp_path, capsys):
     """Contract: the example of its page is read, checked, run, documented in the Dataset, saved, run again and drawn."""
     declared = COMPONENTS[section].declaration
     text = example(section)
@@ -103,7 +102,7 @@ def test_every_face_of_a_component(section: str, tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.parametrize("section", SECTIONS)
-def test_its_page_and_its_table(section: str) -> None:
+def test_its_page_and_its_table(section):
     """Contract: `sd` has the class, the printed case file its table, the page the table of its declaration and a source."""
     text, kind = parts()[heading(section)], COMPONENTS[section]
     assert getattr(sd, kind.__name__) is kind
@@ -114,7 +113,7 @@ def test_its_page_and_its_table(section: str) -> None:
     assert "References\n----------\n" in inspect.cleandoc(kind.__doc__ or "")
 
 
-def test_every_symbol_of_every_port_has_strokes() -> None:
+def test_every_symbol_of_every_port_has_strokes():
     """Contract: lines of two points or more, with the part of the distance first on a line; an arrow follows its force."""
     for port in (*PORTS.values(), ACTUATOR):
         for name, strokes in port.symbols.items():
@@ -122,7 +121,7 @@ def test_every_symbol_of_every_port_has_strokes() -> None:
             assert all(len(stroke) > 1 and stroke.shape[1] == (3 if port is LINE else 2) for stroke in strokes), name
 
 
-def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_new_component_has_every_face(tmp_path, capsys):
     """Contract: ten lines in a file, and nothing else, make a table, a line of check, variables, and a picture."""
     (tmp_path / "paddle.py").write_text(TEN_LINES, encoding="utf-8")
     text = BASE + '\n[[component]]\ntype = "paddle.py:Paddle"\nname = "oar"\nbody = "crank"\ndrag = "0.2 N m s^2/rad^2"\n'
@@ -139,7 +138,7 @@ def test_a_new_component_has_every_face(tmp_path: Path, capsys: pytest.CaptureFi
     np.testing.assert_array_equal(run_of(handed)["paddle_torque"], run["paddle_torque"])
 
 
-def test_the_page_s_own_component(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_page_s_own_component(tmp_path, capsys):
     """Contract: the page's component of a user's own does what the page says, in a process that imports nothing else."""
     text = parts()["User-defined components"]
     (code,), (added,) = snippets(text, "python"), snippets(text)

@@ -1,9 +1,6 @@
 """Forces, energies and powers of the components at one state each, against numbers worked out by hand."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,13 +36,7 @@ LATCH = sd.Latch("l", "one", angle=-0.5)  # Latch at an angle of -0.5 rad
 # Forces of 5 N by whether they follow the body
 FORCES_OF_PUSH = {False: sd.Force("f", ENDS[1], (3.0, 4.0)), True: sd.Force("f", ENDS[1], (3.0, 4.0), follows=True)}
 # Coordinates of a port at an angle of arctan(4/3): position, direction, and rates of zero
-TURNED_COORDINATES = (
-    0.0,
-    0.0,
-    0.6,
-    0.8,
-    *[0.0] * 4,
-)
+TURNED_COORDINATES = (0.0, 0.0, 0.6, 0.8, *[0.0] * 4)
 TAPE = sd.TapeSpring("t", "one", "ground", 10.0, 2.0, 0.5, 1.0, 0.3, 0.1)
 """Tape spring: straight branch of 10 N m/rad up to 2 and -1 N m, folded moments 0.5 and -0.3 N m, free angle 0.1 rad."""
 TABLES = sd.TapeSpring(
@@ -124,7 +115,7 @@ GUARD_CASES = [
 @pytest.mark.parametrize(
     ("part", "kernel", "state", "expected", "bound"), [*((part, "force", *row) for part, *row in FORCE_CASES), *GUARD_CASES]
 )
-def test_kernel_at_one_state(part: Any, kernel: str, state: tuple[float, ...], expected: Any, bound: float) -> None:
+def test_kernel_at_one_state(part, kernel, state, expected, bound):
     """Closed form: what a kernel gives of coordinates, rates and context of its component, to so many digits."""
     declared, numbers = part.declaration, part.parameters(START_COORDINATES)
     values = dict(zip((*declared.port.coordinates, *declared.port.rates, *declared.context), state, strict=False))
@@ -134,12 +125,12 @@ def test_kernel_at_one_state(part: Any, kernel: str, state: tuple[float, ...], e
     assert np.atleast_1d(found) == pytest.approx(expected, rel=bound, abs=0.0)
 
 
-def test_free_angle_of_a_bushing() -> None:
+def test_free_angle_of_a_bushing():
     """Closed form: as placed unless it is given."""
     assert sd.Bushing("b", *ENDS).parameters(START_COORDINATES)[-1] == 0.1
 
 
-def test_push_of_a_stop() -> None:
+def test_push_of_a_stop():
     """Closed form: never a pull, and nothing from outside."""
     assert stop_damping(0.4) == pytest.approx(XI, rel=1e-14)
     assert push(1.0, 0.5, 1e9, 0.01, 0.1, 1e6, 1.5, XI) == pytest.approx((PUSH, STORED, LOST), rel=1e-13)
@@ -147,7 +138,7 @@ def test_push_of_a_stop() -> None:
     assert push(0.0, 0.5, 1e9, 0.01, 0.1, 1e6, 1.5, XI) == (0.0, 0.0, 0.0)
 
 
-def test_push_of_a_stop_that_is_loaded() -> None:
+def test_push_of_a_stop_that_is_loaded():
     """Closed form: beyond twice the approach speed damping refers to half of the speed that motion and strain are worth."""
     mass, rate = 2.0, 0.1
     loaded = 0.5 * math.hypot(rate, math.sqrt(ELASTIC * 0.01 / mass))

@@ -1,7 +1,5 @@
 """A friction clutch: two rotors that it brings to one speed, and its linings at rest."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -18,16 +16,16 @@ CAPACITY, YIELD, ONE, OTHER, SPEED = 2.0, 0.02, 0.3, 0.5, 10.0
 REDUCED = ONE * OTHER / (ONE + OTHER)  # [kg m^2] inertia of the relative rotation of both sides
 
 
-def rotors(**options: object) -> sd.Mechanism:
+def rotors(**options):
     """Return two balanced rotors on the ground with a clutch between them; the first one turns."""
     bodies = wheel("one", ONE, angular_velocity=SPEED), wheel("other", OTHER, angular_velocity=0.0)
-    clutch = sd.Clutch("clutch", "one", CAPACITY, base="other", yield_angle=YIELD, **options)  # type: ignore[arg-type]
+    clutch = sd.Clutch("clutch", "one", CAPACITY, base="other", yield_angle=YIELD, **options)
     joints = tuple(sd.Revolute(f"{body.name} pin", (body.name, "c"), ("ground", "O")) for body in bodies)
     return sd.Mechanism(bodies, joints=joints, ground=ORIGIN, components=(clutch,), input_body="one")
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_two_rotors_come_to_one_speed(method: str) -> None:
+def test_two_rotors_come_to_one_speed(method):
     """Closed form: over the slip angle p the load is 1 - exp(-p/y), and w^2 = w_0^2 - 2 M/I (p - y (1 - exp(-p/y)))."""
     stops = REDUCED * SPEED / CAPACITY
     run = sd.simulate(rotors(), until=0.9 * stops, method=method, samples=101, **TIGHT)
@@ -41,7 +39,7 @@ def test_two_rotors_come_to_one_speed(method: str) -> None:
     assert_balance(run)
 
 
-def test_energy_that_a_clutch_takes() -> None:
+def test_energy_that_a_clutch_takes():
     """Limit: once both turn together half the reduced inertia times the square of the first difference is gone."""
     run = sd.simulate(rotors(), until=3.0, samples=11)
     final = ONE * SPEED / (ONE + OTHER)
@@ -49,7 +47,7 @@ def test_energy_that_a_clutch_takes() -> None:
     assert float(run["damper_loss"][-1]) == pytest.approx(0.5 * REDUCED * SPEED**2, rel=2e-3)
 
 
-def test_engagement_over_time() -> None:
+def test_engagement_over_time():
     """Closed form: the torque is that of the engaged clutch times t/T - sin(2 pi t/T)/(2 pi), none while it is open."""
     run = sd.simulate(rotors(time_function=sd.Cycloidal(0.0, 1.0, 0.5)), until=0.7, samples=71, **TIGHT)
     share = np.minimum(run["time"].values / 0.5, 1.0)
@@ -60,7 +58,7 @@ def test_engagement_over_time() -> None:
     assert_balance(run)
 
 
-def test_linings_at_rest_are_a_spring() -> None:
+def test_linings_at_rest_are_a_spring():
     """Closed form: against the ground a small twist swings with the stiffness M/y, cos(sqrt(M/(y I)) t)."""
     clutch = sd.Clutch("brake", "one", CAPACITY, yield_angle=YIELD)
     mechanism = on_pin(wheel("one", ONE, angular_velocity=1e-5), clutch)

@@ -1,7 +1,5 @@
 """Constant-force springs: the full tension, the part of it before the strip has left its drum, energy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -16,16 +14,16 @@ MASS, TENSION, UNCOILED = 0.8, 12.0, 0.25  # Mass of the ball [kg], tension [N] 
 
 @pytest.mark.parametrize("damping", [0.0, 0.2])
 @pytest.mark.parametrize("method", METHODS)
-def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
+def test_orbit_across_the_uncoiling_length(method, damping):
     """Cross-check by a second formulation: an orbit with both parts of the law, by scipy with the kink as an event."""
     start = (0.5, 0.0, 0.4, 0.6)
 
-    def rate(mode: int, t: float, y: np.ndarray) -> tuple[float, ...]:
+    def rate(mode, t, y):
         length = math.hypot(y[0], y[1])
         pull = TENSION * (length / UNCOILED if mode else 1.0) + damping * (y[0] * y[2] + y[1] * y[3]) / length
         return y[2], y[3], -pull * y[0] / length / MASS, -pull * y[1] / length / MASS - 1.6
 
-    def beyond(t: float, y: np.ndarray) -> float:
+    def beyond(t, y):
         return math.hypot(y[0], y[1]) - UNCOILED
 
     reel = sd.ConstantForceSpring("reel", *ENDS, TENSION, UNCOILED, damping)
@@ -40,7 +38,7 @@ def test_orbit_across_the_uncoiling_length(method: str, damping: float) -> None:
     assert_balance(run)
 
 
-def test_what_it_cannot_be() -> None:
+def test_what_it_cannot_be():
     """Contract: an uncoiling length of zero would be a jump of the force, and is refused."""
     with pytest.raises(sd.InputError, match=r"uncoiling_length = .*expected a number from 1e-12"):
         sd.ConstantForceSpring("reel", *ENDS, 1.0, 0.0)

@@ -1,12 +1,8 @@
 """Loads, springs and motors by curves over position and speed, and gas springs."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,12 +25,12 @@ PAIRS = ((-0.2, 3.0), (0.1, 5.0), (0.35, 5.0), (0.5, -2.0), (1.2, 0.0))
 ball = partial(ball_on, mass=0.8)
 
 
-def wheel(*components: Any, **more: Any) -> sd.Mechanism:
+def wheel(*components, **more):
     """Return a disc of 0.02 kg m^2 on a pin."""
     return on_pin(build.wheel("disc", 0.02, **more), *components)
 
 
-def test_curve_and_its_integral() -> None:
+def test_curve_and_its_integral():
     """Cross-check: scipy's monotone cubic and its antiderivative, held beyond the ends."""
     curve, table = PchipInterpolator(*np.array(PAIRS).T), np.array([7.0, *curve_knots(PAIRS)])
     whole = curve.antiderivative()
@@ -47,7 +43,7 @@ def test_curve_and_its_integral() -> None:
     assert curve_at(1.3, table, 1, 5) == pytest.approx((0.0, float(whole(1.2)), 0.1))
 
 
-def test_straight_curve_is_a_spring() -> None:
+def test_straight_curve_is_a_spring():
     """Identity: the curve of a linear spring."""
     curve = tuple((length, 30.0 * (length - 0.2)) for length in (0.01, 0.3, 0.7, 2.0))
     by_curve = sd.simulate(ball(sd.NonlinearSpring("s", *ENDS, curve, 0.1), velocity=(0.3, 0.0)), until=0.35, **TIGHT)
@@ -58,7 +54,7 @@ def test_straight_curve_is_a_spring() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_progressive_spring(method: str) -> None:
+def test_progressive_spring(method):
     """Cross-check by a second formulation: a mass on a line by scipy, with scipy's curve."""
     pairs = ((0.02, -60.0), (0.1, -20.0), (0.3, 0.0), (0.5, 6.0), (0.9, 40.0))
     curve = PchipInterpolator(*np.array(pairs).T)
@@ -79,14 +75,14 @@ def test_progressive_spring(method: str) -> None:
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.4])
-def test_speed_that_a_gas_spring_gives(exponent: float) -> None:
+def test_speed_that_a_gas_spring_gives(exponent):
     """Closed form: the work of a polytropic expansion becomes kinetic energy."""
     force, extended, stroke, progression = 40.0, 0.9, 0.6, 1.5
     spring = sd.GasSpring("strut", *ENDS, force, extended, stroke, progression, exponent)
     run = sd.simulate(ball(spring, place=(0.35, 0.0)), until=0.08, **TIGHT)
     gas = stroke / (1.0 - 1.0 / progression)
 
-    def stored(length: np.ndarray) -> np.ndarray:
+    def stored(length):
         part = 1.0 - (extended - length) / gas
         if exponent == 1.0:
             return -force * gas * np.log(part)
@@ -101,7 +97,7 @@ def test_speed_that_a_gas_spring_gives(exponent: float) -> None:
     assert_balance(run)
 
 
-def test_catalogue_forces_of_a_gas_spring() -> None:
+def test_catalogue_forces_of_a_gas_spring():
     """Closed form: pressed in slowly it gives the progression, with its friction in and out."""
     spring = sd.GasSpring(
         "strut", ("ground", "O"), ("slider", "centre"), 200.0, 0.45, 0.25, 1.4, friction=15.0, friction_speed=0.2
@@ -119,7 +115,7 @@ def test_catalogue_forces_of_a_gas_spring() -> None:
     assert_balance(run)
 
 
-def test_work_of_a_press() -> None:
+def test_work_of_a_press():
     """Closed form: over a turn a force does no work in both senses, and in one the area below its curve."""
     loads = [
         sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.15, 0.0), (0.3, -120.0), (0.45, -240.0)), acts, transition=2e-3)
@@ -137,7 +133,7 @@ def test_work_of_a_press() -> None:
     np.testing.assert_allclose(works, (0.0, -area, area), atol=1e-3 * area)
 
 
-def test_periodic_torque() -> None:
+def test_periodic_torque():
     """Closed form: the energy that a turn adds; the curve repeats smoothly at its ends."""
     curve = tuple((math.radians(angle), torque) for angle, torque in ((0, 1.0), (120, 3.0), (240, 2.0), (360, 1.0)))
     run = sd.simulate(wheel(sd.AngleLoad("gas", "disc", curve, periodic=True), angle=0.0), until=2.0, samples=2001, **TIGHT)
@@ -151,7 +147,7 @@ def test_periodic_torque() -> None:
     assert "leaves" not in run.attrs["warnings"]
 
 
-def test_straight_torque_speed_curve_is_a_motor() -> None:
+def test_straight_torque_speed_curve_is_a_motor():
     """Identity: behind a gear of ratio 2 a motor of half the torque and twice the speed."""
     line = tuple((speed, 1.5 * (1.0 - speed / 60.0)) for speed in (-10.0, 0.0, 30.0, 70.0))
     by_curve = sd.simulate(wheel(sd.TabulatedMotor("m", "disc", line, ratio=2.0, inertia=0.01)), until=1.0, **TIGHT)
@@ -163,7 +159,7 @@ def test_straight_torque_speed_curve_is_a_motor() -> None:
     np.testing.assert_allclose(needed["torque"][0], 3.0)
 
 
-def test_run_up_of_an_asynchronous_motor() -> None:
+def test_run_up_of_an_asynchronous_motor():
     """Closed form: where torque of motor and load are equal the speed stays."""
     curve = ((-5.0, 4.0), (0.0, 4.0), (100.0, 7.0), (150.0, 0.0), (200.0, -7.0))
     load = sd.Torque("load", "disc", -3.5)
@@ -174,7 +170,7 @@ def test_run_up_of_an_asynchronous_motor() -> None:
     assert_balance(run)
 
 
-def cart(*components: Any, speed: float = 0.0) -> sd.Mechanism:
+def cart(*components, speed=0.0):
     """Return a cart of 2 kg on a rail of another cart of 3 kg; both are free along the rail."""
     bodies = tuple(
         dataclasses.replace(sd.point_mass(name, mass=mass, position=(x, 0.0)), velocity=(v, 0.0))
@@ -185,7 +181,7 @@ def cart(*components: Any, speed: float = 0.0) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_exponential_approach_of_a_linear_motor(method: str, tmp_path: Path) -> None:
+def test_exponential_approach_of_a_linear_motor(method, tmp_path):
     """Closed form: a straight curve and a load give v = v_e (1 - exp(-F_0 t/(m v_0))), v_e = v_0 (1 - F_L/F_0)."""
     line = tuple((v, 40.0 * (1.0 - v / 0.8)) for v in (-0.2, 0.0, 0.5, 1.0))
     drive = sd.LinearMotor("m", ("ground", "foot"), ("cart", "centre"), line)
@@ -202,7 +198,7 @@ def test_exponential_approach_of_a_linear_motor(method: str, tmp_path: Path) -> 
     assert sd.read_case(sd.write_case(mechanism, tmp_path / "cart.toml")).mechanism == mechanism
 
 
-def test_power_of_a_cylinder_between_two_bodies() -> None:
+def test_power_of_a_cylinder_between_two_bodies():
     """Closed form: action and reaction keep the momentum; on the hyperbola F = P/v the kinetic energy grows as P t."""
     speeds = np.geomspace(0.2, 4.0, 400)
     pump = sd.LinearMotor(
@@ -219,7 +215,7 @@ def test_power_of_a_cylinder_between_two_bodies() -> None:
     assert "linear motor 'm' leaves its curve or stroke by up to 0.5" in fast.attrs["warnings"]
 
 
-def test_warning_where_a_stroke_is_left() -> None:
+def test_warning_where_a_stroke_is_left():
     """Limit: the largest distance beyond a curve is located and said, in a run, in statics and in batches."""
     load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.25, 0.0), (0.41, -10.0)))
     crank = dataclasses.replace(sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0), components=(load,)).driven(speed=1.0)
@@ -259,13 +255,13 @@ def test_warning_where_a_stroke_is_left() -> None:
         ),
     ],
 )
-def test_refused(part: Any, text: str) -> None:
+def test_refused(part, text):
     with pytest.raises(sd.InputError, match=text):
         part()
 
 
 @pytest.mark.parametrize("kind", ["scissor", "slider-crank", "four-bar", "mast", "ring"])
-def test_new_cases_have_parts_that_fit(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_new_cases_have_parts_that_fit(kind, tmp_path, capsys):
     """Contract: `new --with` writes curves that cover the stroke."""
     parts = "nonlinear_spring,gas_spring,stroke_load,angle_load"
     for wanted in (parts, "tabulated_motor", "linear_motor"):

@@ -1,9 +1,6 @@
 """Drag of a fluid: falls and drifts in closed form, the direction of the force, the energy balance."""
 
-from __future__ import annotations
-
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,13 +15,13 @@ AIR = {"drag_coefficient": 0.5, "area": 0.3, "density": 4.0}  # Drag coefficient
 QUADRATIC = 0.5 * 4.0 * 0.5 * 0.3  # rho C_d A/2 of the numbers above [kg/m]
 
 
-def drag(**numbers: Any) -> sd.Drag:
+def drag(**numbers):
     """Return the drag of a ball."""
     return sd.Drag("air", ("ball", "centre"), **numbers)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_ball_falls_to_its_terminal_speed(method: str) -> None:
+def test_a_ball_falls_to_its_terminal_speed(method):
     """Closed form: v = v_e tanh(g t/v_e) of a fall in fast flow, y = -(v_e^2/g) ln cosh(g t/v_e)."""
     run = sd.simulate(ball_on(drag(**AIR), mass=MASS, gravity=G), until=5.0, method=method, **TIGHT)
     terminal, time = math.sqrt(MASS * G / QUADRATIC), run["time"].values
@@ -35,7 +32,7 @@ def test_a_ball_falls_to_its_terminal_speed(method: str) -> None:
     assert_balance(run)
 
 
-def test_slow_flow_carries_a_ball() -> None:
+def test_slow_flow_carries_a_ball():
     """Closed form: in a flow, damping brings the velocity to that of the flow exponentially; the flow's power is work."""
     flow, damping = np.array([3.0, -1.0]), 1.5
     ball = ball_on(drag(damping=damping, flow=tuple(flow.tolist())), mass=MASS)
@@ -48,7 +45,7 @@ def test_slow_flow_carries_a_ball() -> None:
     assert_balance(run)
 
 
-def test_drag_turns_a_bar() -> None:
+def test_drag_turns_a_bar():
     """Second formulation: the angle of a pendulum with drag at its end, by scipy; the drag acts at the end's speed."""
     length, mass = 0.8, 1.5
     bar = sd.Body("bar", mass, mass * length**2 / 12.0, {"start": (-0.4, 0.0), "end": (0.4, 0.0)}, angle=0.0)
@@ -61,7 +58,7 @@ def test_drag_turns_a_bar() -> None:
     )
     run = sd.simulate(pendulum, until=3.0, **TIGHT)
 
-    def rate(t: float, y: np.ndarray) -> list[float]:
+    def rate(t, y):
         speed = length * y[1]
         moment = -mass * G * 0.5 * length * math.cos(y[0]) - length * (0.2 + QUADRATIC * abs(speed)) * speed
         return [y[1], moment / (mass * length**2 / 3.0)]
@@ -71,7 +68,7 @@ def test_drag_turns_a_bar() -> None:
     assert_balance(run)
 
 
-def test_drag_without_a_coefficient_is_refused() -> None:
+def test_drag_without_a_coefficient_is_refused():
     """Contract: no coefficient, or an area without one, is one line."""
     for numbers in ({}, {"area": 0.1}, {"drag_coefficient": 1.0, "damping": 2.0}):
         with pytest.raises(sd.InputError, match=r"drag 'air': damping = .*above 0"):

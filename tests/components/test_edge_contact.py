@@ -1,13 +1,9 @@
 """Contacts with edges: a disc on a floor, on the side and end of a bar, and on another disc."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -29,7 +25,7 @@ MASS, RADIUS, G = 2.0, 0.1, 9.81  # Mass [kg] and radius [m] of a disc, gravitat
 INERTIA = 0.5 * MASS * RADIUS**2  # Of a disc about its centre [kg m^2]
 
 
-def disc(name: str, position: tuple[float, float], velocity: tuple[float, float] = (0.0, 0.0), spin: float = 0.0) -> sd.Body:
+def disc(name, position, velocity=(0.0, 0.0), spin=0.0):
     """Return a disc."""
     return sd.Body(
         name,
@@ -42,14 +38,14 @@ def disc(name: str, position: tuple[float, float], velocity: tuple[float, float]
     )
 
 
-def on_a_floor(body: sd.Body, slope: float = 0.0, **laws: Any) -> sd.Mechanism:
+def on_a_floor(body, slope=0.0, **laws):
     """Return a disc above a floor through the origin, at an angle to the horizontal."""
     floor = sd.EdgeContact("floor", ("ground", "O"), ("disc", "centre"), slope, radius=RADIUS, **laws)
     return sd.Mechanism(bodies=(body,), components=(floor,), ground=(("O", (0.0, 0.0)),), gravity=G)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_disc_bounces_without_loss(method: str) -> None:
+def test_a_disc_bounces_without_loss(method):
     """Closed form: flight under gravity, and half an oscillation on a linear spring under its weight."""
     height, stiffness = 0.2, 1e6
     floor = on_a_floor(disc("disc", (0.0, RADIUS + height)), stiffness=Linear(stiffness), damping=NoDamping())
@@ -66,7 +62,7 @@ def test_a_disc_bounces_without_loss(method: str) -> None:
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.3])
-def test_a_sliding_disc_begins_to_roll(slope: float) -> None:
+def test_a_sliding_disc_begins_to_roll(slope):
     """Closed form: friction slows the disc and turns it until it rolls; on a slope the weight drives it."""
     kinetic, stiffness, speed = 0.2, 1e8, 3.0
     along, up = np.array([math.cos(slope), math.sin(slope)]), np.array([-math.sin(slope), math.cos(slope)])
@@ -89,12 +85,12 @@ def test_a_sliding_disc_begins_to_roll(slope: float) -> None:
     assert_balance(run, 1e-6)
 
 
-def free_bodies(bodies: tuple[sd.Body, sd.Body], contact: sd.EdgeContact) -> sd.Mechanism:
+def free_bodies(bodies, contact):
     """Return two bodies in a plane without gravity."""
     return sd.Mechanism(bodies=bodies, components=(contact,), gravity=0.0)
 
 
-def momenta(run, bodies: tuple[sd.Body, sd.Body]) -> np.ndarray:
+def momenta(run, bodies):
     """Return linear and angular momentum of two bodies over time, shape (samples, 3)."""
     total = np.zeros((run.sizes["time"], 3))
     for body in bodies:
@@ -105,7 +101,7 @@ def momenta(run, bodies: tuple[sd.Body, sd.Body]) -> np.ndarray:
     return total
 
 
-def bar(spin: float = 0.0) -> sd.Body:
+def bar(spin=0.0):
     """Return a bar of 1 m whose axis begins at its point `start`."""
     points = {"start": (-0.5, 0.0), "end": (0.5, 0.0)}
     return sd.Body("bar", mass=3.0, inertia=0.25, points=points, position=(0.0, 0.0), angular_velocity=spin)
@@ -116,7 +112,7 @@ def bar(spin: float = 0.0) -> sd.Body:
     ("x", "side"), [(0.3, 1.0), (0.3, -1.0), (0.56, 1.0), (-0.55, -1.0)], ids=["left", "right", "end", "beginning"]
 )
 @pytest.mark.parametrize("restitution", [1.0, 0.6])
-def test_a_disc_hits_a_turning_bar(x: float, side: float, kinetic: float, restitution: float) -> None:
+def test_a_disc_hits_a_turning_bar(x, side, kinetic, restitution):
     """Identity: momenta of two free bodies stay, on both sides and at both round ends; energies balance."""
     contact = sd.EdgeContact(
         *("touch", ("bar", "start"), ("disc", "centre")),
@@ -138,7 +134,7 @@ def test_a_disc_hits_a_turning_bar(x: float, side: float, kinetic: float, restit
         assert run["angular_velocity"].sel(body="disc").values[-1] == pytest.approx(4.0, rel=1e-12)
 
 
-def test_two_discs_exchange_their_speeds() -> None:
+def test_two_discs_exchange_their_speeds():
     """Closed form: a head-on collision of equal discs without loss; an edge of length 0 is a disc."""
     contact = sd.EdgeContact("touch", ("one", "centre"), ("two", "centre"), 0.7, 0.0, RADIUS, RADIUS, damping=NoDamping())
     bodies = disc("one", (0.0, 0.0), (1.0, 0.5)), disc("two", (0.25, 0.0), (-2.0, 0.5))
@@ -147,7 +143,7 @@ def test_two_discs_exchange_their_speeds() -> None:
     np.testing.assert_allclose(run["velocity"].values[-1], [[-2.0, 0.5], [1.0, 0.5]], atol=1e-9)
 
 
-def test_a_disc_runs_over_the_end_of_a_bar() -> None:
+def test_a_disc_runs_over_the_end_of_a_bar():
     """Identity: the energy balances while a disc rolls from the side of a bar around its end and falls off."""
     contact = sd.EdgeContact(
         *("touch", ("ground", "start"), ("disc", "centre")), length=0.5, half_width=0.03, radius=RADIUS, friction=Coulomb(0.5)
@@ -168,7 +164,7 @@ def test_a_disc_runs_over_the_end_of_a_bar() -> None:
     assert_balance(run, 1e-6)
 
 
-def test_distance_of_a_point() -> None:
+def test_distance_of_a_point():
     """Second formulation: the nearest of many points of the edge."""
     along, rng = (math.cos(0.4), math.sin(0.4)), np.random.default_rng(3)
     edge = np.linspace(0.0, 0.7, 700_001)[:, None] * along
@@ -179,7 +175,7 @@ def test_distance_of_a_point() -> None:
         np.testing.assert_allclose((x, y) - far * np.array([nx, ny]), edge[apart.argmin()], atol=2e-6)
 
 
-def returned(factor: float) -> float:
+def returned(factor):
     """Return the restitution of a free impact with F = F_el (1 + xi s), s = delta'/v, for any F_el.
 
     The work of F_el from the onset to a speed s is m v^2 (w(1) - w(s)), with w(s) = (s - ln(1 + xi s)/xi)/xi; 0 at s = -c.
@@ -187,7 +183,7 @@ def returned(factor: float) -> float:
     if factor == 0.0:
         return 1.0
 
-    def work(s: float) -> float:
+    def work(s):
         return (s - math.log1p(factor * s) / factor) / factor
 
     return float(brentq(lambda c: work(1.0) - work(-c), 0.0, (1.0 - 1e-15) / factor if factor > 1.0 else 1.0))
@@ -197,7 +193,7 @@ FACTORS = [name for name, law in DAMPING.items() if hasattr(law, "factor")]
 
 
 @pytest.mark.parametrize("name", FACTORS)
-def test_restitution_of_each_damping_factor(name: str) -> None:
+def test_restitution_of_each_damping_factor(name):
     """Closed form: the speed ratio of a free impact by the law's factor, whatever the stiffness law."""
     law = DAMPING[name]()
     body = disc("disc", (0.0, RADIUS + 0.01), (0.0, -0.3))
@@ -210,7 +206,7 @@ def test_restitution_of_each_damping_factor(name: str) -> None:
     assert_balance(run)
 
 
-def test_a_ball_bounces_in_closed_form() -> None:
+def test_a_ball_bounces_in_closed_form():
     """Closed form: onsets and releases of Hertz's impact without weight in flight, T = 2 (5 m/4 K)^(2/5) v^(-1/5) I."""
     height, steel = 0.2, sd.STEEL
     stiffness = 2.0 / 3.0 * steel.youngs_modulus / (1.0 - steel.poisson_ratio**2) * math.sqrt(RADIUS)
@@ -227,7 +223,7 @@ def test_a_ball_bounces_in_closed_form() -> None:
     assert "start faster than" in " ".join(json.loads(run.attrs["warnings"]))
 
 
-def test_forces_at_the_samples() -> None:
+def test_forces_at_the_samples():
     """Closed form: normal force, friction, energy and indentation of a sample by the formulas of the laws."""
     coefficient, exponent, restitution, kinetic, ramp = 3e7, 1.3, 0.6, 0.3, 0.5
     laws = {"stiffness": PowerLaw(coefficient, exponent), "damping": sd.Flores(restitution), "friction": Coulomb(kinetic, ramp)}
@@ -253,7 +249,7 @@ def test_forces_at_the_samples() -> None:
     assert_balance(run)
 
 
-def test_bristles_slide_roll_and_vibrate() -> None:
+def test_bristles_slide_roll_and_vibrate():
     """Second formulation: Hertz, Flores and Dahl's law in the equations of a disc on a slope, by scipy."""
     slope, kinetic, sigma, restitution, speed = 0.3, 0.25, 1e5, 0.4, 0.8
     steel = sd.STEEL
@@ -266,7 +262,7 @@ def test_bristles_slide_roll_and_vibrate() -> None:
     run = sd.simulate(on_a_floor(body, slope, **laws), until=5e-3, samples=51, method="rodas5p", rtol=1e-10, atol=1e-10)
     xi = 1.6 * (1.0 - restitution) / restitution
 
-    def rate(t: float, y: np.ndarray) -> list[float]:
+    def rate(t, y):
         _, d, v, d_rate, w, z = y
         elastic = stiffness * d**1.5
         reference = max(1e-6, 0.5 * math.sqrt(d_rate**2 + elastic * d / MASS))  # the load of a contact at rest
@@ -285,7 +281,7 @@ def test_bristles_slide_roll_and_vibrate() -> None:
     assert_balance(run, 1e-7)
 
 
-def test_bristles_hold_a_mass_on_a_slope() -> None:
+def test_bristles_hold_a_mass_on_a_slope():
     """Closed form: a point without rotation stays on a slope below the friction angle, and slides above it."""
     for slope, holds in ((0.15, True), (0.4, False)):
         mass = sd.point_mass("block", mass=MASS, position=(0.0, 0.0))
@@ -307,7 +303,7 @@ def test_bristles_hold_a_mass_on_a_slope() -> None:
 
 
 @pytest.mark.parametrize("name", FRICTION)
-def test_momenta_with_each_friction_law(name: str) -> None:
+def test_momenta_with_each_friction_law(name):
     """Identity: linear and angular momentum of two free bodies stay with each friction law, and the energy balances."""
     law = FRICTION[name]()
     contact = sd.EdgeContact(
@@ -323,7 +319,7 @@ def test_momenta_with_each_friction_law(name: str) -> None:
     assert moved == (name != "none")
 
 
-def test_bars_of_a_folded_scissor_rebound() -> None:
+def test_bars_of_a_folded_scissor_rebound():
     """Closed form: bars of a folded array touch at sin 2a = 2w/L and rebound with the restitution of the law."""
     width = 0.05
     touches = tuple(
@@ -359,7 +355,7 @@ def test_bars_of_a_folded_scissor_rebound() -> None:
 @pytest.mark.parametrize(
     ("law", "largest"), [(Coulomb(0.25), 0.25), (sd.LuGre(0.2, static=0.3), 0.3)], ids=["coulomb", "lugre"]
 )
-def test_statics_of_friction_at_an_edge(law: Any, largest: float) -> None:
+def test_statics_of_friction_at_an_edge(law, largest):
     """Closed form: torque mu K delta (L + R) of a driven crank whose disc rubs on a floor, against its motion."""
     length, depth, stiffness = 1.0, 5e-4, 1e5
     pivot, start = (0.0, length + RADIUS - depth), -0.5 * math.pi - 0.01
@@ -378,7 +374,7 @@ def test_statics_of_friction_at_an_edge(law: Any, largest: float) -> None:
         assert float(found["drive_torque"][1]) == pytest.approx(sign * torque, rel=1e-9, abs=1e-9)
 
 
-def test_curvature_of_two_discs() -> None:
+def test_curvature_of_two_discs():
     """Closed form: Hertz's constant of two balls, 4/3 E* sqrt(R w/(R + w)), from the relative radius."""
     contact = sd.EdgeContact("touch", ("one", "centre"), ("two", "centre"), 0.0, 0.0, 0.03, RADIUS, stiffness=sd.Hertz())
     modulus = 0.5 * sd.STEEL.youngs_modulus / (1.0 - sd.STEEL.poisson_ratio**2)
@@ -387,14 +383,14 @@ def test_curvature_of_two_discs() -> None:
 
 
 @pytest.mark.slow
-def test_gradients_of_a_bounce() -> None:
+def test_gradients_of_a_bounce():
     """Second formulation: derivatives of the largest force by radius and laws, against differences of runs."""
     laws = {"stiffness": sd.Hertz(), "friction": sd.LuGre(0.3)}
     floor = on_a_floor(disc("disc", (0.0, RADIUS + 0.005), (1.0, 0.0), spin=2.0), **laws)
     by = ["floor.radius", "floor.friction.kinetic", "floor.damping.restitution"]
     found = sd.gradient(floor, of=["peak_component_force"], by=by, until=0.035)["derivative"].values[0]
 
-    def largest(path: str, value: float) -> float:
+    def largest(path, value):
         run = sd.simulate(floor.replace(path, value), until=0.035, rtol=1e-12, atol=1e-12)
         return float(run["edge_contact_peak_force"][0])
 
@@ -403,7 +399,7 @@ def test_gradients_of_a_bounce() -> None:
         assert slope == pytest.approx((largest(path, value + step) - largest(path, value - step)) / (2.0 * step), rel=1e-5)
 
 
-def test_bristles_and_hard_contact_exclude_each_other() -> None:
+def test_bristles_and_hard_contact_exclude_each_other():
     """Contract: time stepping of hard contacts does not integrate the states of friction at edges, and says so."""
     loose = sd.Clearance(5e-4, contact="hard")
     arm = sd.scissor(units=1).with_clearance("A", loose)
@@ -413,7 +409,7 @@ def test_bristles_and_hard_contact_exclude_each_other() -> None:
         sd.simulate(both, until=0.1)
 
 
-def test_laws_in_a_case_file(tmp_path: Path) -> None:
+def test_laws_in_a_case_file(tmp_path):
     """Contract: laws by name or as a table, also user-defined, are read and written; a wrong one is one line."""
     laws = {"stiffness": sd.Hertz(), "damping": sd.LankaraniNikravesh(0.8), "friction": sd.LuGre(0.1)}
     floor = on_a_floor(disc("disc", (0.0, 2.0 * RADIUS)), **laws)
@@ -429,14 +425,13 @@ def test_laws_in_a_case_file(tmp_path: Path) -> None:
             sd.simulate(sd.read_case(path).mechanism, until=0.1)
 
 
-def test_impossible_edges_are_refused() -> None:
+def test_impossible_edges_are_refused():
     """Contract: a start inside the edge, and a point at a line, are one line."""
     with pytest.raises(sd.InputError, match="starts 50 mm deep in the edge"):
         sd.simulate(on_a_floor(disc("disc", (0.0, 0.5 * RADIUS))), until=0.1)
     with pytest.raises(sd.InputError, match="a point and an edge without width"):
         free_bodies(
-            (bar(), disc("disc", (0.0, 1.0))),
-            sd.EdgeContact("touch", ("bar", "start"), ("disc", "centre"), length=1.0),
+            (bar(), disc("disc", (0.0, 1.0))), sd.EdgeContact("touch", ("bar", "start"), ("disc", "centre"), length=1.0)
         )
     point = sd.EdgeContact("floor", ("ground", "O"), ("disc", "centre"), stiffness=sd.Hertz())
     fallen = sd.Mechanism(bodies=(disc("disc", (0.0, 1.0)),), components=(point,), ground=(("O", (0.0, 0.0)),))
@@ -447,7 +442,7 @@ def test_impossible_edges_are_refused() -> None:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("speed", [0.5, 1.0, 1.7])
 @pytest.mark.parametrize("events", ["located", "crossed"])
-def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str, events: str) -> None:
+def test_a_thin_bar_stops_a_fast_disc(speed, method, events):
     """Second road: the contact alone in SciPy. Bar and disc are 800 times as thin as the flight is long."""
     stiffness, reach = 1e7, 6e-4
     bar = sd.EdgeContact("bar", ("ground", "O"), ("ball", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-4, radius=5e-4)
@@ -456,21 +451,21 @@ def test_a_thin_bar_stops_a_fast_disc(speed: float, method: str, events: str) ->
     thrown = sd.Mechanism((ball,), components=(bar,), ground=(("O", (0.5, -0.2)),), gravity=0.0)
     run = sd.simulate(thrown, until=1.0 / speed, start="as-placed", method=method, events=events, **TIGHT)
 
-    def motion(_: float, y: np.ndarray) -> list[float]:
+    def motion(_, y):
         factor = 1.0 + 8.0 * (1.0 - 0.5) / (5.0 * 0.5) * y[1] / speed
         return [y[1], -stiffness * max(y[0], 0.0) * factor]
 
-    def released(t: float, y: np.ndarray) -> float:
+    def released(t, y):
         return float(y[0]) if t > 0.0 else 1.0
 
-    released.terminal = True  # type: ignore[attr-defined]
+    released.terminal = True
     contact = solve_ivp(motion, (0.0, 1.0), (0.0, speed), "DOP853", rtol=1e-11, atol=1e-14, events=released, max_step=1e-4)
     assert contact.y[0].max() < reach
     assert run["velocity"].values[-1, 0, 0] == pytest.approx(contact.y[1, -1], rel=1e-7)
     assert "failed" not in run.attrs["warnings"]
 
 
-def test_a_disc_that_passes_a_bar_is_named() -> None:
+def test_a_disc_that_passes_a_bar_is_named():
     """Contract: a disc whose centre crosses the bar's axis comes out on the other side, which no law describes."""
     bar = sd.EdgeContact("bar", ("ground", "O"), ("disc", "centre"), 0.5 * math.pi, length=0.4, half_width=1e-3, radius=RADIUS)
     bar = dataclasses.replace(bar, stiffness=Linear(1e3))

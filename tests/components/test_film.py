@@ -22,12 +22,7 @@ from .shared import shaft_in_bearing
 plain = getattr(force, "py_func", force)
 BEARING = ("ground", "O"), ("shaft", "centre")  # Bearing and journal points of an oil film
 # Sommerfeld number by eccentricity ratio for L/D = 1 (Raimondi and Boyd 1958)
-SOMMERFELD = {
-    0.2: 0.631,
-    0.6: 0.121,
-    0.8: 0.0446,
-    0.9: 0.0188,
-}
+SOMMERFELD = {0.2: 0.631, 0.6: 0.121, 0.8: 0.0446, 0.9: 0.0188}
 
 
 def film(model: str = "finite", **given) -> Film:
@@ -44,7 +39,7 @@ def acting(one: Film, x, y, x_rate=0.0, y_rate=0.0, speed=0.0):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_short_bearing_by_quadrature(seed: int) -> None:
+def test_a_short_bearing_by_quadrature(seed):
     """Independent formulation: the mean of the parabola over the length is 2/3 of its top, over the half with pressure."""
     rng = np.random.default_rng(seed)
     e, psi = rng.uniform(0.0, 0.95), rng.uniform(-math.pi, math.pi)
@@ -59,7 +54,7 @@ def test_a_short_bearing_by_quadrature(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_long_bearing_by_sums(seed: int) -> None:
+def test_a_long_bearing_by_sums(seed):
     """Independent formulation: Sommerfeld's pressure where it is positive, by a fine sum over the circumference."""
     rng = np.random.default_rng(seed)
     e, psi = rng.uniform(0.0, 0.9), rng.uniform(-3.0, 3.0)
@@ -75,7 +70,7 @@ def test_a_long_bearing_by_sums(seed: int) -> None:
 
 @pytest.mark.parametrize("e", [0.99, 0.9999])
 @pytest.mark.parametrize("psi", [0.0, 1e-6, -0.4, 1.5707963, -2.2, 3.1, 3.1415])
-def test_a_long_bearing_near_contact(e: float, psi: float) -> None:
+def test_a_long_bearing_near_contact(e, psi):
     """Independent formulation: in Sommerfeld's angle by adaptive quadrature, the end of the film by Brent's method."""
     side = -1.0 if math.sin(psi) > 0.0 else 1.0  # mirrored, the film begins at theta = 0
     sine, cosine, root = -abs(math.sin(psi)), math.cos(psi), math.sqrt(1.0 - e * e)
@@ -104,7 +99,7 @@ def test_a_long_bearing_near_contact(e: float, psi: float) -> None:
 
 
 @pytest.mark.parametrize("e", [0.1, 0.5, 0.9])
-def test_the_pure_wedge_of_a_long_bearing(e: float) -> None:
+def test_the_pure_wedge_of_a_long_bearing(e):
     """Closed form: 6 mu w R (R/c)^2 L (2 e^2/((2+e^2)(1-e^2)), pi e/((2+e^2) sqrt(1-e^2))), half film."""
     one = film("long", roughness=1e-9)
     fx, fy, *_ = acting(one, e * one.clearance, 0.0, speed=30.0)
@@ -114,7 +109,7 @@ def test_the_pure_wedge_of_a_long_bearing(e: float) -> None:
 
 
 @pytest.mark.parametrize(("model", "last"), [("short", 0.95), ("long", 0.95)])
-def test_a_squeeze_under_a_constant_load(model: str, last: float) -> None:
+def test_a_squeeze_under_a_constant_load(model, last):
     """Closed form: a full film gives way from the centre in (pi mu R L^3/(c^2 W)) e/(1-e^2)^1.5, or 12 pi mu L R^3 ... ^.5."""
     one, load = film(model, full=True, roughness=1e-9), 1000.0
 
@@ -132,13 +127,13 @@ def test_a_squeeze_under_a_constant_load(model: str, last: float) -> None:
 
 
 @pytest.mark.parametrize(("e", "published"), SOMMERFELD.items())
-def test_sommerfeld_numbers(e: float, published: float) -> None:
+def test_sommerfeld_numbers(e, published):
     """Published numbers: within the error of reading their tables, 1.5 %, that of the table included."""
     radial, tangential, _ = looked_up(finite_table(1.0), e, 0.5 * math.pi)
     assert 1.0 / (math.pi * e * math.hypot(radial, tangential)) == pytest.approx(published, rel=0.015)
 
 
-def test_the_table_against_solutions_between_its_nodes() -> None:
+def test_the_table_against_solutions_between_its_nodes():
     """Independent formulation: Reynolds' equation solved at other places, on a coarser mesh; between lengths, too."""
     rng = np.random.default_rng(3)
     for _ in range(12):
@@ -151,7 +146,7 @@ def test_the_table_against_solutions_between_its_nodes() -> None:
 
 
 @pytest.mark.parametrize("e", [0.3, 0.9])
-def test_a_finite_bearing_between_its_limits(e: float) -> None:
+def test_a_finite_bearing_between_its_limits(e):
     """Limit: approached at L/D = 0.05 it is short, at 40 long."""
     psi = 0.7
     for ratio, wanted in ((0.05, short_bearing), (40.0, long_bearing)):
@@ -163,7 +158,7 @@ def test_a_finite_bearing_between_its_limits(e: float) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_film_only_loses_energy_and_knows_no_direction(model: str) -> None:
+def test_a_film_only_loses_energy_and_knows_no_direction(model):
     """Identity: power lost is never negative; a state that is turned has its force turned; energy is force times rate."""
     rng = np.random.default_rng(5)
     one = film(model)
@@ -186,7 +181,7 @@ def test_a_film_only_loses_energy_and_knows_no_direction(model: str) -> None:
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("ends", [(-0.9915, 0.9915), (0.9916, 1.02)])
-def test_forces_have_no_jump_in_value_or_slope(model: str, ends: tuple[float, float]) -> None:
+def test_forces_have_no_jump_in_value_or_slope(model, ends):
     """Limit: along a line through the centre and the thin film, and along one in contact, steps of force shrink smoothly."""
     one = film(model, roughness=1e-6)
 
@@ -199,7 +194,7 @@ def test_forces_have_no_jump_in_value_or_slope(model: str, ends: tuple[float, fl
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_forces_do_not_jump_at_contact(model: str) -> None:
+def test_forces_do_not_jump_at_contact(model):
     """Limit: the slope changes where the contact law sets in, an event of the run; the force and the energy do not."""
     one = film(model, roughness=1e-6)
     before, after = (np.array(acting(one, at * one.clearance, 0.0, 0.01, 0.005, 3.0)[:5]) for at in (1.0 - 1e-12, 1.0 + 1e-12))
@@ -211,7 +206,7 @@ def turning(load: float, oil: sd.Lubrication) -> sd.Mechanism:
     return shaft_in_bearing(load, oil).driven(speed=20.0 * math.pi, body="shaft")
 
 
-def test_a_shaft_settles_where_its_load_belongs() -> None:
+def test_a_shaft_settles_where_its_load_belongs():
     """Published numbers: eccentricity 0.8 at the load of Raimondi and Boyd's Sommerfeld number, at an attitude of 36 deg."""
     load = 0.05 * 10.0 * 0.04 * 0.04 * (0.02 / 4e-5) ** 2 / SOMMERFELD[0.8]
     run = sd.simulate(turning(load, sd.Lubrication(viscosity=0.05, roughness=1e-7)), until=0.6, samples=601)
@@ -231,7 +226,7 @@ def oiled(**given) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_the_energy_balance_closes(model: str) -> None:
+def test_the_energy_balance_closes(model):
     """Identity: power lost in film, friction and contacts, and the work of the drive; residual over what is turned over."""
     run = sd.simulate(oiled(bearing=model), until=0.02, rtol=1e-11, atol=1e-11)
     assert run.attrs["status"] == "complete"
@@ -239,7 +234,7 @@ def test_the_energy_balance_closes(model: str) -> None:
     assert float(run["damper_loss"].values[-1]) > 1e-3
 
 
-def test_several_oils_beside_several_laws() -> None:
+def test_several_oils_beside_several_laws():
     """Identity: two joints, each with its oil, contact and friction law: the balance closes; each its viscosity."""
     first = sd.Clearance(2e-4, friction=sd.LuGre(0.05), lubrication=sd.Lubrication("ISO VG 32", bearing="long"))
     damping = sd.LankaraniNikravesh()
@@ -253,14 +248,14 @@ def test_several_oils_beside_several_laws() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * float(np.abs(run["drive_work"]).max())
 
 
-def test_two_methods_agree() -> None:
+def test_two_methods_agree():
     """Independent formulation: the stiff method with its step matrix, and the explicit one."""
     smooth = array(sd.Clearance(2e-4, lubrication=sd.Lubrication(viscosity=0.02)))
     stiff, explicit = (sd.simulate(smooth, until=0.01, rtol=1e-9, atol=1e-9, method=method) for method in ("rodas5p", "dop853"))
     np.testing.assert_allclose(stiff["film_displacement"], explicit["film_displacement"], atol=2e-8)
 
 
-def test_oil_softens_the_first_touch_and_is_said_to_be_thin() -> None:
+def test_oil_softens_the_first_touch_and_is_said_to_be_thin():
     """Limit: the journal arrives slower than without oil, warnings name the thin film, and the shares of time add up to one."""
     dry = sd.simulate(array(sd.Clearance(2e-4)), until=0.05)
     run = sd.simulate(oiled(), until=0.05)
@@ -274,7 +269,7 @@ def test_oil_softens_the_first_touch_and_is_said_to_be_thin() -> None:
     assert shares[0] == pytest.approx(np.mean(run["film_thickness"].values <= 0.0))
 
 
-def test_peaks_are_found_within_the_steps() -> None:
+def test_peaks_are_found_within_the_steps():
     """Contract: with few samples and with many the largest pressure, the least thickness and their instants are the same."""
     few, many = (sd.simulate(oiled(), until=0.01, samples=samples) for samples in (5, 20001))
     for name in ("film_least_thickness", "film_least_thickness_time", "film_peak_pressure", "film_peak_tension_time"):
@@ -297,7 +292,7 @@ def test_peaks_are_found_within_the_steps() -> None:
         ({"viscosity": None, "oil": "ISO VG 46"}, "asperities carry part"),
     ],
 )
-def test_a_film_beyond_its_model_is_said(given: dict, said: str) -> None:
+def test_a_film_beyond_its_model_is_said(given, said):
     """Limit: each with its own line; a vacuum for which the oil is made, and surroundings that press enough, are not named."""
     run = sd.simulate(oiled(**given), until=0.008)
     assert any(said in text for text in warnings_of(run))
@@ -310,7 +305,7 @@ def test_a_film_beyond_its_model_is_said(given: dict, said: str) -> None:
     assert not any("evaporates" in text or "cavitates" in text for text in warnings_of(calm))
 
 
-def test_a_squeeze_needs_the_tension_of_the_opposite_approach() -> None:
+def test_a_squeeze_needs_the_tension_of_the_opposite_approach():
     """Identity: Reynolds' equation without cavities is odd in the velocity."""
     one = film("short", full=True)
     away, near = (acting(one, 0.5 * one.clearance, 0.0, x_rate=rate) for rate in (-0.1, 0.1))
@@ -320,7 +315,7 @@ def test_a_squeeze_needs_the_tension_of_the_opposite_approach() -> None:
     assert near[8] == pytest.approx(0.5 * one.clearance)
 
 
-def test_a_shaft_that_heats_its_oil_is_said() -> None:
+def test_a_shaft_that_heats_its_oil_is_said():
     """Closed form: a concentric shaft loses 2 pi mu w^2 R^3 L/c, which warms 2 pi R c L of oil; so does its Reynolds number."""
     oil = sd.Lubrication("ISO VG 46", temperature=313.15)
     run = sd.simulate(turning(1e-3, oil).driven(speed=300.0, body="shaft"), until=1.0, samples=201)
@@ -331,7 +326,7 @@ def test_a_shaft_that_heats_its_oil_is_said() -> None:
     assert any("would warm the oil" in text and "evaporate and boil" in text for text in warnings_of(run))
 
 
-def test_a_batch_and_a_replay_have_the_film(tmp_path) -> None:
+def test_a_batch_and_a_replay_have_the_film(tmp_path):
     """Identity: bit for bit as single runs; a saved run is simulated anew from its description."""
     arm = oiled()
     batch = sd.simulate_many(arm, {"A.clearance": [2e-4, 3e-4]}, until=0.01)
@@ -361,7 +356,7 @@ until = "1 ms"
 """
 
 
-def test_a_case_file(tmp_path) -> None:
+def test_a_case_file(tmp_path):
     """Identity: an oil by name, with its temperature in degrees Celsius, or its viscosities; and back."""
     own = '{ oil = { viscosity_40 = "46 mm^2/s", viscosity_100 = "7 mm^2/s", density = "870 kg/m^3" }, bearing = "short" }'
     for text, viscosity in (
@@ -392,19 +387,19 @@ def test_a_case_file(tmp_path) -> None:
         ('{ oil = "ISO VG 46", temperature = "400 degC" }', "temperature"),
     ],
 )
-def test_bad_input_is_one_line(text: str, said: str, tmp_path, answer) -> None:
+def test_bad_input_is_one_line(text, said, tmp_path, answer):
     """Bad input: the error is one line, with status 2."""
     (tmp_path / "case.toml").write_text(CASE.replace("{oil}", text), encoding="utf-8")
     assert said in answer("run", tmp_path / "case.toml", "-o", tmp_path / "run.nc", status=2)
 
 
-def test_a_bearing_too_short_for_the_table_names_the_other_model() -> None:
+def test_a_bearing_too_short_for_the_table_names_the_other_model():
     """Limit: L/D = 0.1."""
     with pytest.raises(sd.InputError, match='bearing="short"'):
         sd.Clearance(1e-4, journal_radius=0.02, bearing_length=0.004, lubrication=sd.Lubrication(viscosity=0.1))
 
 
-def test_walther() -> None:
+def test_walther():
     """Closed form: both stated viscosities, and log log linear in log T between them."""
     oil = OILS["ISO VG 46"]
     assert oil.viscosity(313.15) == pytest.approx(876.0 * 44.2e-6)
@@ -425,7 +420,7 @@ def soft(indentation):
 """Python file with a user-defined stiffness law."""
 
 
-def test_a_picture_of_a_film_executes_nothing(tmp_path) -> None:
+def test_a_picture_of_a_film_executes_nothing(tmp_path):
     """Contract: a saved run with a function of the user's is drawn without it; the dashed line is at three roughnesses."""
     (tmp_path / "own.py").write_text(OWN, encoding="utf-8")
     text = CASE.replace("{oil}", '{ viscosity = "50 mPa s", roughness = "2 um" }\nstiffness = { law = "own.py:soft" }')

@@ -51,7 +51,7 @@ def turning(*components: object) -> sd.Mechanism:
 
 @pytest.mark.parametrize("stiffness", [1e2, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
-def test_the_torque_is_right_at_any_stiffness(stiffness: float, tolerance: float) -> None:
+def test_the_torque_is_right_at_any_stiffness(stiffness, tolerance):
     """Closed form: T = c W (1 - exp(-k t/c)), also where the transient is 1e8 times faster than the motion.
 
     The tolerance is one of each step, and the samples lie between them. Rounding of an angle of 1 rad leaves k eps of torque.
@@ -63,13 +63,13 @@ def test_the_torque_is_right_at_any_stiffness(stiffness: float, tolerance: float
     assert warnings_of(run) == []
 
 
-def test_a_number_is_a_scale_too() -> None:
+def test_a_number_is_a_scale_too():
     """Contract: a number in the place of the function of the part."""
     one, other = (sd.simulate(turning(kind("creep", "rod", 1e6, 1.0)), until=0.1) for kind in (BY_TORQUE, BY_NUMBER))
     np.testing.assert_array_equal(one["by_torque_torque"], other["by_number_torque"])
 
 
-def test_a_scale_that_does_not_fit_is_told() -> None:
+def test_a_scale_that_does_not_fit_is_told():
     """Limit: a scale of 1 rad at a twist of 2e-6 rad is a warning with the scale that would fit."""
     run = sd.simulate(turning(COARSE("creep", "rod", 1e6, 1.0)), until=0.5)
     said = [text for text in warnings_of(run) if "its state 'twist'" in text]
@@ -87,7 +87,7 @@ def weights(*components: object) -> Tolerances:
     return error_weights(made, system, y, rtol=1e-8, atol=1e-9)
 
 
-def test_each_state_is_weighed_alone() -> None:
+def test_each_state_is_weighed_alone():
     """Contract: the tolerance times its own scale, whatever is beside it."""
     soft, stiff = BY_TORQUE("soft", "rod", 10.0, 1.0), BY_TORQUE("stiff", "rod", 1e7, 1.0)
     found = weights(soft, stiff)
@@ -97,14 +97,14 @@ def test_each_state_is_weighed_alone() -> None:
 
 
 @pytest.mark.parametrize("scale", [0.0, -1.0, float("nan"), float("inf"), "1 rad"])
-def test_a_scale_that_is_no_size(scale: object) -> None:
+def test_a_scale_that_is_no_size(scale):
     """Contract: what is no size is refused before the run, in one line."""
-    part = creeping(sd.State("twist", "rad", scale=lambda part: scale), "odd")("creep", "rod", 1e6, 1.0)  # type: ignore[arg-type,return-value]
+    part = creeping(sd.State("twist", "rad", scale=lambda part: scale), "odd")("creep", "rod", 1e6, 1.0)
     with pytest.raises(sd.InputError, match=r"'creep': the scale of its state 'twist' is .*finite number above zero \[rad\]"):
         sd.simulate(turning(part), until=0.1)
 
 
-def test_the_torque_of_an_integrator() -> None:
+def test_the_torque_of_an_integrator():
     """Contract: weighed against 1 N m, in a small mechanism against its own torques m L a, not against 1 N m."""
     for size, mass in ((1.0, 2.0), (1e-3, 1e-6)):
         free = on_pin(sd.bar("rod", length=size, mass=mass), gravity=9.81)
@@ -119,7 +119,7 @@ def test_the_torque_of_an_integrator() -> None:
         assert found.relative[-1] == 1e-8
 
 
-def test_the_states_of_friction_laws() -> None:
+def test_the_states_of_friction_laws():
     """Contract: as docs/decisions/0010 says, 100 times the tolerance of their size in steady sliding, in one group."""
     law = sd.LuGre(0.05)
     arm = sd.scissor().with_clearance("all", sd.Clearance(2e-4, friction=law)).driven(speed=1.0)

@@ -1,7 +1,5 @@
 """Positions of the symbols of components: each port places its strokes in a scene of two bodies."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -49,7 +47,7 @@ def rotation(angle):
 
 
 @pytest.mark.parametrize("symbol", LINE.symbols)
-def test_strokes_on_a_line_lie_between_its_ends(symbol: str) -> None:
+def test_strokes_on_a_line_lie_between_its_ends(symbol):
     """Closed form: the place on the line is the part of the distance, aside of it and along it in sizes."""
     strokes, anchor = drawn(LINE, symbol, start=("a", "foot"), end=("b", "tip"))
     start, end = np.array(PLACES["foot"]), np.array(PLACES["tip"])
@@ -64,14 +62,14 @@ def test_strokes_on_a_line_lie_between_its_ends(symbol: str) -> None:
     np.testing.assert_allclose(anchor[0], 0.5 * (start + end))
 
 
-def test_a_line_without_length_is_drawn_at_its_point() -> None:
+def test_a_line_without_length_is_drawn_at_its_point():
     """Limit: both ends at one point have no direction, and no symbol is a NaN."""
     strokes, _ = drawn(LINE, "rod", start=("a", "tip"), end=("b", "tip"))
     np.testing.assert_allclose(strokes[0][0], [PLACES["tip"]] * 2)
 
 
 @pytest.mark.parametrize(("port", "symbol"), [(port, name) for port in (HINGE, ACTUATOR) for name in port.symbols])
-def test_what_is_at_a_hinge_turns_with_its_body_but_a_motor_stays_upright(port, symbol) -> None:
+def test_what_is_at_a_hinge_turns_with_its_body_but_a_motor_stays_upright(port, symbol):
     """Closed form: a rotation about the pivot, enlarged."""
     strokes, anchor = drawn(port, symbol, body="arm", base="ground")
     turn = rotation(0.0 if symbol == "motor" else ARM_ANGLE)
@@ -81,7 +79,7 @@ def test_what_is_at_a_hinge_turns_with_its_body_but_a_motor_stays_upright(port, 
         np.testing.assert_allclose(placed[1] - placed[0], np.broadcast_to([0.0, 1.0], given.shape), atol=1e-12)
 
 
-def test_a_stop_of_travel_is_drawn_at_its_limit_and_a_spring_of_travel_at_its_point() -> None:
+def test_a_stop_of_travel_is_drawn_at_its_limit_and_a_spring_of_travel_at_its_point():
     """Closed form: the foot of the point on the line that the limit draws across the direction."""
     direction, limit = math.radians(30.0), 1.7
     along, across = rotation(direction).T
@@ -93,7 +91,7 @@ def test_a_stop_of_travel_is_drawn_at_its_limit_and_a_spring_of_travel_at_its_po
     np.testing.assert_allclose(strokes[0][0], PLACES["tip"] + SIZE * np.outer([-1.5, 1.5], along), atol=1e-12)
 
 
-def test_a_frame_has_a_line_to_its_end() -> None:
+def test_a_frame_has_a_line_to_its_end():
     """Closed form: its symbol turns with the body of the start; the line joins both points."""
     strokes, anchor = drawn(FRAME, "frame", start=("arm", "foot"), end=("b", "tip"))
     np.testing.assert_allclose(anchor[0], PLACES["foot"])
@@ -102,7 +100,7 @@ def test_a_frame_has_a_line_to_its_end() -> None:
     np.testing.assert_allclose(strokes[-1][0], [PLACES["foot"], PLACES["tip"]])
 
 
-def test_an_arrow_ends_at_its_point() -> None:
+def test_an_arrow_ends_at_its_point():
     """Closed form: as long as its force's part of three sizes, its head symmetric about the shaft."""
     (shaft, head), tail = drawn(POINT, "arrow", point=("a", "tip"))
     np.testing.assert_allclose(shaft[0], [[3.0, 1.0 - 1.5 * SIZE], PLACES["tip"]])

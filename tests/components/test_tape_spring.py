@@ -1,7 +1,5 @@
 """Tape springs: two branches, located snaps, the hysteresis loop and its loss, in Python and from a case file."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -26,13 +24,13 @@ TABLES = sd.TapeSpring(
 )
 
 
-def hinged(tape: sd.TapeSpring, *, angle: float = 0.0, speed: float = 0.0, gravity: float = 0.0) -> sd.Mechanism:
+def hinged(tape, *, angle=0.0, speed=0.0, gravity=0.0):
     """Return a uniform bar of 1 m and 1.2 kg on a ground pin, with a tape spring in the hinge."""
     bar = sd.bar("rod", length=1.0, mass=1.2, angle=angle)
     return on_pin(replace(bar, angular_velocity=speed), tape, gravity=gravity)
 
 
-def branches(tape: sd.TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+def branches(tape):
     """Return angles and moments of the straight branch, and of the folds at negative and at positive angles."""
     if not tape.straight:
         k = tape.stiffness
@@ -43,7 +41,7 @@ def branches(tape: sd.TapeSpring) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
     return tuple((np.array(table)[:, 0], np.array(table)[:, 1]) for table in tables)
 
 
-def moment(tape: sd.TapeSpring, mode: int, angle: float) -> float:
+def moment(tape, mode, angle):
     """Return the moment of a branch by its definition."""
     straight, negative, positive = branches(tape)
     table = (positive if angle > 0.0 else negative) if mode else straight
@@ -52,18 +50,18 @@ def moment(tape: sd.TapeSpring, mode: int, angle: float) -> float:
 
 @pytest.mark.parametrize("tape", [TAPE, TABLES], ids=["moments", "tables"])
 @pytest.mark.parametrize("method", METHODS)
-def test_snaps_of_a_swinging_bar(method: str, tape: sd.TapeSpring) -> None:
+def test_snaps_of_a_swinging_bar(method, tape):
     """Cross-check by a second formulation: a bar that folds its hinge to both sides, by scipy with the snaps as events."""
     straight, negative, positive = branches(tape)
     inertia, weight = 1.2 / 3.0, 0.5 * 1.2 * 0.2
 
-    def rate(mode: int, t: float, y: np.ndarray) -> tuple[float, float]:
+    def rate(mode, t, y):
         return y[1], (-moment(tape, mode, y[0]) - weight * math.cos(y[0])) / inertia
 
-    def within(t: float, y: np.ndarray) -> float:
+    def within(t, y):
         return float(min(straight[0][-1] - y[0], y[0] - straight[0][0]))
 
-    def folded(t: float, y: np.ndarray) -> float:
+    def folded(t, y):
         return float(y[0] - positive[0][0] if y[0] > 0.0 else negative[0][-1] - y[0])
 
     run = sd.simulate(hinged(tape, speed=1.2, gravity=0.2), until=12.0, method=method, samples=301, **TIGHT)
@@ -82,7 +80,7 @@ def test_snaps_of_a_swinging_bar(method: str, tape: sd.TapeSpring) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_hysteresis_loop(method: str) -> None:
+def test_hysteresis_loop(method):
     """Closed form: driven through one cycle, the loop's area is (M_p - M_s)^2/2k on each side, and is the switching loss."""
     arm = hinged(TAPE).driven(sd.Harmonic(0.0, 0.5, 2.0 * math.pi), body="rod")
     run = sd.simulate(arm, until=1.0, method=method, samples=20001, **TIGHT)
@@ -105,7 +103,7 @@ def test_hysteresis_loop(method: str) -> None:
     assert_balance(run, 1e-8 if method == "dop853" else 1e-6)
 
 
-def test_a_folded_start_deploys() -> None:
+def test_a_folded_start_deploys():
     """Closed form: a fold pushes with its steady moment, so the bar starts evenly and snaps back at M_s/k."""
     run = sd.simulate(hinged(TAPE, angle=1.2), until=2.5, **TIGHT)
     assert run["tape_spring_folded"].values[0, 0] == 1.0
@@ -134,7 +132,7 @@ def test_a_folded_start_deploys() -> None:
         ),
     ],
 )
-def test_what_it_cannot_be(fields: dict[str, object], message: str) -> None:
+def test_what_it_cannot_be(fields, message):
     """Identity: a tape without its moments, one that would not snap back, and one that would give energy are refused."""
     with pytest.raises(sd.InputError, match=message):
-        sd.TapeSpring("tape", "rod", **fields)  # type: ignore[arg-type]
+        sd.TapeSpring("tape", "rod", **fields)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -114,7 +113,7 @@ Rope = own("Rope", "line", rope_force, ROPE, gap=rope_gap, context=("mode",), ev
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_case_file(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_case_file(method, tmp_path, capsys):
     """Cross-check by a second formulation: a class in a file beside the case file, against scipy; it is shown and saved."""
     (tmp_path / "rubber.py").write_text(RUBBER, encoding="utf-8")
     mechanism = read(tmp_path, CASE)
@@ -138,14 +137,14 @@ def test_case_file(method: str, tmp_path: Path, capsys: pytest.CaptureFixture[st
     np.testing.assert_array_equal(again["rubber_band_force"], run["rubber_band_force"])
 
 
-def test_a_file_with_postponed_annotations(tmp_path: Path) -> None:
+def test_a_file_with_postponed_annotations(tmp_path):
     """Contract: annotations that are evaluated later mean the same."""
     (tmp_path / "rubber.py").write_text("from __future__ import annotations\n" + RUBBER, encoding="utf-8")
     assert read(tmp_path, CASE).components[0].free_length == 0.1
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_an_internal_state(method: str) -> None:
+def test_an_internal_state(method):
     """Closed form: a mass on a Maxwell element along the line is a linear system of three unknowns."""
     part = Maxwell("creep", *ENDS, 80.0, 20.0, 0.3)
     run = sd.simulate(ball_on(part), until=2.0, method=method, samples=41, **TIGHT)
@@ -158,7 +157,7 @@ def test_an_internal_state(method: str) -> None:
     assert_balance(run)
 
 
-def test_a_guard_is_located_as_in_the_package() -> None:
+def test_a_guard_is_located_as_in_the_package():
     """Identity: the cable as a user's component has the same events and the same motion bit for bit."""
     one = sd.simulate(ball_on(Rope("rope", *ENDS, 200.0, 0.5), gravity=9.81, place=(0.1, -0.3)), until=1.5)
     other = sd.simulate(ball_on(sd.Cable("rope", *ENDS, 200.0, 0.5), gravity=9.81, place=(0.1, -0.3)), until=1.5)
@@ -170,7 +169,7 @@ def test_a_guard_is_located_as_in_the_package() -> None:
     ].values.tolist()
 
 
-def test_two_classes_in_one_mechanism() -> None:
+def test_two_classes_in_one_mechanism():
     """Contract: each class has its own variables, as if it were alone."""
     maxwell, rope = Maxwell("creep", *ENDS, 80.0, 20.0, 0.3), Rope("rope", *ENDS, 200.0, 0.45)
     run = sd.simulate(ball_on(maxwell, rope), until=0.2, **TIGHT)
@@ -201,26 +200,23 @@ def part_on_a_line(**options: Any) -> Any:
         ({"port": "hinge"}, "has no field 'body'"),
         ({"states": ("slip",)}, r"state 'slip' has no unit or no error scale.*for example states=\(sd\.State\(\"slip\""),
         ({"states": (sd.State("slip", "m"),)}, r"state 'slip' has no unit or no error scale"),
-        (
-            {"gap": lambda length, spead: (length, spead)},
-            "kernel 'gap' has the unknown argument 'spead'.*length, rate",
-        ),
+        ({"gap": lambda length, spead: (length, spead)}, "kernel 'gap' has the unknown argument 'spead'.*length, rate"),
     ],
 )
-def test_a_wrong_declaration(options: dict[str, object], message: str) -> None:
+def test_a_wrong_declaration(options, message):
     """Contract: what does not fit together is refused where the class is defined, in one line."""
     with pytest.raises(sd.InputError, match=message):
         part_on_a_line(**options)
 
 
 @pytest.mark.parametrize("section", ["spring", "time", "contact"])
-def test_a_section_that_is_taken(section: str) -> None:
+def test_a_section_that_is_taken(section):
     """Contract: a section of the package, or a dimension of every run, is refused before the run."""
     with pytest.raises(sd.InputError, match=rf"section '{section}', which is already used"):
         ball_on(part_on_a_line(section=section)("part", *ENDS))
 
 
-def test_no_file_no_class_no_component(tmp_path: Path) -> None:
+def test_no_file_no_class_no_component(tmp_path):
     """Contract: what a case file names must be a component in a file."""
     with pytest.raises(sd.InputError, match=r"file '.*rubber\.py' of the component"):
         read(tmp_path, CASE)
@@ -229,7 +225,7 @@ def test_no_file_no_class_no_component(tmp_path: Path) -> None:
         read(tmp_path, CASE)
 
 
-def test_a_kernel_without_an_answer() -> None:
+def test_a_kernel_without_an_answer():
     """Contract: a kernel that divides by zero where it starts is refused before the run."""
 
     def divided(length, rate):
@@ -272,11 +268,11 @@ Shaker = own("Shaker", "point", shake_force, {"amplitude": "N"}, context=("time"
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_the_other_ports(method: str) -> None:
+def test_the_other_ports(method):
     """Closed form: drag at a point, a spring along a direction, a mount, a force of time; each alone on a mass of 2 kg."""
 
     def moved(part: object, **more: float) -> tuple[np.ndarray, np.ndarray]:
-        run = sd.simulate(ball_on(part, **more), until=1.0, method=method, samples=21, **TIGHT)  # type: ignore[arg-type]
+        run = sd.simulate(ball_on(part, **more), until=1.0, method=method, samples=21, **TIGHT)
         assert_balance(run)
         return run["time"].values, run["position"].values[:, 0] - [0.5, 0.0]
 
@@ -292,14 +288,14 @@ def test_the_other_ports(method: str) -> None:
     np.testing.assert_allclose(place[:, 0], t - np.sin(3.0 * t) / 3.0, atol=1e-9)
 
 
-def test_a_travel_needs_its_direction() -> None:
+def test_a_travel_needs_its_direction():
     """Contract: the field is asked for where the class is defined."""
     with pytest.raises(sd.InputError, match="has no field 'direction'"):
         own("Part", "travel", weight)
 
 
 @pytest.mark.parametrize(("free_length", "refused"), [(0.3, True), (0.0, False)])
-def test_a_line_without_length(free_length: float, refused: bool) -> None:
+def test_a_line_without_length(free_length, refused):
     """Limit: a component that pushes or pulls at zero length has no direction there; one without tension is no trouble."""
     mechanism = ball_on(Maxwell("creep", *ENDS, 80.0, 20.0, free_length), place=(0.0, 0.0), gravity=9.81)
     if not refused:
@@ -336,7 +332,7 @@ class Bumper:
     surfaces = JointContact(math.inf, 0.1, 0.01, sd.STEEL, sd.STEEL)
 
 
-def test_a_stop_with_laws_moves_as_the_end_stop() -> None:
+def test_a_stop_with_laws_moves_as_the_end_stop():
     """Cross-check: a user-defined contact with a power law and Flores's damping is an end stop with the same numbers."""
     ends = sd.TravelStop("end", ENDS[1], 0.0, 0.6), Bumper("end", ENDS[1])
     runs = [sd.simulate(ball_on(end, velocity=(0.4, 0.0)), until=1.0, **TIGHT) for end in ends]
@@ -346,7 +342,7 @@ def test_a_stop_with_laws_moves_as_the_end_stop() -> None:
     assert float(runs[1]["bumper_peak_indentation"][0]) > 0.0
 
 
-def test_a_contact_without_its_parts_is_refused() -> None:
+def test_a_contact_without_its_parts_is_refused():
     """Contract: laws, surfaces and the gap of a contact are needed, each in one line."""
     fields = {"name": str, "point": tuple[str, str], "direction": Annotated[float, sd.Quantity("rad")]}
     laws = dict.fromkeys(("stiffness", "damping", "friction"), Any)

@@ -1,10 +1,7 @@
 """Case files: what they describe, and what is refused."""
 
-from __future__ import annotations
-
 import inspect
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import get_type_hints
 
@@ -18,7 +15,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"  # Folder of the package's exa
 SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smallest case file
 
 
-def test_paper_case_is_the_one_built_in_python() -> None:
+def test_paper_case_is_the_one_built_in_python():
     """Cross-check: the file against the same case through the Python interface, to the last bit or two of a unit's factor."""
     case = sd.read_case(EXAMPLES / "paper.toml")
     array = sd.scissor(units=2, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=sd.degrees(30))
@@ -45,14 +42,14 @@ def test_paper_case_is_the_one_built_in_python() -> None:
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
-def test_examples_are_whole(path: Path) -> None:
+def test_examples_are_whole(path):
     """Contract: each example is read, is moved by something, and begins with what it is."""
     mechanism = sd.read_case(path).mechanism
     assert mechanism.drives or mechanism.components
     assert path.read_text(encoding="utf-8").startswith("# ")
 
 
-def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
+def test_the_slider_crank_meets_its_bearing_as_it_should():
     """Cross-check: the first contact of the example against the second formulation's, in docs/reference.md."""
     case = sd.read_case(EXAMPLES / "slider_crank.toml", ["run.until=0.4 ms", "run.samples=3"])
     run = sd.simulate(case.mechanism, **case.run.keywords)
@@ -62,7 +59,7 @@ def test_the_slider_crank_meets_its_bearing_as_it_should() -> None:
 
 
 @pytest.mark.parametrize("kind", [kind for kind, table in STRUCTURES.items() if issubclass(table, BuiltTable)])
-def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
+def test_every_argument_of_a_builder_has_its_key(kind):
     """Contract: keys and defaults of [structure] against the signature of the function, and a unit for every number."""
     table = STRUCTURES[kind]
     assert issubclass(table, BuiltTable)
@@ -74,14 +71,14 @@ def test_every_argument_of_a_builder_has_its_key(kind: str) -> None:
     assert all(table.declared_keys()[name].quantity is not None for name in numbers)
 
 
-def test_left_out_keys_take_the_defaults_of_the_model(case_of: Callable[..., sd.Case]) -> None:
+def test_left_out_keys_take_the_defaults_of_the_model(case_of):
     """Contract: the shortest case file against the defaults in Python."""
     case = case_of(SMALLEST_CASE + '[[clearance]]\njoint = "A"\nclearance = "1 mm"\n')
     assert case.mechanism == sd.scissor().with_clearance("A", sd.Clearance(1e-3))
     assert (case.run.samples, case.run.rtol, case.run.method) == (2001, 1e-8, "auto")
 
 
-def test_laws_and_materials_by_name_and_by_table(case_of: Callable[..., sd.Case]) -> None:
+def test_laws_and_materials_by_name_and_by_table(case_of):
     """Contract: names, tables of parameters with units, and the restitution of the joint."""
     text = """
 [[clearance]]
@@ -105,7 +102,7 @@ bearing_material = "steel"
     assert gap.bearing_material == sd.STEEL
 
 
-def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
+def test_tables_of_motion_from_file_and_inline_agree(tmp_path, case_of):
     """Cross-check: the same table in a file beside the case file, and in the case file."""
     (tmp_path / "motion.csv").write_text("time [ms], angle [deg]\n0, 30\n10, 31\n20, 34\n\n30, 39\n40, 46\n50, 55\n")
     from_file = case_of(SMALLEST_CASE + '[drive]\ntable = "motion.csv"\n').mechanism.drives[0].motion
@@ -129,7 +126,7 @@ def test_tables_of_motion_from_file_and_inline_agree(tmp_path: Path, case_of: Ca
         ("", "does not begin with the heading"),
     ],
 )
-def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: str, case_of: Callable[..., sd.Case]) -> None:
+def test_a_bad_table_of_motion_is_refused(tmp_path, content, reason, case_of):
     """Contract: the message names the file, or the line in it."""
     (tmp_path / "motion.csv").write_text(content)
     with pytest.raises(sd.InputError, match=r"drive\.table") as caught:
@@ -180,7 +177,7 @@ def test_a_bad_table_of_motion_is_refused(tmp_path: Path, content: str, reason: 
         ("run.trust=1", "run.trust", "true or false"),
     ],
 )
-def test_bad_values_are_refused_with_their_place(change: str, place: str, says: str) -> None:
+def test_bad_values_are_refused_with_their_place(change, place, says):
     """Contract: the message names the file and the place, and says what is allowed."""
     path = EXAMPLES / "paper.toml"
     with pytest.raises(sd.InputError) as caught:
@@ -192,7 +189,7 @@ def test_bad_values_are_refused_with_their_place(change: str, place: str, says: 
     assert "\n" not in message
 
 
-def test_unreadable_files_are_refused(tmp_path: Path) -> None:
+def test_unreadable_files_are_refused(tmp_path):
     """Contract: no file, a folder, and bytes that are no text."""
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\x00")
     for path, says in (
@@ -215,7 +212,7 @@ def soft(indentation, k, n=1.5):
 """
 
 
-def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
+def test_a_law_in_the_users_own_file(tmp_path, case_of):
     """Contract: the file beside the case file is found, numbers of its law reach the function, a missing one is named."""
     (tmp_path / "my_laws.py").write_text(USER_LAW)
     law = '{ law = "my_laws.py:soft", k = 2e9 }'
@@ -233,7 +230,7 @@ def test_a_law_in_the_users_own_file(tmp_path: Path, case_of: Callable[..., sd.C
         sd.read_case(tmp_path / "case.toml", ['clearance.A.stiffness={ law = "my_laws.py:soft", k = "1 N" }'])
 
 
-def test_a_clearance_guide_and_its_laws(case_of: Callable[..., sd.Case]) -> None:
+def test_a_clearance_guide_and_its_laws(case_of):
     """Contract: [[guide_clearance]] against the same clearance guide in Python, by size and by corners."""
     slider = '[structure]\nkind = "slider-crank"\nslider_inertia = "2e-5 kg m^2"\n[drive]\nspeed = "60 rpm"\n'
     table = '[[guide_clearance]]\nguide = "guide"\nclearance = "0.1 mm"\nrestitution = 0.7\n'
@@ -254,7 +251,7 @@ def test_a_clearance_guide_and_its_laws(case_of: Callable[..., sd.Case]) -> None
         case_of(sized, ['guide_clearance.0.stiffness="liu"'])
 
 
-def test_addresses_reach_what_the_file_makes() -> None:
+def test_addresses_reach_what_the_file_makes():
     """Contract: the parameter paths of Python and of studies change a case too, by the names of parts, with units."""
     path = EXAMPLES / "paper.toml"
     case = sd.read_case(path, ["A.clearance=0.2 mm", "unit 1/bar 2.mass=6 kg", "body.slider.mass=4 kg", "drive.speed=100 rpm"])

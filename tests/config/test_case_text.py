@@ -63,7 +63,7 @@ def assert_survives(described: sd.Mechanism | sd.Case, path: Path) -> sd.Case:
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_every_example(example: Path, tmp_path: Path) -> None:
+def test_every_example(example, tmp_path):
     """Contract: the case, and every number of a short simulation of it."""
     case = sd.read_case(example, ["run.trust=false"])
     found = assert_survives(case, tmp_path / "case.toml")
@@ -89,7 +89,7 @@ BUILT = {
 
 
 @pytest.mark.parametrize("kind", BUILT)
-def test_every_generator(kind: str, tmp_path: Path) -> None:
+def test_every_generator(kind, tmp_path):
     """Contract: what the generators build, with payloads, panels and clearance at all joints or at one."""
     made = BUILT[kind]()
     assert_survives(made, tmp_path / "case.toml")
@@ -313,7 +313,7 @@ def cases(described: type) -> Iterator[sd.Mechanism]:
 
 
 @pytest.mark.parametrize("described", LISTS, ids=lambda described: described.__name__)
-def test_every_class_and_field_of_a_description(described: type, tmp_path: Path) -> None:
+def test_every_class_and_field_of_a_description(described, tmp_path):
     """Contract: every part with every field, law, material, controller and time function, as the catalogues list them."""
     for mechanism in cases(described):
         found = instance(CaseTable, tomllib.loads(sd.case_text(mechanism)), {"folder": tmp_path}).case().mechanism
@@ -321,7 +321,7 @@ def test_every_class_and_field_of_a_description(described: type, tmp_path: Path)
         assert bits(to_plain(found)) == bits(to_plain(mechanism))
 
 
-def test_what_is_tried_is_what_is_declared() -> None:
+def test_what_is_tried_is_what_is_declared():
     """Contract: all classes of the catalogues are among the parts that were tried."""
     listed = {kind for kinds in PLUGINS.values() for kind in kinds}
     tried, waiting = set[type](), [part for kind in LISTS for part in instances(kind)]
@@ -334,7 +334,7 @@ def test_what_is_tried_is_what_is_declared() -> None:
     assert {sd.Body, sd.Material, sd.Clearance, sd.GuideClearance, sd.Track, *get_args(TimeFunction)} <= tried
 
 
-def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
+def test_every_field_of_mechanism_and_options(tmp_path):
     """Contract: gravity, input and output body, ground points; all options."""
     base = parts_only()
     for values in (
@@ -354,7 +354,7 @@ def test_every_field_of_mechanism_and_options(tmp_path: Path) -> None:
     assert sd.read_case(sd.write_case(base, tmp_path / "case.toml", run=options)).run == options
 
 
-def test_components_keep_their_order(tmp_path: Path) -> None:
+def test_components_keep_their_order(tmp_path):
     """Contract: kinds that alternate are written in the one list that keeps the order of kinds."""
     one = sd.Spring("one", ("crank", "end"), ("ground", "O"), 100.0)
     two = sd.Torque("two", "crank", torque=3.0)
@@ -411,7 +411,7 @@ def nothing() -> Any:
         (lambda: sd.Mechanism((sd.Body("\ud800", 1.0, 0.1),)), "half a surrogate pair"),
     ],
 )
-def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> None:
+def test_what_cannot_be_written(mechanism, says, tmp_path):
     """Contract: an error of one line, and no file."""
     with pytest.raises(sd.InputError) as error:
         sd.write_case(mechanism(), tmp_path / "case.toml")
@@ -420,7 +420,7 @@ def test_what_cannot_be_written(mechanism: Any, says: str, tmp_path: Path) -> No
     assert not list(tmp_path.iterdir())
 
 
-def test_only_own_files_are_replaced(tmp_path: Path) -> None:
+def test_only_own_files_are_replaced(tmp_path):
     """Contract: a case file that somebody wrote, also one that `scissordyn new` printed, is not overwritten; our own is."""
     path = tmp_path / "case.toml"
     for text in (template("scissor"), "notes\n", "# A case"):
@@ -451,13 +451,13 @@ def test_only_own_files_are_replaced(tmp_path: Path) -> None:
         (1e-300, "kg", "1e-300 kg"),
     ],
 )
-def test_units_as_people_write_them(value: float, unit: str, text: str) -> None:
+def test_units_as_people_write_them(value, unit, text):
     """Closed form: the usual unit where it is exact, SI with all digits otherwise."""
     assert exact_text((value,), unit) == text
     assert repr(read_quantity(text, sd.Quantity(unit, minimum=-1e300, maximum=1e300))) == repr(value)
 
 
-def test_any_number_survives() -> None:
+def test_any_number_survives():
     """Contract: random floats of all magnitudes, to the last bit, in every unit that is abbreviated and some others."""
     generator = np.random.default_rng(7)
     words = generator.integers(0, 2**63, 4000, dtype=np.int64).view(np.float64)
@@ -467,7 +467,7 @@ def test_any_number_survives() -> None:
             assert repr(read_quantity(exact_text((value,), unit), quantity)) == repr(value)
 
 
-def test_the_text_is_toml_with_a_run() -> None:
+def test_the_text_is_toml_with_a_run():
     """Contract: what `to_case` returns can be read by itself, and says its options."""
     text = sd.case_text(sd.scissor(units=1).driven(speed=sd.rpm(150)), sd.Options(0.1, samples=11))
     assert 'speed = "150 rpm"' in text

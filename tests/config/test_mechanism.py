@@ -1,10 +1,6 @@
 """Case files of mechanisms that consist of single parts, and of motions and loads."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
@@ -158,7 +154,7 @@ stiffness = 2e7
 """
 
 
-def test_every_part_is_the_one_built_in_python(case_of: Callable[..., sd.Case]) -> None:
+def test_every_part_is_the_one_built_in_python(case_of):
     """Cross-check: a file with each kind of part, as a user writes it, against the same mechanism in Python."""
     assert case_of(WRITTEN).mechanism == MECHANISM
     case = case_of(WRITTEN + CONNECTIONS, ["run.start=static"])
@@ -208,9 +204,7 @@ def test_every_part_is_the_one_built_in_python(case_of: Callable[..., sd.Case]) 
         ),
     ],
 )
-def test_every_time_function_can_be_written(
-    tmp_path: Path, case_of: Callable[..., sd.Case], where: str, text: str, wanted: object
-) -> None:
+def test_every_time_function_can_be_written(tmp_path, case_of, where, text, wanted):
     """Closed form: angles in degrees and their rates are radians and theirs; factors are plain, also in a file beside it."""
     (tmp_path / "load.csv").write_text("time [s], factor [1]\n0, 0\n1, 1\n2, 1\n3, 1\n4, 1\n5, 0.5\n")
     mechanism = case_of(CASE, [f"{where}={{ {text} }}"]).mechanism
@@ -219,7 +213,7 @@ def test_every_time_function_can_be_written(
     assert (mechanism.drives[0].motion if where == "drive" else torque.time_function) == wanted
 
 
-def test_several_drives(case_of: Callable[..., sd.Case]) -> None:
+def test_several_drives(case_of):
     """Contract: one for each body, the first for the input body; they are found by their body from the command line."""
     several = 'drive=[{ speed = "30 rpm" }, { body = "tool", speed = "60 rpm" }]'
     drives = (sd.Drive("crank", sd.ConstantSpeed(math.pi)), sd.Drive("tool", sd.ConstantSpeed(2.0 * math.pi)))
@@ -230,7 +224,7 @@ def test_several_drives(case_of: Callable[..., sd.Case]) -> None:
     assert slower.components[4].limit == 1.0
 
 
-def test_parts_are_added_to_any_structure(case_of: Callable[..., sd.Case]) -> None:
+def test_parts_are_added_to_any_structure(case_of):
     """Contract: a payload welded to an array, a spring between its bars, and the array as it was."""
     text = """
 [structure]
@@ -260,7 +254,7 @@ until = "1 ms"
     assert mechanism.components == (sd.TorsionSpring("hinge", "unit 1/bar 1", "unit 1/bar 2", 1.0),)
 
 
-def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
+def test_patterns_give_clearance_to_several_joints(tmp_path, case_of):
     """Contract: all pivots, of which the last table that names one has the last word."""
     wanted = sd.mast(units=3).with_clearance("pivots", sd.Clearance(1e-3)).with_clearance("unit 2/pivot", sd.Clearance(2e-3))
     loose = 'clearance=[{ joint = "pivots", clearance = "1 mm" }, { joint = "unit 2/pivot", clearance = "2 mm" }]'
@@ -312,7 +306,7 @@ def test_patterns_give_clearance_to_several_joints(tmp_path: Path, case_of: Call
         ("structure.input_body=crnk", "", "did you mean 'crank'"),
     ],
 )
-def test_bad_parts_are_refused_with_their_place(case_of: Callable[..., sd.Case], change: str, place: str, says: str) -> None:
+def test_bad_parts_are_refused_with_their_place(case_of, change, place, says):
     """Contract: one line with the place in the file, the body and the joint."""
     with pytest.raises(sd.InputError) as caught:
         case_of(CASE, [change])
@@ -323,7 +317,7 @@ def test_bad_parts_are_refused_with_their_place(case_of: Callable[..., sd.Case],
     assert "\n" not in message
 
 
-def test_parts_of_the_template_can_be_put_in(case_of: Callable[..., sd.Case]) -> None:
+def test_parts_of_the_template_can_be_put_in(case_of):
     """Contract: spring, load and motor of the printed case, which are shown as comments, become part of it."""
     text, active = template("mechanism"), list[str]()
     for block in text.split("\n\n"):

@@ -1,12 +1,7 @@
 """Places in case files: their lines in messages, changes at their paths, and names of parts."""
 
-from __future__ import annotations
-
 import re
 import tomllib
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -70,12 +65,12 @@ SMALLEST_CASE = '[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n'  # Smal
         (("elsewhere",), 0),
     ],
 )
-def test_the_line_of_a_place(place: tuple[int | str, ...], line: int) -> None:
+def test_the_line_of_a_place(place, line):
     """Contract: counted by hand, past texts over lines, lists over lines, comments, dotted keys and tables of a list."""
     assert line_of(TEXT, place) == line
 
 
-def test_an_address_names_tables_as_the_option_set_does() -> None:
+def test_an_address_names_tables_as_the_option_set_does():
     """Contract: a table of a list by its name, without a name by its position, counted from one."""
     tree = tomllib.loads(TEXT)
     assert place_text(tree, ("clearance", 0, "friction", "kinetic")) == "clearance.A.friction.kinetic"
@@ -115,20 +110,20 @@ def test_an_address_names_tables_as_the_option_set_does() -> None:
         ('[structure]\nkind = "mechanism"\n[run]\nuntil = "1 ms"\n', "the mechanism has no bodies"),
     ],
 )
-def test_messages_say_what_is_wrong_and_its_line(case_of: Callable[..., sd.Case], text: str, says: str) -> None:
+def test_messages_say_what_is_wrong_and_its_line(case_of, text, says):
     """Contract: the line of the key, or that of its table where the key is missing, also of half-written files."""
     with pytest.raises(sd.InputError, match=re.escape(says)) as caught:
         case_of(text)
     assert "case.toml" in str(caught.value)
 
 
-def test_a_value_from_the_command_line_has_no_line(case_of: Callable[..., sd.Case]) -> None:
+def test_a_value_from_the_command_line_has_no_line(case_of):
     """Contract: the file does not hold it."""
     with pytest.raises(sd.InputError, match=r"case\.toml: structure\.angle"):
         case_of(SMALLEST_CASE, ["structure.angle=30 m"])
 
 
-def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of: Callable[..., sd.Case]) -> None:
+def test_no_message_proposes_to_write_over_the_case_file(tmp_path, case_of):
     """Contract: a shell empties the file that it writes to, so only a name that is free is proposed."""
     with pytest.raises(sd.InputError) as caught:
         case_of("[structure\n")
@@ -138,7 +133,7 @@ def test_no_message_proposes_to_write_over_the_case_file(tmp_path: Path, case_of
     assert str(caught.value).endswith(f"for example scissordyn new scissor > {tmp_path / 'new.toml'}")
 
 
-def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+def test_a_byte_order_mark_is_no_text(tmp_path):
     """Contract: the mark that some editors put first changes nothing."""
     (tmp_path / "case.toml").write_bytes(b"\xef\xbb\xbf" + SMALLEST_CASE.encode())
     assert sd.read_case(tmp_path / "case.toml").run.until == 1e-3
@@ -156,7 +151,7 @@ def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
         ("members = 2\n", "missing key 'case'"),
     ],
 )
-def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: str) -> None:
+def test_messages_of_study_files_say_the_line(tmp_path, text, says):
     """Contract: a study file is read as a case file is."""
     path = tmp_path / "study.toml"
     path.write_text(text)
@@ -166,7 +161,7 @@ def test_messages_of_study_files_say_the_line(tmp_path: Path, text: str, says: s
     assert says in str(caught.value)
 
 
-def tree() -> dict[str, Any]:
+def tree():
     """Return a parsed case file with two clearance joints."""
     return {
         "drive": {"speed": "150 rpm"},
@@ -194,10 +189,10 @@ def tree() -> dict[str, Any]:
         ("drive.table.time=0 1 ms", ("drive", "table"), {"time": "0 1 ms"}),
     ],
 )
-def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], value: object) -> None:
+def test_a_change_is_made_at_its_path(change, path, value):
     """Contract: the value at the path, everything else and the original as they were."""
     before = tree()
-    found: Any = apply_changes(before, [change])
+    found = apply_changes(before, [change])
     for key in path:
         found = found[key]
     assert found == value
@@ -205,7 +200,7 @@ def test_a_change_is_made_at_its_path(change: str, path: tuple[str | int, ...], 
 
 
 @pytest.mark.parametrize("path", ["clearance", "clearance.A", "clearance.0"])
-def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
+def test_a_table_that_is_the_only_one_need_not_be_named(path):
     """Identity: its keys, and keys of its laws, with its name, its place and without."""
     single = {"clearance": [{"joint": "A", "clearance": "1 mm", "friction": "lugre"}]}
     found = apply_changes(single, [f"{path}.clearance=2 mm", f"{path}.friction.kinetic=0.1", f"{path}.contact=hard"])
@@ -214,7 +209,7 @@ def test_a_table_that_is_the_only_one_need_not_be_named(path: str) -> None:
     ]
 
 
-def test_later_changes_see_earlier_ones() -> None:
+def test_later_changes_see_earlier_ones():
     """Contract: two changes of one value."""
     assert apply_changes(tree(), ["drive.speed=1 rpm", "drive.speed=2 rpm"])["drive"]["speed"] == "2 rpm"
 
@@ -233,13 +228,13 @@ def test_later_changes_see_earlier_ones() -> None:
         ("clearance.clearance=1 mm", "the name of the [[clearance]] is missing"),
     ],
 )
-def test_a_path_that_leads_nowhere_is_refused(change: str, says: str) -> None:
+def test_a_path_that_leads_nowhere_is_refused(change, says):
     """Contract: the message quotes the change."""
     with pytest.raises(sd.InputError, match=f"--set.*{re.escape(says)}"):
         apply_changes(tree(), [change])
 
 
-def test_a_change_of_all_tables_is_that_of_each() -> None:
+def test_a_change_of_all_tables_is_that_of_each():
     """Identity: "clearance.all.KEY" is "clearance.NAME.KEY" for each name; a table called "all" is meant itself."""
     single = apply_changes(tree(), ["clearance.A.friction=none", "clearance.unit 1/pivot.friction=none"])
     assert apply_changes(tree(), ["clearance.all.friction=none"]) == single
@@ -254,7 +249,7 @@ def test_a_change_of_all_tables_is_that_of_each() -> None:
     ("word", "part"),
     [("revolute", "joint"), ("gas_strut", "gas_spring"), ("damper", "spring"), ("cylinder", "rod"), ("gear", "coupling")],
 )
-def test_words_of_the_field(word: str, part: str) -> None:
+def test_words_of_the_field(word, part):
     """Contract: a word of the field leads to the part that does it."""
     assert did_you_mean(word, PARTS) == f" (did you mean '{part}'?)"
     assert did_you_mean("wheel", PARTS) == ""  # a similar name of another thing

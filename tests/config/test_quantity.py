@@ -1,7 +1,5 @@
 """Numbers with units."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -44,7 +42,7 @@ from scissordyn.casefile.quantity import (
         ("12 lb", "kg", 12 * 0.45359237),
     ],
 )
-def test_text_becomes_si(text: str, unit: str, value: float) -> None:
+def test_text_becomes_si(text, unit, value):
     """Closed form: factors of units by definition; 1e-15 is a rounding or two."""
     assert read_quantity(text, sd.Quantity(unit)) == pytest.approx(value, rel=1e-15)
 
@@ -77,7 +75,7 @@ def test_text_becomes_si(text: str, unit: str, value: float) -> None:
         (math.nan, "1", "out of bounds"),
     ],
 )
-def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) -> None:
+def test_what_is_no_quantity_is_refused(text, unit, reason):
     """Contract: each refusal names its reason and what is allowed."""
     with pytest.raises(sd.InputError, match="expected a number from") as caught:
         read_quantity(text, sd.Quantity(unit))
@@ -86,7 +84,7 @@ def test_what_is_no_quantity_is_refused(text: object, unit: str, reason: str) ->
 
 @pytest.mark.parametrize("unit", [*USUAL_UNITS, "kg", "1/m", "s/m", "m/s^2"])
 @given(st.floats(min_value=-1e5, max_value=1e5))
-def test_what_is_written_can_be_read(unit: str, value: float) -> None:
+def test_what_is_written_can_be_read(unit, value):
     """Contract: writing keeps twelve digits, reading loses none; the absolute part is for numbers below every unit."""
     assert read_quantity(rounded_text(value, unit), sd.Quantity(unit)) == pytest.approx(value, rel=1e-11, abs=1e-300)
 
@@ -100,13 +98,13 @@ def test_what_is_written_can_be_read(unit: str, value: float) -> None:
         sd.Quantity("1", minimum=7.0),
     ],
 )
-def test_an_example_is_allowed(quantity: sd.Quantity) -> None:
+def test_an_example_is_allowed(quantity):
     """Contract: the example in a message is accepted."""
     text = example(quantity)
     assert quantity.admits(read_quantity(float(text) if quantity.unit == "1" else text, quantity))
 
 
-def test_rows_of_numbers_share_one_unit() -> None:
+def test_rows_of_numbers_share_one_unit():
     """Closed form: thousandths."""
     assert read_numbers("0, 1 2.5,-3 ms", "s") == pytest.approx((0.0, 1e-3, 2.5e-3, -3e-3), rel=1e-15)
     for text, reason in (
@@ -119,7 +117,7 @@ def test_rows_of_numbers_share_one_unit() -> None:
             read_numbers(text, "s")
 
 
-def test_units_agree_with_pints_own_list() -> None:
+def test_units_agree_with_pints_own_list():
     """Cross-check: every unit against the definitions that pint ships; hertz are revolutions and cycles are counts here."""
     import pint
 
@@ -139,7 +137,7 @@ def test_units_agree_with_pints_own_list() -> None:
 
 
 @pytest.mark.parametrize(("unit", "target"), UNIT_FACTORS)
-def test_usual_units_are_those_of_the_registry(unit: str, target: str) -> None:
+def test_usual_units_are_those_of_the_registry(unit, target):
     """Cross-check by a second formulation: the factors that are known without pint are pint's own to the last bit."""
     registry = _registry()
     assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == UNIT_FACTORS[unit, target]

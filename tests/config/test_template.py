@@ -1,11 +1,8 @@
 """The case file that is printed to start from."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +21,7 @@ from scissordyn.model.addition import panel_ends, payload_points
 PAPER = Path(__file__).parents[2] / "examples" / "paper.toml"  # Case file of the paper's array
 
 
-def test_template_is_the_paper_case(case_of: Callable[..., sd.Case]) -> None:
+def test_template_is_the_paper_case(case_of):
     """Identity: what is printed reads back as the paper's case, but it deploys, and it records the contacts' own instants."""
     text = template("scissor")
     changes = ["structure.angle=60 deg", "drive.speed=-150 rpm", "run.samples=auto", "A.reference=loaded"]
@@ -35,7 +32,7 @@ def test_template_is_the_paper_case(case_of: Callable[..., sd.Case]) -> None:
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
-def test_templates_can_be_run(case_of: Callable[..., sd.Case], kind: str) -> None:
+def test_templates_can_be_run(case_of, kind):
     """Contract: each printed case is read, assembled and runs a few steps to its end."""
     case = case_of(template(kind), ["run.until=0.1 ms", "run.samples=3"])
     assert case.mechanism.clearance_joints
@@ -43,7 +40,7 @@ def test_templates_can_be_run(case_of: Callable[..., sd.Case], kind: str) -> Non
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
-def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
+def test_template_shows_every_key_with_its_meaning(kind):
     """Contract: each declared key stands in the text, and each line that is not a further table of a list has a comment."""
     text = template(kind)
     tables = [
@@ -64,7 +61,7 @@ def test_template_shows_every_key_with_its_meaning(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", STRUCTURES)
-def test_keys_left_out_can_be_put_in(kind: str) -> None:
+def test_keys_left_out_can_be_put_in(kind):
     """Contract: a commented key is valid TOML once its mark is taken away."""
     keys = {key for name in CaseTable.declared_keys() if name in PARTS for key in PARTS[name].table.declared_keys()}
     keys |= {*DriveTable.declared_keys(), *ClearanceTable.declared_keys(), *STRUCTURES[kind].declared_keys()}
@@ -90,7 +87,7 @@ REFUSED |= {("ring", part): "not determined" for part in ("pin_friction", "pin_l
 PART_FIELDS = {"tip": "tracks", "rod": "rods", "latch": "latches"}
 
 
-def has_part(mechanism: sd.Mechanism, part: str) -> bool:
+def has_part(mechanism, part):
     """Return whether a mechanism has a part of the list of `new --with`."""
     if part == "servo":
         return any(isinstance(one, sd.Actuator) for one in mechanism.components)
@@ -103,7 +100,7 @@ def has_part(mechanism: sd.Mechanism, part: str) -> bool:
 
 @pytest.mark.parametrize("kind", STRUCTURES)
 @pytest.mark.parametrize("parts", GROUPS, ids=lambda parts: parts[0])
-def test_every_structure_has_every_part(case_of: Callable[..., sd.Case], kind: str, parts: tuple[str, ...]) -> None:
+def test_every_structure_has_every_part(case_of, kind, parts):
     """Contract: the file is read, has the parts, and its move is carried out with ideal joints."""
     if (kind, parts[0]) in REFUSED:
         with pytest.raises(sd.InputError, match=REFUSED[kind, parts[0]]):
@@ -115,13 +112,13 @@ def test_every_structure_has_every_part(case_of: Callable[..., sd.Case], kind: s
     assert run.attrs["status"] == "complete"
 
 
-def test_every_part_is_in_a_group() -> None:
+def test_every_part_is_in_a_group():
     """Contract: the groups above have all parts of `new --with`."""
     assert {part for parts in GROUPS for part in parts} == set(PART_VALUES)
 
 
 @pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "four-bar"])
-def test_a_printed_servo_follows_its_reference(case_of: Callable[..., sd.Case], kind: str) -> None:
+def test_a_printed_servo_follows_its_reference(case_of, kind):
     """Contract: with the gains that are printed, and a payload, the move ends where it should, within the servo's limit."""
     case = case_of(template(kind, ["servo", "tip", "payload"]))
     run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
@@ -133,7 +130,7 @@ def test_a_printed_servo_follows_its_reference(case_of: Callable[..., sd.Case], 
     assert "grows along" in answer.span.change or kind == "four-bar"
 
 
-def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
+def test_a_printed_servo_has_the_natural_frequency_that_is_said():
     """Closed form: k_p = J w^2 and k_d = 2 z J w, with J from the kinetic energy of a run, to the two digits of the file."""
     changes = ["structure.units=5", "drive.cycloidal.end=20 deg", "drive.cycloidal.duration=3 s", "clearance.joint=all"]
     text = template("scissor", ["servo"], changes)
@@ -161,19 +158,19 @@ def test_a_printed_servo_has_the_natural_frequency_that_is_said() -> None:
         ("scissor", ["servo"], ["structure.unit=3"], "did you mean 'units'"),
     ],
 )
-def test_parts_that_cannot_be_are_refused(kind: str, parts: list[str], changes: list[str], says: str) -> None:
+def test_parts_that_cannot_be_are_refused(kind, parts, changes, says):
     """Contract: one line that says what to type."""
     with pytest.raises(sd.InputError, match=re.escape(says)):
         template(kind, parts, changes)
 
 
-def test_directions_of_parts_are_round_where_the_move_is_along_an_axis() -> None:
+def test_directions_of_parts_are_round_where_the_move_is_along_an_axis():
     """Limit: an array that is pushed down, and a point that moves along x, whose angle is no -0."""
     assert 'direction = "-90 deg"' in template("ring", ["travel_stop"])
     assert 'direction = "0 deg"' in template("mechanism", ["travel_stop"])
 
 
-def test_parts_fit_bars_that_bend(case_of: Callable[..., sd.Case]) -> None:
+def test_parts_fit_bars_that_bend(case_of):
     """Identity: as those of rigid bars of their mass, and the file can be read; its points were those of cross-sections."""
     parts, mass = ["servo", "tip", "payload", "spring"], 2700.0 * (0.05**2 - 0.046**2)
     bars = 'structure.bars={section = "tube 50x50x2 mm", material = "aluminium"}'

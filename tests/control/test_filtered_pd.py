@@ -12,14 +12,14 @@ from scissordyn.control.tracking.filtered_pd import FilteredPD
 INERTIA, PROPORTIONAL, DERIVATIVE, TIME = 0.4, 30.0, 4.0, 0.05
 
 
-def held(controller: object, angle: float) -> sd.Mechanism:
+def held(controller, angle):
     """Return a balanced rotor that a controller turns to zero from the angle `angle`."""
     free = on_pin(wheel("rotor", INERTIA, angle=angle))
-    return free.controlled(controller, reference=sd.Polynomial((0.0,)), start_on_reference=False)  # type: ignore[arg-type]
+    return free.controlled(controller, reference=sd.Polynomial((0.0,)), start_on_reference=False)
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_a_linear_loop(method: str) -> None:
+def test_a_linear_loop(method):
     """Closed form: angle, speed and filtered rate are the exponential of a 3 x 3 matrix."""
     run = sd.simulate(
         held(FilteredPD(PROPORTIONAL, DERIVATIVE, TIME), 0.2), until=1.0, method=method, samples=41, rtol=1e-10, atol=1e-12
@@ -32,7 +32,7 @@ def test_a_linear_loop(method: str) -> None:
     np.testing.assert_allclose(run["control_torque"][:, 0], torque, atol=1e-6)
 
 
-def test_its_limit() -> None:
+def test_its_limit():
     """Contract: the torque is cut off either way, while the filter goes on."""
     run = sd.simulate(held(FilteredPD(PROPORTIONAL, DERIVATIVE, TIME, limit=3.0), 0.2), until=1.0, samples=201)
     wanted = PROPORTIONAL * run["control_error"] + DERIVATIVE * run["filtered_rate"]

@@ -1,8 +1,5 @@
 """Motions of models by MuJoCo."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -11,7 +8,7 @@ import scissordyn as sd
 mujoco = pytest.importorskip("mujoco")
 
 
-def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any], *, keyframe: bool = True) -> np.ndarray:
+def by_mujoco(text, until, samples, read, *, keyframe=True):
     """Return values that `read` takes from MuJoCo's data at equidistant times, from the first keyframe on if `keyframe`."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
@@ -26,12 +23,12 @@ def by_mujoco(text: str, until: float, samples: int, read: Callable[[Any], Any],
     return np.array(rows)
 
 
-def centres(data: Any) -> np.ndarray:
+def centres(data):
     """Return the mass centres of the bodies in the plane of x and z."""
     return np.asarray(data.xipos[1:, [0, 2]])
 
 
-def followed(text: str) -> tuple[np.ndarray, np.ndarray]:
+def followed(text):
     """Return the mass centres of a model in the plane of x and z over 0.5 s, by this package and by MuJoCo."""
     run = sd.simulate(sd.read_mjcf(text).mechanism, until=0.5, samples=6, rtol=1e-10, atol=1e-12)
     return run["position"].values, by_mujoco(text, 0.5, 6, centres)

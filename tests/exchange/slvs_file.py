@@ -1,26 +1,24 @@
 """Files of SolveSpace with one sketch."""
 
-from collections.abc import Iterator, Mapping, Sequence
-
 ORIGIN = 0x80020002  # Handle of the origin of the sketch
 AXES = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5))  # Quaternions of the planes xy, yz, zx
 
 Record = tuple[str, dict[str, object]]  # Kind and fields
 
 
-def end(line: int, side: int = 0) -> int:
+def end(line, side=0):
     """Return the handle of a line (side 0), of its start (1) or of its end (2); lines are numbered from 0."""
     return (line + 4 << 16) + side
 
 
-def _point(handle: int, place: complex, parameter: int) -> Iterator[Record]:
+def _point(handle, place, parameter):
     act = {"actPoint.x": place.real, "actPoint.y": place.imag}
     yield "Entity", {"h.v": handle, "type": 2001, "workplane.v": 0x80020000, **act}
     yield "Param", {"h.v.": parameter, "val": place.real}
     yield "Param", {"h.v.": parameter + 1, "val": place.imag}
 
 
-def _references() -> Iterator[Record]:
+def _references():
     """Yield the two groups of a file, and the planes and the origin that its sketch refers to."""
     yield "Group", {"h.v": 1, "type": 5000, "name": "#references", "visible": 1, "scale": 1.0}
     plane = {"activeWorkplane.v": 0x80020000, "subtype": 6000, "predef.q.w": 1.0, "predef.origin.v": 0x10001}
@@ -41,9 +39,7 @@ def _references() -> Iterator[Record]:
     yield "Entity", {"h.v": ORIGIN, "type": 2012}
 
 
-def _drawn(
-    lines: Sequence[tuple[complex, complex]], circles: Sequence[tuple[complex, float]], thin: Sequence[int]
-) -> Iterator[Record]:
+def _drawn(lines, circles, thin):
     for k, places in enumerate(lines):
         yield "Request", {"h.v": k + 4, "type": 200, "workplane.v": 0x80020000, "group.v": 2, "construction": int(k in thin)}
         ends = {"point[0].v": end(k, 1), "point[1].v": end(k, 2)}
@@ -59,14 +55,7 @@ def _drawn(
         yield "Entity", {"h.v": end(k, 0x40), "type": 4000, "actDistance": radius}
 
 
-def slvs(
-    lines: Sequence[tuple[complex, complex]],
-    constraints: Sequence[Mapping[str, object]],
-    *,
-    circles: Sequence[tuple[complex, float]] = (),
-    thin: Sequence[int] = (),
-    more: Sequence[Record] = (),
-) -> str:
+def slvs(lines, constraints, *, circles=(), thin=(), more=()):
     """Return the text of a file with lines and circles in the plane of x and y [mm].
 
     Circles are numbered after the lines. `thin` are the numbers of construction lines, `more` are further records.
@@ -84,11 +73,11 @@ def slvs(
     return "\n".join(text)
 
 
-def joined(*pairs: tuple[int, int]) -> list[dict[str, object]]:
+def joined(*pairs):
     """Return the constraints of points that coincide."""
     return [{"type": 20, "ptA": a, "ptB": b} for a, b in pairs]
 
 
-def length(line: int, value: float) -> dict[str, object]:
+def length(line, value):
     """Return the constraint of a line's length [mm]."""
     return {"type": 30, "valA": value, "ptA": end(line, 1), "ptB": end(line, 2)}

@@ -216,10 +216,7 @@ def test_old_polylines_are_read():
             "bar 3, bar 6 on layer 'input': only the first one is driven",
         ),
         (lambda s: s.add_arc((0, 0), 5, 0, 90), "1 ARC left out: it is not a bar, pin or guide: ARC {}"),
-        (
-            lambda s: s.add_ellipse((0, 0), (5, 0), 0.5, 0, 3),
-            "1 ELLIPSE left out: it is not a bar, pin or guide: ELLIPSE {}",
-        ),
+        (lambda s: s.add_ellipse((0, 0), (5, 0), 0.5, 0, 3), "1 ELLIPSE left out: it is not a bar, pin or guide: ELLIPSE {}"),
     ],
 )
 def test_what_is_left_out_is_named_with_its_place(add, said):

@@ -53,10 +53,7 @@ def rattling():
 # Mechanisms with clearance joints, and the ends of their runs [s], by name
 CASES_WITH_CLEARANCE = {
     "crank": (sd.slider_crank().with_clearance("slider pin", LOOSE).driven(speed=100.0), 0.06),
-    "arm": (
-        sd.scissor(units=2).with_clearance("A", LOOSE).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)),
-        0.15,
-    ),
+    "arm": (sd.scissor(units=2).with_clearance("A", LOOSE).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.1)), 0.15),
     "servo": (
         sd.slider_crank()
         .with_clearance("crank pin", LOOSE)

@@ -3,7 +3,6 @@
 import os
 import random
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,7 +24,7 @@ NUMBERS = ("0", "-1", "1e400", "nan", "", "1e300", "-1e9", "1e-300", "9999999999
 NUMBER = re.compile(r"-?\d+\.?\d*")  # Pattern of a number in a file
 
 
-def altered(whole: str, draw: random.Random) -> str:
+def altered(whole, draw):
     """Return the text with letters or a number replaced, or a part removed or repeated, at random positions."""
     kind = draw.randrange(4)
     first, last = sorted(draw.randrange(len(whole)) for _ in range(2))
@@ -39,7 +38,7 @@ def altered(whole: str, draw: random.Random) -> str:
     return whole[:first] + whole[last:] if kind == 2 else whole[:last] + whole[first:last] + whole[last:]
 
 
-def seeds() -> list[tuple[object, str]]:
+def seeds():
     bodies, start = tree(np.random.default_rng(3))
     link = "?j=A,1.4,0.485,AB,R,t,0,0.1,t,%0AB,2,1,AB|BC,R,f,0,0,f%0AC,4,2,BC,R,t,0,0,f%0A&l=AB,1,1,0,0,A|B,%0ABC,1,1,0,0,B|C,"
     return [
@@ -56,20 +55,20 @@ def seeds() -> list[tuple[object, str]]:
 
 
 @pytest.mark.parametrize("number", range(9))
-def test_altered_files_are_one_line_or_a_mechanism(number: int, capfd: pytest.CaptureFixture[str]) -> None:
+def test_altered_files_are_one_line_or_a_mechanism(number, capfd):
     """Contract: no other error, no second line, nothing printed and no warning of Python."""
     read, whole = seeds()[number]
     draw = random.Random(number)
     for _ in range(12):
         try:
-            said = read(altered(whole, draw)).notes  # type: ignore[operator]
+            said = read(altered(whole, draw)).notes
         except sd.InputError as error:
             said = (str(error),)
         assert not any("\n" in line for line in said)
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_the_library_says_is_a_note(capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_the_library_says_is_a_note(capfd):
     """Contract: warnings of ezdxf and entities of other programs are notes."""
     document = plain()
     document.modelspace().add_text("mark")
@@ -96,9 +95,7 @@ def test_what_the_library_says_is_a_note(capfd: pytest.CaptureFixture[str]) -> N
         ("a.pmks", b"?" + b"0." * 30_000, "the link of PMKS+ has more than 50000 characters"),
     ],
 )
-def test_files_of_other_kinds(
-    name: str, content: bytes | None, said: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_files_of_other_kinds(name, content, said, tmp_path, capfd):
     """Contract: status 2 and one line that says what the file is."""
     path = tmp_path / name
     path.write_bytes(content or b"")
@@ -110,9 +107,7 @@ def test_files_of_other_kinds(
 
 
 @pytest.mark.parametrize("path", ["/dev/zero", "/dev/urandom", "fifo", "."])
-def test_what_has_no_end_is_not_read(
-    path: str, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_has_no_end_is_not_read(path, tmp_path, capfd, monkeypatch):
     """Contract: devices, pipes and folders are refused before they are opened."""
     monkeypatch.chdir(tmp_path)
     os.mkfifo("fifo")
@@ -122,10 +117,9 @@ def test_what_has_no_end_is_not_read(
 
 
 @pytest.mark.parametrize(
-    ("version", "encoding", "layer"),
-    [("R2000", "cp1251", "Опора"), ("R2000", "cp1252", "Träger"), ("R2010", "utf-8", "支持")],
+    ("version", "encoding", "layer"), [("R2000", "cp1251", "Опора"), ("R2000", "cp1252", "Träger"), ("R2010", "utf-8", "支持")]
 )
-def test_text_of_a_dxf_is_in_its_code_page(version: str, encoding: str, layer: str, tmp_path: Path) -> None:
+def test_text_of_a_dxf_is_in_its_code_page(version, encoding, layer, tmp_path):
     """Identity: names of layers before AutoCAD 2007 and after it."""
     from .test_drawings import ezdxf
 

@@ -65,13 +65,7 @@ CASES = {
     "slider in line": ({"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.5, 0.0)}, TWO_BARS, "A", SLIDER, {"C": 0.0}),
     "slider beside": ({"A": (0.0, 0.0), "B": (0.3, 0.4), "C": (1.6, -0.2)}, TWO_BARS, "A", SLIDER, {"C": 0.0}),
     "slider at an angle": ({"A": (0.1, 0.0), "B": (0.35, 0.3), "C": (1.2, 0.9)}, TWO_BARS, "A", SLIDER, {"C": 0.611}),
-    "Watt I": (
-        CRANK_ROCKER | WATT_ONE,
-        ("AB", "BCE", "CDF", "EG", "FG"),
-        "AD",
-        f"{FOUR}, plate EBC, plate FCD, dyad GEF",
-        {},
-    ),
+    "Watt I": (CRANK_ROCKER | WATT_ONE, ("AB", "BCE", "CDF", "EG", "FG"), "AD", f"{FOUR}, plate EBC, plate FCD, dyad GEF", {}),
     "Watt II": (CRANK_ROCKER | WATT_TWO, ("AB", "BC", "CDE", "EF", "FG"), "ADG", f"{FOUR}, plate EDC, dyad FEG", {}),
     "Stephenson III": (CRANK_ROCKER | STEPHENSON, ("AB", "BCE", "CD", "EF", "FG"), "ADG", f"{FOUR}, plate EBC, dyad FEG", {}),
 }

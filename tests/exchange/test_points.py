@@ -1,8 +1,6 @@
 """Tables of points."""
 
 import math
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +15,7 @@ Q,1800,0,right,slide 0
 """
 
 
-def test_two_bars_and_a_slide() -> None:
+def test_two_bars_and_a_slide():
     """Closed form: the slide of a slider-crank."""
     mechanism = sd.read_points(TABLE, unit="mm", linear_density=2.0).mechanism
     length = math.hypot(0.9, 0.5)
@@ -30,7 +28,7 @@ def test_two_bars_and_a_slide() -> None:
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
-def test_other_columns(delimiter: str) -> None:
+def test_other_columns(delimiter):
     """Identity: semicolons and tabs separate as commas do; the order of columns is free."""
     lines = [line.split(",") for line in TABLE.splitlines()]
     turned = "\ufeff" + "\n".join(delimiter.join(cells[::-1]) for cells in lines)
@@ -53,13 +51,13 @@ def test_other_columns(delimiter: str) -> None:
         (TABLE + "O,1,1,,\n", r"point 'O' is given twice \(line 5\); expected each point once"),
     ],
 )
-def test_refused(text: str, line: str) -> None:
+def test_refused(text, line):
     """Bad input: one line with the place in the table."""
     with pytest.raises(sd.InputError, match=line):
         sd.read_points(text)
 
 
-def test_command(tmp_path: Path, answer: Callable[..., str]) -> None:
+def test_command(tmp_path, answer):
     """Contract: `import` writes the case of a table and names what the table lacks; an unknown unit is one line."""
     path, case = tmp_path / "points.csv", tmp_path / "case.toml"
     path.write_text(TABLE, encoding="utf-8")
@@ -80,7 +78,7 @@ E,1,0,b,slide 0
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_order_of_rows_changes_no_mass(seed: int) -> None:
+def test_the_order_of_rows_changes_no_mass(seed):
     """Identity: bars of three points on one line have the mass of a bar, in any order and with rounded coordinates."""
     rng = np.random.default_rng(seed)
     head, *rows = ARMS.splitlines()
@@ -96,7 +94,7 @@ def test_the_order_of_rows_changes_no_mass(seed: int) -> None:
     assert not any("are not on one line" in note for note in notes)
 
 
-def test_a_bar_whose_points_are_not_on_one_line_is_made_of_the_shortest_rods() -> None:
+def test_a_bar_whose_points_are_not_on_one_line_is_made_of_the_shortest_rods():
     """Closed form: an angulated bar of two arms, and the rods of a square, in every order of rows."""
     angulated = "name,x,y,bars\nA,0,0,p\nB,3,4,p\nC,6,0,p\n"
     mechanism, notes = sd.read_points(angulated)
@@ -133,7 +131,7 @@ def test_a_bar_whose_points_are_not_on_one_line_is_made_of_the_shortest_rods() -
         ),
     ],
 )
-def test_what_is_not_used_is_named(text: str, notes: set[str]) -> None:
+def test_what_is_not_used_is_named(text, notes):
     """Contract: columns, points without bars, changed names and coincident points; nothing else is said."""
     always = {
         "bars have 1 kg/m, as the table gives no masses",
@@ -160,12 +158,12 @@ def test_what_is_not_used_is_named(text: str, notes: set[str]) -> None:
         "sep=\t\r\n" + TABLE.replace(",", "\t"),
     ],
 )
-def test_the_ways_of_spreadsheets(written: str) -> None:
+def test_the_ways_of_spreadsheets(written):
     """Identity: capitals, units of the angle, quoted cells, decimal commas, empty lines and Excel's first line."""
     assert sd.read_points(written, unit="mm").mechanism == sd.read_points(TABLE, unit="mm").mechanism
 
 
-def test_an_angle_in_degrees_and_radians() -> None:
+def test_an_angle_in_degrees_and_radians():
     """Closed form: a right angle is pi/2."""
     for angle in ("90", "90 deg", "90°", "1.5707963267948966 rad"):
         (guide,) = sd.read_points(TABLE.replace("slide 0", f"slide {angle}")).mechanism.guides
@@ -184,7 +182,7 @@ def test_an_angle_in_degrees_and_radians() -> None:
         ("latin-1", "text: line 2 is not UTF-8; the file is read as Windows-1252 (Latin-1)"),
     ],
 )
-def test_encodings(encoding: str, said: str, tmp_path: Path) -> None:
+def test_encodings(encoding, said, tmp_path):
     """Identity: what spreadsheets write is one table; an encoding that was assumed is named."""
     path = tmp_path / "points.csv"
     path.write_bytes(TABLE.replace("left", "Träger").encode(encoding))
@@ -208,7 +206,7 @@ def test_encodings(encoding: str, said: str, tmp_path: Path) -> None:
         ("name,x,y,bars\n" + "\n".join(f"P{k},{k},0,a" for k in range(10_001)), "more than 10000 points"),
     ],
 )
-def test_tables_that_cannot_be_right(text: str, said: str) -> None:
+def test_tables_that_cannot_be_right(text, said):
     """Contract: one line with the place."""
     with pytest.raises(sd.InputError, match=said) as error:
         sd.read_points(text)

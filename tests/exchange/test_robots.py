@@ -16,7 +16,7 @@ NO_CONTACT = '<default><geom contype="0" conaffinity="0"/></default>'  # MJCF el
 
 def tree(rng):
     """Return a random tree of planar bodies in MJCF, with hinges, slides, springs, dampers and reference positions."""
-    start: list[tuple[float, float]] = []
+    start = []
 
     def number(low, high):
         return f"{rng.uniform(low, high):.3f}"
@@ -321,10 +321,7 @@ def test_foreign_elements_of_a_urdf(more, said):
     [
         ('<actuator><motor name="m" joint="k"/></actuator>', "1 <motor> left out: 'm' (line 2)"),
         ('<actuator><muscle name="m" joint="j"/></actuator>', "1 <muscle> left out: 'm' (line 2)"),
-        (
-            '<actuator><motor joint="j" nsample="1000000000"/></actuator>',
-            "attribute 'nsample' of 1 <motor> left out (line 2)",
-        ),
+        ('<actuator><motor joint="j" nsample="1000000000"/></actuator>', "attribute 'nsample' of 1 <motor> left out (line 2)"),
         ('<tendon><spatial name="t"><site site="s"/></spatial></tendon>', "1 <spatial> left out: 't' (line 2)"),
         ('<sensor><jointpos joint="j"/></sensor>', "1 <jointpos> left out: line 2"),
         ('<keyframe><key/><key ctrl="1"/></keyframe>', "start: positions and velocities of keyframe '0', the first of 2"),

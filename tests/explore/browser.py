@@ -5,12 +5,10 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from signal import SIGINT
 from tempfile import TemporaryFile
-from typing import Any
 
 CASE = """
 [structure]
@@ -39,7 +37,7 @@ samples = 401
 MOST_THREADS = 100  # Largest number of threads that a server may start
 
 
-def missing() -> str:
+def missing():
     """Return the reason why a browser cannot be driven here, empty if it can."""
     for name in ("websockets", "tomlkit", "playwright"):
         try:
@@ -50,7 +48,7 @@ def missing() -> str:
 
 
 @contextmanager
-def served(case: Path, *options: str) -> Iterator[str]:
+def served(case, *options):
     """Serve the page of a case by the command until the end of the block; yield its address."""
     command = [sys.executable, "-m", "scissordyn.cli.main", "explore", str(case), "--no-browser", *options]
     with TemporaryFile("w+") as errors:  # a pipe would be full of what the library logs of nonsense
@@ -75,7 +73,7 @@ def served(case: Path, *options: str) -> Iterator[str]:
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
+def chromium():
     """Yield Debian's Chromium without a window."""
     from playwright.sync_api import sync_playwright
 
@@ -102,9 +100,7 @@ class Tab:
         Longest time that a run may take [s].
     """
 
-    def __init__(
-        self, browser: Any, url: str, *, size: tuple[int, int] = (1500, 900), dark: bool = False, patience: float = 60.0
-    ) -> None:
+    def __init__(self, browser, url, *, size=(1500, 900), dark=False, patience=60.0):
         self.patience = patience
         self.context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
@@ -122,18 +118,18 @@ class Tab:
         if url:
             self.open(url)
 
-    def open(self, url: str) -> None:
+    def open(self, url):
         """Open a page, and wait for its first run."""
         self.page.on("request", lambda request: self._local(request.url, url))
         self.page.goto(url)
         self.ready(0, 4.0 * self.patience)  # kernels that no run has needed yet are compiled first
 
-    def _local(self, asked: str, url: str) -> None:
+    def _local(self, asked, url):
         origin = "/".join(url.split("/", 3)[:3])
         if not asked.startswith((url, "data:", f"blob:{origin}/")):
             self.errors.append(f"a request to {asked}")
 
-    def ready(self, before: int, patience: float | None = None) -> int:
+    def ready(self, before, patience=None):
         """Wait until canvas, curves and bar show a run with a number above `before`; return its number."""
         self.page.wait_for_function(
             """before => {
@@ -148,11 +144,11 @@ class Tab:
         )
         return self.run
 
-    def fine(self) -> None:
+    def fine(self):
         """Wait until the curves go through the instants of the contacts of the run."""
         self.page.locator(".sd-state[data-fine=true]").wait_for(timeout=1e3 * self.patience)
 
-    def until(self, condition: Callable[[], bool]) -> None:
+    def until(self, condition):
         """Wait until a condition holds."""
         for _ in range(200):
             if condition():
@@ -161,23 +157,23 @@ class Tab:
         raise AssertionError("it did not happen within 10 s")
 
     @property
-    def run(self) -> int:
+    def run(self):
         """Number of the run that is shown."""
         return int(self.page.locator("#sd-canvas canvas").get_attribute("data-run") or 0)
 
     @property
-    def state(self) -> str:
+    def state(self):
         """Text of the page's status bar."""
         return str(self.page.locator(".sd-state").text_content())
 
-    def press(self, name: str) -> None:
+    def press(self, name):
         """Press a button of the bar, in its menu if it is in one."""
         menu = self.page.locator(".sd-bar details", has=self.page.locator(f"button[data-id={name}]"))
         if menu.count() and menu.get_attribute("open") is None:
             menu.locator("summary").click()
         self.page.locator(f".sd-bar button[data-id={name}]").click()
 
-    def field(self, key: str) -> Any:
+    def field(self, key):
         """Open the group of a number and return its row."""
         row = self.page.locator(f".sd-form details .sd-row[data-key='{key}']")
         if not row.is_visible():
@@ -186,23 +182,23 @@ class Tab:
             ).click()
         return row
 
-    def type(self, key: str, text: str) -> None:
+    def type(self, key, text):
         """Type a number."""
         box = self.field(key).locator("input[type=text]")
         box.fill(text)
         box.press("Enter")
 
-    def text(self, key: str) -> str:
+    def text(self, key):
         """Return the text in the field of a number."""
         return str(self.field(key).locator("input[type=text]").input_value())
 
-    def handle(self, name: str) -> tuple[float, float]:
+    def handle(self, name):
         """Return the position of a joint or of the handle of a length in the window [pixel]."""
         x, y = self.page.locator(".sd-stage").evaluate("(root, name) => root.handles()[name]", name)
         box = self.page.locator(".sd-stage canvas").bounding_box()
         return box["x"] + x, box["y"] + y
 
-    def drag(self, start: Sequence[float], end: Sequence[float], *, steps: int = 6) -> None:
+    def drag(self, start, end, *, steps=6):
         """Move the pointer with its button down from one place of the window to another [pixel]."""
         mouse = self.page.mouse
         mouse.move(*start)
@@ -211,7 +207,7 @@ class Tab:
         self.page.wait_for_timeout(300)
         mouse.up()
 
-    def table(self) -> dict[str, Any]:
+    def table(self):
         """Return the table of contacts: number of its run, titles, all rows and visible rows, as texts."""
         script = """root => ({
           run: Number(root.dataset.run), rows: window.scissordyn.contacts.rows(),
@@ -220,7 +216,7 @@ class Tab:
         })"""
         return dict(self.page.locator(".sd-contacts").evaluate(script))
 
-    def curve(self, figure: str, label: str = "", *, axis: str = "y", pinned: bool = False) -> list[float]:
+    def curve(self, figure, label="", *, axis="y", pinned=False):
         """Return the numbers of the line of a figure with a label, or of the first line."""
         script = """([name, label, axis, pinned]) => {
           const lines = window.scissordyn.shown.figures.find(each => each.name === name).lines;
@@ -229,7 +225,7 @@ class Tab:
         }"""
         return list(self.page.evaluate(script, [figure, label, axis, pinned]))
 
-    def close(self) -> None:
+    def close(self):
         """Close the page; fail if it has logged an error."""
         self.context.close()
         assert not self.errors, self.errors

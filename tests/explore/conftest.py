@@ -1,10 +1,6 @@
 """A case with two clearance joints, a slider-crank, and a browser."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,7 +11,7 @@ from .browser import CASE, chromium, missing
 
 
 @pytest.fixture
-def case_file(tmp_path: Path) -> Path:
+def case_file(tmp_path):
     """Return a case file with two clearance joints."""
     path = tmp_path / "case.toml"
     path.write_text(CASE)
@@ -23,7 +19,7 @@ def case_file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def case() -> Any:
+def case():
     """Return the case of that file."""
     pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
     from scissordyn.explore.case import Case
@@ -32,13 +28,13 @@ def case() -> Any:
 
 
 @pytest.fixture(scope="session")
-def crank() -> sd.Mechanism:
+def crank():
     """Return a slider-crank with a clearance joint, which nothing drives."""
     return sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
 
 
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
+def browser():
     """Yield Chromium."""
     if missing():
         pytest.skip(missing())

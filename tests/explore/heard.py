@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from scissordyn.explore.case import Case
 from scissordyn.explore.page import Page
 from scissordyn.explore.serve import pack_message
 from scissordyn.explore.session import Session
@@ -15,7 +14,7 @@ from scissordyn.explore.session import Session
 PATIENCE = 600.0  # [s] Longest wait for a thread, which may first compile all kernels on a busy machine
 
 
-def until(condition: Callable[[], object]) -> None:
+def until(condition):
     """Wait until a condition holds, which a thread makes true."""
     ends = time.monotonic() + PATIENCE
     while not condition():
@@ -26,26 +25,26 @@ def until(condition: Callable[[], object]) -> None:
 class Heard:
     """Page of a case with the messages that it has sent; it confirms each run as drawn unless `blind`."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case):
         self.messages: list[Mapping[str, Any]] = []
         self.blind = False
         self.page = Page(Session(case, lambda what: None), self.send)
         self.page.begin()
 
-    def send(self, message: Mapping[str, Any]) -> None:
+    def send(self, message):
         """Record a message of the page."""
         pack_message(message)
         self.messages.append(message)
 
-    def say(self, kind: str, **more: Any) -> None:
+    def say(self, kind, **more):
         """Send a message to the page."""
         self.page.hear(json.dumps({"type": kind, **more}))
 
-    def of(self, kind: str) -> list[Mapping[str, Any]]:
+    def of(self, kind):
         """Return the messages of a kind."""
         return [message for message in self.messages if message["type"] == kind]
 
-    def until_run(self, number: int) -> Mapping[str, Any]:
+    def until_run(self, number):
         """Wait for a run of the case with a number above `number`; return its message."""
 
         def is_there() -> bool:
@@ -59,5 +58,5 @@ class Heard:
         self.say("drawn", run=run["run"])
         return run
 
-    def _later(self, number: int) -> list[Mapping[str, Any]]:
+    def _later(self, number):
         return [run for run in self.of("run") if run["run"] > number and not run["bar"]["note"]]

@@ -1,7 +1,5 @@
 """Access to the page: a server in its own process, foreign requests, and random messages."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import random
@@ -11,10 +9,8 @@ import string
 import sys
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -24,7 +20,7 @@ import scissordyn
 pytest.importorskip("websockets", reason="the package websockets is not installed")
 
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
 
 from scissordyn.explore.listener import STRANGERS_MAX
 from scissordyn.explore.serve import MESSAGE_BYTES_MAX, PAGE_FILES, PAGES_MAX, Access, listen
@@ -67,7 +63,7 @@ LOCAL_PATHS = (
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def url(tmp_path_factory):
     """Yield the address of the page of a case, whose server is ready."""
     path = tmp_path_factory.mktemp("access") / "case.toml"
     path.write_text(CASE)
@@ -75,7 +71,7 @@ def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield found
 
 
-def ask(url: str, path: str, host: str | None = None, method: str = "GET", **headers: str) -> tuple[int, dict[str, str], bytes]:
+def ask(url, path, host=None, method="GET", **headers):
     """Request a path that begins at the root; return status, headers and body of the answer."""
     parts = urlsplit(url)
     connection = http.client.HTTPConnection(str(parts.hostname), parts.port, timeout=30)
@@ -94,7 +90,7 @@ def ask(url: str, path: str, host: str | None = None, method: str = "GET", **hea
         connection.close()
 
 
-def get(url: str, path: str, **more: Any) -> tuple[int, dict[str, str], bytes]:
+def get(url, path, **more):
     """Request a path below the page's address; return status, headers and body of the answer."""
     return ask(url, urlsplit(url).path + path, **more)
 
@@ -125,9 +121,7 @@ WRONG_PATHS = ["/", "/{other}/", "/{lower}x/", "//", "/%2e%2e/"]  # Beginnings o
         *((start, None, None, {404}) for start in WRONG_PATHS),
     ],
 )
-def test_strangers_are_refused(
-    url: str, path: str, start: str, host: str | None, origin: str | None, statuses: set[int]
-) -> None:
+def test_strangers_are_refused(url, path, start, host, origin, statuses):
     """Contract: other hosts, pages of other sites, and addresses without the token get one line at most for anything."""
     token, port = urlsplit(url).path.strip("/"), urlsplit(url).port
     assert len(token) >= 32
@@ -140,7 +134,7 @@ def test_strangers_are_refused(
     assert token.encode() not in body
 
 
-def test_page_is_served_to_its_own_names(url: str) -> None:
+def test_page_is_served_to_its_own_names(url):
     """Contract: names of this machine, also through a tunnel, get the page; no other site may frame or read it."""
     port = urlsplit(url).port
     for host in (f"127.0.0.1:{port}", f"localhost:{port}", "localhost:9999", f"[::1]:{port}"):
@@ -158,7 +152,7 @@ def test_page_is_served_to_its_own_names(url: str) -> None:
         assert get(url, "page.js", method=method)[0] == 405
 
 
-def test_each_start_has_its_own_address() -> None:
+def test_each_start_has_its_own_address():
     """Contract: two servers have two tokens."""
     with listen("127.0.0.1", 0) as one, listen("127.0.0.1", 0) as two:
         assert Access.for_socket(one, "127.0.0.1").token != Access.for_socket(two, "127.0.0.1").token
@@ -176,7 +170,7 @@ def test_each_start_has_its_own_address() -> None:
         ("127.0.0.2", "192.0.2.7:{port}", False),
     ],
 )
-def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
+def test_hosts_of_an_address(address, host, admitted):
     """Contract: listening everywhere admits addresses in numbers and names of this machine, no other name or origin."""
     with listen(address, 0) as listening:
         access = Access.for_socket(listening, address)
@@ -187,13 +181,13 @@ def test_hosts_of_an_address(address: str, host: str, admitted: bool) -> None:
         assert access.refusal(access.folder, [named, named], []) is not None
 
 
-def opened(url: str) -> Any:
+def opened(url):
     """Return the socket of a new page, as a browser opens it."""
     parts = urlsplit(url)
     return connect(f"ws://{parts.netloc}{parts.path}ws", origin=f"http://{parts.netloc}", max_size=None)
 
 
-def test_pages_are_counted(url: str) -> None:
+def test_pages_are_counted(url):
     """Limit: beyond the largest number of pages no further one is begun; the answer says so; one that is closed leaves room."""
     with ExitStack() as pages:
         for _ in range(PAGES_MAX):
@@ -205,7 +199,7 @@ def test_pages_are_counted(url: str) -> None:
         assert b'"early"' in later.recv(30.0)
 
 
-def test_message_that_is_too_long_ends_its_page(url: str) -> None:
+def test_message_that_is_too_long_ends_its_page(url):
     """Limit: a message of more than the largest size closes the connection; the server goes on."""
     with opened(url) as page:
         page.send("x" * (MESSAGE_BYTES_MAX + 1))
@@ -214,7 +208,7 @@ def test_message_that_is_too_long_ends_its_page(url: str) -> None:
     assert get(url, "")[0] == 200
 
 
-def _junk(chance: random.Random, depth: int = 0) -> Any:
+def _junk(chance, depth=0):
     """Return random JSON data, some with names that the page knows."""
     kind = chance.randrange(9 if depth < 4 else 6)
     if kind == 0:
@@ -228,7 +222,7 @@ def _junk(chance: random.Random, depth: int = 0) -> Any:
     return {chance.choice(NAMES): _junk(chance, depth + 1) for _ in range(chance.randrange(6))}
 
 
-def malformed_message(chance: random.Random) -> str | bytes:
+def malformed_message(chance):
     """Return a random message that is not valid, or that has wrong content."""
     kind = chance.randrange(6)
     if kind == 0:
@@ -242,7 +236,7 @@ def malformed_message(chance: random.Random) -> str | bytes:
     return json.dumps(message | {"type": chance.choice(MESSAGE_TYPES)})
 
 
-def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
+def malformed_requests(chance, url):
     """Yield malformed requests as bytes."""
     parts = urlsplit(url)
     names = (
@@ -266,9 +260,9 @@ def malformed_requests(chance: random.Random, url: str) -> Iterator[bytes]:
         yield ("\r\n".join(lines) + "\r\n\r\n" + noise * chance.randrange(2)).encode("latin-1", "replace")
 
 
-def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
+def _talk(url, chance, count):
     """Send malformed messages, on a new connection if the server has closed the last one; return the answers."""
-    answers: list[bytes] = []
+    answers = []
     sent = 0
     while sent < count:
         with opened(url) as page:
@@ -284,9 +278,9 @@ def _talk(url: str, chance: random.Random, count: int) -> list[bytes]:
     return answers
 
 
-def _answers(page: ClientConnection, patience: float) -> list[bytes]:
+def _answers(page, patience):
     """Return the messages that have arrived."""
-    answers: list[bytes] = []
+    answers = []
     while True:
         try:
             answer = page.recv(patience)
@@ -295,7 +289,7 @@ def _answers(page: ClientConnection, patience: float) -> list[bytes]:
         answers.append(answer if isinstance(answer, bytes) else answer.encode())
 
 
-def _exchange(url: str, request: bytes) -> bytes:
+def _exchange(url, request):
     """Return the answer to a request, until the server closes the connection."""
     parts = urlsplit(url)
     found = b""
@@ -314,14 +308,14 @@ def _exchange(url: str, request: bytes) -> bytes:
     return found
 
 
-def _clean(answer: str) -> None:
+def _clean(answer):
     """Check that an answer does not name files of this program."""
     for path in LOCAL_PATHS:
         assert path not in answer, answer[:2000]
 
 
 @pytest.mark.parametrize("count", MALFORMED)
-def test_malformed_requests_get_no_more_than_a_line(url: str, count: int) -> None:
+def test_malformed_requests_get_no_more_than_a_line(url, count):
     """Limit: no malformed request gets a traceback, a path of this machine or a file that is not part of the page."""
     chance = random.Random(11)
     statuses = set()
@@ -338,7 +332,7 @@ def test_malformed_requests_get_no_more_than_a_line(url: str, count: int) -> Non
 
 
 @pytest.mark.parametrize("count", MALFORMED)
-def test_malformed_messages_get_no_more_than_a_line(url: str, count: int) -> None:
+def test_malformed_messages_get_no_more_than_a_line(url, count):
     """Limit: no malformed message is answered with a traceback or a path, and the server goes on."""
     answers = _talk(url, random.Random(5), count)
     for answer in answers:
@@ -347,7 +341,7 @@ def test_malformed_messages_get_no_more_than_a_line(url: str, count: int) -> Non
     assert get(url, "")[0] == 200
 
 
-def test_connections_without_the_token_are_few(url: str) -> None:
+def test_connections_without_the_token_are_few(url):
     """Limit: of those that send nothing the oldest are dropped; pages are served meanwhile, and an open page goes on."""
     with opened(url) as page, ExitStack() as strangers:
         page.recv(60.0)
@@ -365,7 +359,7 @@ def test_connections_without_the_token_are_few(url: str) -> None:
         assert page.recv(60.0)
 
 
-def test_a_lack_of_descriptors_is_outlived() -> None:
+def test_a_lack_of_descriptors_is_outlived():
     """Contract: `accept` drops who has not shown the token, tries again, and returns the next connection."""
     resource = pytest.importorskip("resource", reason="no limit of descriptors")
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)

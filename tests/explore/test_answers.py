@@ -1,13 +1,10 @@
 """Parts of the page that show a run: cards, table, legend, curves, orbit, scene."""
 
-from __future__ import annotations
-
 import base64
 import csv
 import dataclasses
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +25,7 @@ from scissordyn.explore.answers import (
     figures,
     orbit,
 )
-from scissordyn.explore.case import Case, open_case
+from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.numeral import numeral
@@ -39,7 +36,7 @@ from scissordyn.record.summary import summary_of
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))  # Case files of all examples
 
 
-def held(limit: float, tolerance: float) -> xr.Dataset:
+def held(limit, tolerance):
     """Return the run of a slider-crank turned by a limited controller, with a tracked point that has a tolerance."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     servo = crank.controlled(sd.PID(proportional=200.0, derivative=2.0, limit=limit), reference=sd.Cycloidal(0.4, 2.0, 0.05))
@@ -48,7 +45,7 @@ def held(limit: float, tolerance: float) -> xr.Dataset:
     )
 
 
-def test_cards_judge_by_what_is_allowed() -> None:
+def test_cards_judge_by_what_is_allowed():
     """Identity: a limit that is reached and a tolerance that is left are missed, wider ones are met; values are the run's."""
     tight, wide = held(5.0, 1e-6), held(1e4, 1.0)
     for run, judged in ((tight, "missed"), (wide, "met")):
@@ -57,12 +54,12 @@ def test_cards_judge_by_what_is_allowed() -> None:
         assert found["largest"]["value"] == sd.units.short(float(run["peak_force"].max()), "N")
 
 
-def drawn(run: xr.Dataset, joint: str = "") -> dict[str, dict[str, Any]]:
+def drawn(run, joint=""):
     """Return the figures of a run over time by name."""
     return {figure["name"]: figure for figure in figures(run, summary_of(run), (), joint, "slider")["figures"]}
 
 
-def test_allowed_values_are_drawn_where_curves_come_near() -> None:
+def test_allowed_values_are_drawn_where_curves_come_near():
     """Contract: the limit that is reached is a line, at the sides that are; one that is far off is none."""
     for run, torques, tracks in ((held(5.0, 1e-6), {5.0, -5.0}, [1e-6]), (held(1e4, 1.0), set(), [])):
         shown = drawn(run)
@@ -71,7 +68,7 @@ def test_allowed_values_are_drawn_where_curves_come_near() -> None:
         assert shown["track"]["unit"] == "mm"
 
 
-def test_file_of_curves_has_their_values() -> None:
+def test_file_of_curves_has_their_values():
     """Contract: each column of the file is a curve of the run at its samples, with its unit."""
     run = held(5.0, 1e-3)
     rows = list(csv.reader(curves_as_csv(run, summary_of(run), "slider pin", "slider").splitlines()))
@@ -83,7 +80,7 @@ def test_file_of_curves_has_their_values() -> None:
     assert table["force at slider pin [N]"].max() == float(run["peak_force"].max())
 
 
-def test_legend_names_the_numbers_that_differ(case: Case) -> None:
+def test_legend_names_the_numbers_that_differ(case):
     """Contract: of two cases the changed numbers in both, and of equal ones that they are."""
     other = case.changed({"clearance.0.clearance": "0.3 mm", "drive.speed": "100 rpm"})
     assert differences([case, other]) == [
@@ -94,7 +91,7 @@ def test_legend_names_the_numbers_that_differ(case: Case) -> None:
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_starred_angles_move_the_mechanism(path: Path) -> None:
+def test_starred_angles_move_the_mechanism(path):
     """Contract: an angle with a slider of its own changes where the mechanism starts; one that a drive overrides has none."""
     case = open_case(path)
     for field in case.fields.values():
@@ -104,7 +101,7 @@ def test_starred_angles_move_the_mechanism(path: Path) -> None:
             assert np.abs(after - before).max() > 1e-3
 
 
-def test_controller_and_motor_have_torque_and_work() -> None:
+def test_controller_and_motor_have_torque_and_work():
     """Identity: without a drive the torque of a controller is a curve, and its work is one of the energies."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     turned = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
@@ -122,7 +119,7 @@ def test_controller_and_motor_have_torque_and_work() -> None:
 
 
 @pytest.mark.parametrize("samples", [41, 3 * CURVE_POINTS_MAX])
-def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int) -> None:
+def test_curves_of_the_page_reach_their_peaks(crank, samples):
     """Contract: the curves of few and of very many samples reach the located peaks of force and torque."""
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=samples)
     shown = drawn(run, "slider pin")
@@ -134,7 +131,7 @@ def test_curves_of_the_page_reach_their_peaks(crank: sd.Mechanism, samples: int)
         assert line["x"].size <= CURVE_POINTS_MAX + 2
 
 
-def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
+def test_long_orbit_keeps_its_outermost_points(crank):
     """Contract: of an orbit with more points than are drawn the deepest indentation and the range of both axes stay."""
     run = sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=3 * CURVE_POINTS_MAX)
     drawn = orbit(run, "slider pin", 1.0)
@@ -148,7 +145,7 @@ def test_long_orbit_keeps_its_outermost_points(crank: sd.Mechanism) -> None:
 CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a clearance guide [m]
 
 
-def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
+def test_canvas_gets_the_channel_of_a_clearance_guide():
     """Closed form: a block that falls from the middle is between surfaces at 1.35 half widths, and touches the lower one."""
     linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
     linkage = linkage.with_clearance("guide", sd.GuideClearance(CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
@@ -168,7 +165,7 @@ def test_canvas_gets_the_channel_of_a_clearance_guide() -> None:
     assert not touching[0].any()
 
 
-def test_short_contacts_have_digits_beside_long_ones() -> None:
+def test_short_contacts_have_digits_beside_long_ones():
     """Limit: of contacts of 0.4 ms and 2 s, both durations can be read from the table: three digits or more of each."""
     number = xr.Variable("contact", [0.0004, 2.0])
     names = ("contact_start", "approach_speed", "peak_force", "contact_duration", "rebound_speed")

@@ -1,12 +1,7 @@
 """The explorer in a real browser: Debian's Chromium, driven by Playwright."""
 
-from __future__ import annotations
-
 import re
 import tomllib
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +16,7 @@ HOSTILE = "<script>alert(1)</script>"  # Name of a part that would execute a scr
 
 
 @pytest.fixture(scope="module")
-def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def case(tmp_path_factory):
     """Return a case file with two clearance joints."""
     path = tmp_path_factory.mktemp("explore") / "case.toml"
     path.write_text(CASE)
@@ -29,21 +24,21 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def url(case: Path) -> Iterator[str]:
+def url(case):
     """Yield the page of the case."""
     with served(case) as found:
         yield found
 
 
 @pytest.fixture
-def tab(browser: Any, url: str) -> Iterator[Tab]:
+def tab(browser, url):
     """Yield a page of its own session; a test fails if it logs an error or asks another host."""
     opened = Tab(browser, url)
     yield opened
     opened.close()
 
 
-def test_slider_gives_a_new_trajectory(tab: Tab) -> None:
+def test_slider_gives_a_new_trajectory(tab):
     """Contract: moving a slider changes the number, the run and the curves; undo and redo bring both states back."""
     assert tab.page.title() == "case.toml - scissordyn"
     tab.fine()
@@ -65,7 +60,7 @@ def test_slider_gives_a_new_trajectory(tab: Tab) -> None:
     assert tab.text("drive.speed") == faster
 
 
-def test_scrub_moves_animation_and_cursor(tab: Tab) -> None:
+def test_scrub_moves_animation_and_cursor(tab):
     """Contract: the clock, the frame and the cursors of all curves are at the instant of the time slider."""
     tab.page.locator("[data-id=scrub]").fill("200")
     tab.page.locator("canvas[data-frame='200']").wait_for()
@@ -82,7 +77,7 @@ def test_scrub_moves_animation_and_cursor(tab: Tab) -> None:
     assert int(tab.page.locator("#sd-canvas canvas").get_attribute("data-frame")) > 200
 
 
-def test_row_of_a_contact_jumps_there(tab: Tab) -> None:
+def test_row_of_a_contact_jumps_there(tab):
     """Contract: a click on a contact moves the animation to its start."""
     shown = tab.table()
     assert shown["titles"][2] == "start [ms]"
@@ -91,7 +86,7 @@ def test_row_of_a_contact_jumps_there(tab: Tab) -> None:
     tab.page.locator(f"canvas[data-frame='{frame}']").wait_for(timeout=5000)
 
 
-def test_click_on_a_joint_follows_it(tab: Tab) -> None:
+def test_click_on_a_joint_follows_it(tab):
     """Contract: the curves of contact are those of the joint that was clicked, which stays in the middle."""
     caption = tab.page.locator("#sd-curves [data-figure=force] figcaption b")
     before, title = tab.curve("force"), str(caption.text_content())
@@ -106,7 +101,7 @@ def test_click_on_a_joint_follows_it(tab: Tab) -> None:
 
 
 @pytest.mark.parametrize(("across", "down"), [(0.0, 0.5), (1.0, 0.5), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)])
-def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None:
+def test_names_stay_in_the_drawing(tab, across, down):
     """Contract: however the drawing is panned, the name of a joint that is in it is in it as a whole."""
     stage = tab.page.locator(".sd-stage")
     box = stage.locator("canvas").bounding_box()
@@ -127,7 +122,7 @@ def test_names_stay_in_the_drawing(tab: Tab, across: float, down: float) -> None
         assert 0.0 <= each["top"] < each["bottom"] <= named["height"], each
 
 
-def test_dragged_pin_changes_the_case(tab: Tab) -> None:
+def test_dragged_pin_changes_the_case(tab):
     """Contract: while a pin is dragged it follows the pointer, assembled; released, the numbers of the case have changed."""
     first, before = tab.run, (tab.text("structure.bar_length"), tab.text("structure.angle"))
     tab.page.evaluate("""() => {
@@ -161,7 +156,7 @@ def test_dragged_pin_changes_the_case(tab: Tab) -> None:
     assert not any("undefined" in words or "NaN" in words for words in written)
 
 
-def test_dragged_length_changes_the_case(tab: Tab) -> None:
+def test_dragged_length_changes_the_case(tab):
     """Contract: the handle of a bar's length changes that length alone."""
     first, angle = tab.run, tab.text("structure.angle")
     x, y = tab.handle("length unit 1/bar 1")
@@ -171,7 +166,7 @@ def test_dragged_length_changes_the_case(tab: Tab) -> None:
     assert tab.text("structure.angle") == angle
 
 
-def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
+def test_wrong_number_stands_beside_its_field(tab):
     """Contract: the message is in the field's row, the last good run stays, and a right number clears it."""
     first, torque = tab.run, tab.curve("torque")
     tab.type("structure.bar_length", "-1 m")
@@ -186,7 +181,7 @@ def test_wrong_number_stands_beside_its_field(tab: Tab) -> None:
     assert error.text_content() == ""
 
 
-def test_pinned_run_is_compared(tab: Tab) -> None:
+def test_pinned_run_is_compared(tab):
     """Contract: the second curve is that of the run that was pinned."""
     tab.fine()
     before, first = tab.curve("torque"), tab.run
@@ -205,7 +200,7 @@ def test_pinned_run_is_compared(tab: Tab) -> None:
     tab.page.locator(".sd-bar button[data-id=unpin]:disabled").wait_for()
 
 
-def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
+def test_saved_files_are_of_what_is_shown(tab, tmp_path):
     """Contract: case, run, Python, picture and film of a changed number; the case keeps its comments."""
     first = tab.run
     tab.type("drive.speed", "120 rpm")
@@ -225,7 +220,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     tab.press("python")
     area = tab.page.get_by_label("the case as Python")
     area.wait_for()
-    made: dict[str, Any] = {}
+    made = {}
     exec(area.input_value().rpartition("run = ")[0], made)
     assert made["mechanism"] == sd.read_case(files["case"]).mechanism
     tab.page.keyboard.press("Escape")
@@ -233,7 +228,7 @@ def test_saved_files_are_of_what_is_shown(tab: Tab, tmp_path: Path) -> None:
     assert tab.page.evaluate("document.activeElement.parentElement.dataset.id") == "export"
 
 
-def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:
+def test_tabs_are_independent(tab, browser, url):
     """Contract: a number that changes in one page stays in the other."""
     other = Tab(browser, url)
     torque = other.curve("torque")
@@ -246,7 +241,7 @@ def test_tabs_are_independent(tab: Tab, browser: Any, url: str) -> None:
     other.close()
 
 
-def test_long_run_can_be_stopped(tab: Tab) -> None:
+def test_long_run_can_be_stopped(tab):
     """Contract: a long run shows progress; stopped, its part is shown, and it says so."""
     first = tab.run
     tab.type("run.until", "30 s")
@@ -261,7 +256,7 @@ def test_long_run_can_be_stopped(tab: Tab) -> None:
     assert max(times) < 30.0 or max(times) < 3000.0  # in seconds or milliseconds, as suits the part
 
 
-def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:
+def test_errors_of_the_page_are_noticed(browser, url):
     """Limit: an error in the console, and a request to another host, make a test fail."""
     opened = Tab(browser, url)
     opened.page.evaluate("() => console.error('made on purpose')")
@@ -269,7 +264,7 @@ def test_errors_of_the_page_are_noticed(browser: Any, url: str) -> None:
         opened.close()
 
 
-def test_names_are_text(browser: Any, tmp_path: Path) -> None:
+def test_names_are_text(browser, tmp_path):
     """Contract: a joint and a body that are named like a script show as text and run nothing, also in the film."""
     case = tmp_path / "hostile.toml"
     case.write_text(f"""
@@ -313,7 +308,7 @@ samples = 201
         opened.close()
 
 
-def test_hard_contact(browser: Any, tmp_path: Path) -> None:
+def test_hard_contact(browser, tmp_path):
     """Contract: a page of hard contact opens, its clearance changes, a pin is dragged, and no number of it is unknown."""
     case = tmp_path / "hard.toml"
     hard = 'mm"\ncontact = "hard"'
@@ -334,7 +329,7 @@ def test_hard_contact(browser: Any, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("width", [420, 800, 1280, 1920])
 @pytest.mark.parametrize("dark", [False, True])
-def test_layout_fits_the_window(browser: Any, url: str, width: int, dark: bool) -> None:
+def test_layout_fits_the_window(browser, url, width, dark):
     """Contract: no horizontal scroll, a wide bar in one row, no heading cut in the table, figures in the colours asked for."""
     tab = Tab(browser, url, size=(width, 900), dark=dark)
     page = tab.page

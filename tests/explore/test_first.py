@@ -1,28 +1,22 @@
 """The first run of the explorer: computed once, shown by every page, and stopped for none but the page that stops it."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import scissordyn as sd
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.explore.case import Case, open_case
-from scissordyn.explore.session import Outcome, Session, Worker
-from scissordyn.record.results import Results
+from scissordyn.explore.case import open_case
+from scissordyn.explore.session import Session, Worker
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.simulate import compute_results
 
 from .heard import PATIENCE, until
 
 
-def shown(session: Session) -> xr.Dataset:
+def shown(session):
     """Return the run that a session shows."""
     assert session.good is not None
     assert session.good.run is not None
@@ -30,11 +24,11 @@ def shown(session: Session) -> xr.Dataset:
 
 
 @pytest.fixture
-def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
+def gate(monkeypatch):
     """Make runs with clearance wait for an event before they begin; return the event, and a list with an entry for each."""
     opened, runs = threading.Event(), []
 
-    def wait(mechanism: sd.Mechanism, *given: Any, **named: Any) -> Results:
+    def wait(mechanism, *given, **named):
         if mechanism != mechanism.ideal():
             runs.append(1)
             assert opened.wait(PATIENCE)
@@ -44,7 +38,7 @@ def gate(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[int]]:
     return opened, runs
 
 
-def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
+def test_first_run_is_computed_once(case, gate):
     """Contract: a page that comes after the run has it at once; its later runs have other numbers."""
     opened, runs = gate
     early = Session(case, lambda what: None)
@@ -64,7 +58,7 @@ def test_first_run_is_computed_once(case: Case, gate: tuple[threading.Event, lis
         session.worker.close()
 
 
-def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
+def test_page_that_stops_leaves_others_alone(case, gate):
     """Contract: a run that a page has stopped is not that of the case, and a page beside it computes its own."""
     opened, runs = gate
     stopping = Session(case, lambda what: None)
@@ -80,7 +74,7 @@ def test_page_that_stops_leaves_others_alone(case: Case, gate: tuple[threading.E
         session.worker.close()
 
 
-def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.Event, list[int]]) -> None:
+def test_ideal_motion_is_shown_before_the_run(case, gate):
     """Contract: the motion with ideal joints is there while the run is held; then the run."""
     opened, _ = gate
     session = Session(case, lambda what: None)
@@ -99,11 +93,11 @@ def test_ideal_motion_is_shown_before_the_run(case: Case, gate: tuple[threading.
     session.worker.close()
 
 
-def test_long_run_is_preceded_by_a_coarse_one(case: Case) -> None:
+def test_long_run_is_preceded_by_a_coarse_one(case):
     """Contract: ideal joints, coarse and accurate come in this order with rising numbers, each with its own tolerance."""
-    found: list[Outcome] = []
+    found = []
 
-    def take(outcome: Outcome) -> None:
+    def take(outcome):
         if outcome.fine is None:
             found.append(outcome)
 
@@ -119,11 +113,11 @@ def test_long_run_is_preceded_by_a_coarse_one(case: Case) -> None:
 
 
 @pytest.mark.parametrize("samples", [41, "auto"])
-def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | str) -> None:
+def test_curves_follow_with_the_instants_of_contacts(case, samples):
     """Contract: a run is reported once more for its curves, that of `samples = "auto"`, and the session has both."""
     few = case.changed({})
     few.options = replace(case.options, samples=samples)
-    found: list[str] = []
+    found = []
     session = Session(few, found.append)
     until(lambda: session.good is not None and session.good.fine is not None)
     wanted = sd.simulate(case.mechanism, until=case.options.until, samples="auto")
@@ -141,7 +135,7 @@ def test_curves_follow_with_the_instants_of_contacts(case: Case, samples: int | 
     session.worker.close()
 
 
-def test_saved_run_is_shown_without_computing(case: Case, gate: tuple[threading.Event, list[int]], tmp_path: Path) -> None:
+def test_saved_run_is_shown_without_computing(case, gate, tmp_path):
     """Contract: a saved run is that of the first page, bit for bit; a change computes a run of its own."""
     opened, runs = gate
     run = as_dataset(compute_results(case.mechanism, replace(case.options, rtol=1e-8, atol=1e-8)))

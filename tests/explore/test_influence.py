@@ -1,12 +1,8 @@
 """Influence of the numbers of a case on the answers and curves of its run: values, order, bands, reasons, cancelling."""
 
-from __future__ import annotations
-
 import dataclasses
 import threading
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -31,25 +27,25 @@ SHORT = CASE.replace("8 ms", "3 ms")
 
 
 @pytest.fixture
-def case() -> Case:
+def case():
     """Return a case with a short run."""
     from scissordyn.casefile.code import Code
 
     return Case("case.toml", SHORT, Code(Path()))
 
 
-def ran(case: Case) -> Outcome:
+def ran(case):
     """Return the run of a case."""
     options = case.options
     return Outcome(1, case, sd.simulate(case.mechanism, until=options.until, samples=options.samples, start=options.start))
 
 
-def last(order: Order) -> Influence:
+def last(order):
     """Return the complete influence of an order."""
     return list(influences(order))[-1]
 
 
-def test_influence_is_the_gradient(case: Case) -> None:
+def test_influence_is_the_gradient(case):
     """Identity: the elasticity of a number is that of `sd.gradient`; that of all bars' mass is a sum over bars."""
     outcome = ran(case)
     found = last(Order(outcome, (MASS, SPEED, CLEARANCE), "")).plain()
@@ -65,7 +61,7 @@ def test_influence_is_the_gradient(case: Case) -> None:
     assert rows[MASS]["elasticity"] == pytest.approx(exact[:, 2:].sum(axis=1), rel=1e-6)
 
 
-def test_answers_have_the_values_of_their_measures(case: Case) -> None:
+def test_answers_have_the_values_of_their_measures(case):
     """Identity: the measure behind an answer has the value that its card shows, within the tolerance of the run."""
     tracked = dataclasses.replace(case.mechanism, tracks=(sd.Track("tip", "unit 2/bar 1", "end"),))
     outcome = ran(Case.of("tracked", tracked, case.options))
@@ -78,7 +74,7 @@ def test_answers_have_the_values_of_their_measures(case: Case) -> None:
     assert found.answers["value"].values == pytest.approx(shown, rel=1e-5)
 
 
-def test_bands_are_derivatives_over_time(case: Case) -> None:
+def test_bands_are_derivatives_over_time(case):
     """Identity: half the width of a band is five times the derivative of the curve times a hundredth of the number."""
     outcome = ran(case)
     found = last(Order(outcome, (SPEED,), SPEED))
@@ -97,7 +93,7 @@ def test_bands_are_derivatives_over_time(case: Case) -> None:
         assert band["size"] == pytest.approx(wanted, rel=1e-4, abs=1e-6 * wanted.max())
 
 
-def test_band_has_a_gap_where_a_change_is_not_small(case: Case) -> None:
+def test_band_has_a_gap_where_a_change_is_not_small(case):
     """Contract: a curve whose change is beyond a tenth of its range has no band there, and none at all after its limit."""
     outcome = ran(case)
     found = last(Order(outcome, (SPEED,), SPEED, change=0.2))
@@ -113,7 +109,7 @@ def test_band_has_a_gap_where_a_change_is_not_small(case: Case) -> None:
     assert any(np.isnan(band["size"]).any() for band in bands)
 
 
-def test_reason_why_there_is_no_influence(case: Case) -> None:
+def test_reason_why_there_is_no_influence(case):
     """Contract: a number without derivatives gives the reason of `sd.gradient`, a run that ends early gives its own."""
     found = last(Order(ran(case), ("structure.units",), "")).plain()
     assert "'structure.units' cannot change alone: it is an integer" in found["reason"]
@@ -123,7 +119,7 @@ def test_reason_why_there_is_no_influence(case: Case) -> None:
     assert found["reason"] == "the run is not complete; expected a run that reaches its end"
 
 
-def test_estimated_force_is_no_answer() -> None:
+def test_estimated_force_is_no_answer():
     """Contract: hard contact has influences, but not on the force of an impact, which is an estimate."""
     from scissordyn.casefile.code import Code
 
@@ -135,7 +131,7 @@ def test_estimated_force_is_no_answer() -> None:
     assert found.plain()["rows"][SPEED]["elasticity"] == pytest.approx(exact["elasticity"].values[:, 0], rel=1e-9)
 
 
-def test_number_without_effect_is_left_out(case: Case) -> None:
+def test_number_without_effect_is_left_out(case):
     """Contract: beside numbers that act, one that does not has its reason in its row."""
     rows = last(Order(ran(case), (SPEED, "structure.units", "run.until"), "")).plain()["rows"]
     assert "integer" in rows["structure.units"]["why"]
@@ -143,7 +139,7 @@ def test_number_without_effect_is_left_out(case: Case) -> None:
     assert np.isfinite(rows[SPEED]["elasticity"]).all()
 
 
-def test_newest_order_is_computed(case: Case) -> None:
+def test_newest_order_is_computed(case):
     """Contract: an order that a newer one replaces, or that is cancelled, is not reported."""
     outcome, done = ran(case), list[Influence]()
     background = Influences(done.append)
@@ -163,7 +159,7 @@ def test_newest_order_is_computed(case: Case) -> None:
     assert len(done) == count
 
 
-def test_page_follows_its_run(case: Case) -> None:
+def test_page_follows_its_run(case):
     """Contract: the influence comes after the run, belongs to it, and follows a change; bands end with their run."""
     heard = Heard(case)
     first = heard.until_run(0)["run"]
@@ -183,14 +179,14 @@ def test_page_follows_its_run(case: Case) -> None:
 
 
 @pytest.fixture
-def opened(browser: Any, tmp_path: Path) -> Iterator[Any]:
+def opened(browser, tmp_path):
     """Yield a function that opens the page of a case, which this process serves with quickly compiled derivatives."""
     from scissordyn.explore.case import open_case
     from scissordyn.explore.serve import listen, serve
 
     tabs = list[Tab]()
 
-    def open_page(text: str) -> Tab:
+    def open_page(text):
         path = tmp_path / "case.toml"
         path.write_text(text)
         urls, announced = list[str](), threading.Event()
@@ -208,7 +204,7 @@ def opened(browser: Any, tmp_path: Path) -> Iterator[Any]:
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
-def test_sliders_show_and_sort_by_influence(opened: Any, case: Case) -> None:
+def test_sliders_show_and_sort_by_influence(opened, case):
     """Contract: the page shows the elasticities of `sd.gradient`, sorts when it is asked to, and draws and removes bands."""
     tab = opened(SHORT)
     labels = {
@@ -246,7 +242,7 @@ def test_sliders_show_and_sort_by_influence(opened: Any, case: Case) -> None:
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
-def test_page_says_why_there_is_no_influence(opened: Any) -> None:
+def test_page_says_why_there_is_no_influence(opened):
     """Contract: if the only slider is that of a number that does not act, the page says so in one sentence."""
     tab = opened(SHORT)
     for _ in range(4):

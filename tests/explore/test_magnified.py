@@ -1,10 +1,5 @@
 """Magnified deflections in the explorer: what is asked for, the factor that is chosen, and the drawing in a browser."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -37,7 +32,7 @@ samples = 16
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def path(tmp_path_factory):
     """Return the path of the case file."""
     written = tmp_path_factory.mktemp("magnified") / "bends.toml"
     written.write_text(CASE)
@@ -45,14 +40,14 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("given", ["much", None, True, 0.5, float("nan"), float("inf"), [2.0]])
-def test_wish_is_a_number_or_auto(given: Any) -> None:
+def test_wish_is_a_number_or_auto(given):
     """Bad input: what a page may ask for is "auto", or a number from 1 on."""
     assert (read_magnification("auto"), read_magnification(20)) == ("auto", 20.0)
     with pytest.raises(sd.InputError, match="magnification"):
         read_magnification(given)
 
 
-def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
+def test_factor_of_auto_shows_the_largest_deflection(path):
     """Contract: "auto" is 1, 2 or 5 times a power of ten; the largest deflection is then a 50th to a 20th of the mechanism."""
     case = sd.read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
@@ -67,7 +62,7 @@ def test_factor_of_auto_shows_the_largest_deflection(path: Path) -> None:
     assert "of yield strength" in card["detail"]
 
 
-def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> None:
+def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path):
     """Contract: a joint of bars that bend moves with the numbers of the case; a cross-section has no length."""
     case = open_case(path)
     drag = Drag(case, "pin", "unit 1/pivot")
@@ -77,7 +72,7 @@ def test_joints_of_bent_bars_are_dragged_and_their_lengths_not(path: Path) -> No
         Drag(case, "length", "unit 1/bar 1")
 
 
-def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
+def test_page_draws_bars_bent_and_magnified(browser, path):
     """Cross-check: the shapes on the canvas are those of `magnified_deflection` and change with a section."""
     case = sd.read_case(path)
     run = sd.simulate(case.mechanism, until=case.run.until, samples=case.run.samples)
@@ -110,7 +105,7 @@ def test_page_draws_bars_bent_and_magnified(browser: Any, path: Path) -> None:
         tab.close()
 
 
-def _points(scene: dict[str, Any]) -> np.ndarray:
+def _points(scene):
     """Return all points of bars of a scene."""
     import base64
 
@@ -118,7 +113,7 @@ def _points(scene: dict[str, Any]) -> np.ndarray:
     return np.concatenate([np.frombuffer(base64.b64decode(bar["points"]), np.float32) for bar in bars])
 
 
-def _expected(run: Any, mechanism: sd.Mechanism, factor: float) -> np.ndarray:
+def _expected(run, mechanism, factor):
     from scissordyn.plot.animation_scene import scene_of
 
     frames = np.arange(run.sizes["time"])

@@ -1,17 +1,12 @@
 """Every number on the page is of one run, however fast numbers are changed."""
 
-from __future__ import annotations
-
 import base64
 import json
 import random
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.spatial import KDTree
 
 import scissordyn as sd
@@ -59,7 +54,7 @@ PREFIX = {"m": 1e3, "k": 1e-3, "M": 1e-6, "µ": 1e6}  # Factors by which numbers
 
 
 @pytest.fixture(scope="module")
-def tab(browser: Any) -> Iterator[Tab]:
+def tab(browser):
     """Yield the page of the paper's case."""
     with served(PAPER) as url:
         opened = Tab(browser, url, size=(1280, 800))
@@ -67,19 +62,19 @@ def tab(browser: Any) -> Iterator[Tab]:
         opened.close()
 
 
-def factor(unit: str) -> float:
+def factor(unit):
     """Return the factor from SI to a unit of the page."""
     return PREFIX[unit[0]] if len(unit) > 1 and unit[0] in PREFIX and unit not in ("m", "m/s") else 1.0
 
 
-def floats(text: str) -> np.ndarray:
+def floats(text):
     """Unpack numbers of the drawing."""
     return np.frombuffer(base64.b64decode(text), np.float32)
 
 
-def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
+def compare(tab, run, fine, number):
     """Compare all that the page shows with a run, whose curves may have the instants of contacts already."""
-    shown: dict[str, Any] = tab.page.evaluate(SHOWN)
+    shown = tab.page.evaluate(SHOWN)
     assert tab.page.evaluate("window.numbers()") == [number] * 4
     drawn = {(figure["name"], line["label"]): (figure["unit"], line) for figure in shown["figures"] for line in figure["lines"]}
     assert set(drawn) == set(LINES)
@@ -108,7 +103,7 @@ def compare(tab: Tab, run: xr.Dataset, fine: xr.Dataset, number: int) -> None:
     _compare_scene(json.loads(shown["scene"]), run)
 
 
-def _compare_orbit(points: np.ndarray, run: xr.Dataset, fine: xr.Dataset) -> None:
+def _compare_orbit(points, run, fine):
     """Check that an orbit has the points of the samples or of the fine run; a few may differ by rounding."""
     places = [1e3 * one["eccentricity"].sel(joint="A").transpose("time", "axis").values for one in (run, fine)]
     apart = KDTree(points).query(places[0])[0]
@@ -116,7 +111,7 @@ def _compare_orbit(points: np.ndarray, run: xr.Dataset, fine: xr.Dataset) -> Non
     assert (KDTree(np.concatenate(places)).query(points)[0] > 1e-9).sum() <= 4
 
 
-def _compare_table(table: dict[str, Any], run: xr.Dataset, number: int) -> None:
+def _compare_table(table, run, number):
     assert table["run"] == number
     assert len(table["rows"]) == run.sizes["contact"]
     assert table["titles"][2:] == ["start [ms]", "approach [m/s]", "peak force [kN]", "duration [ms]", "rebound [m/s]"]
@@ -134,7 +129,7 @@ def _compare_table(table: dict[str, Any], run: xr.Dataset, number: int) -> None:
     assert table["seen"]
 
 
-def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
+def _compare_scene(scene, run):
     time = floats(scene["time"])
     np.testing.assert_allclose(time[-1], run["time"].values[-1], rtol=1e-6)
     frames = np.linspace(0, run.sizes["time"] - 1, time.size).round().astype(int)
@@ -148,7 +143,7 @@ def _compare_scene(scene: dict[str, Any], run: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize("drags", [2, pytest.param(100, marks=pytest.mark.slow)])
-def test_page_shows_one_run_however_it_is_dragged(tab: Tab, drags: int) -> None:
+def test_page_shows_one_run_however_it_is_dragged(tab, drags):
     """Cross-check: after each drag every number on the page is that of `run`, and no frame has two runs."""
     chance = random.Random(7)
     case = sd.read_case(PAPER)
@@ -185,7 +180,7 @@ SETTLED = """key => {
 """JavaScript function that returns the number of the shown run; null until the run with the value in the form is shown."""
 
 
-def _settled(tab: Tab, before: int) -> int:
+def _settled(tab, before):
     """Return the number of the run with the clearance in the form."""
     tab.ready(before)
     return int(tab.page.wait_for_function(SETTLED, arg=KEY, polling=50, timeout=60_000).json_value())

@@ -1,9 +1,6 @@
 """Messages that a page gets and sends, in order, without a browser."""
 
-from __future__ import annotations
-
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +8,7 @@ import pytest
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from scissordyn.explore.case import Case, open_case
+from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.plot.canvas import declared_positions
 
@@ -23,7 +20,7 @@ GUESSED = {"four_bar": 0.2, "lift": 1e-4, "press": 1e-6}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_declared_position_is_the_assembled_one(path: Path) -> None:
+def test_declared_position_is_the_assembled_one(path):
     """Cross-check: bodies of every example are drawn where the solver assembles them, but where the case declares a guess."""
     mechanism = open_case(path).mechanism
     first = declared_positions(mechanism.ideal())
@@ -33,14 +30,14 @@ def test_declared_position_is_the_assembled_one(path: Path) -> None:
 
 
 @pytest.fixture
-def heard(case: Case) -> Iterator[Heard]:
+def heard(case):
     """Yield a page of a case with two clearance joints."""
     heard = Heard(case)
     yield heard
     heard.page.close()
 
 
-def test_page_begins_with_the_numbers_and_ends_with_the_run(heard: Heard) -> None:
+def test_page_begins_with_the_numbers_and_ends_with_the_run(heard):
     """Contract: the numbers come first, then runs with rising numbers."""
     run = heard.until_run(0)
     kinds = [message["type"] for message in heard.messages]
@@ -52,7 +49,7 @@ def test_page_begins_with_the_numbers_and_ends_with_the_run(heard: Heard) -> Non
     assert time_axis[-1] == pytest.approx(run["until"])
 
 
-def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
+def test_next_run_waits_until_one_is_drawn(heard):
     """Contract: a page that has not drawn a run gets no other; of many changes it then gets the last."""
     first = heard.until_run(0)["run"]
     heard.blind = True
@@ -79,7 +76,7 @@ def test_next_run_waits_until_one_is_drawn(heard: Heard) -> None:
         ('{"type": "film", "time": 1e999}', "'time' in a message is not a number"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_one_line(heard: Heard, message: str, words: str) -> None:
+def test_what_cannot_be_done_is_said_in_one_line(heard, message, words):
     """Bad input: one line each, and the page goes on."""
     heard.until_run(0)
     heard.page.hear(message)
@@ -89,7 +86,7 @@ def test_what_cannot_be_done_is_said_in_one_line(heard: Heard, message: str, wor
     assert "\n" not in complaints[0]
 
 
-def test_long_run_says_how_long_it_will_take_and_is_stopped(heard: Heard) -> None:
+def test_long_run_says_how_long_it_will_take_and_is_stopped(heard):
     """Contract: the time that is left is in proportion to the part that is not done; a stopped run is shown as far as it is."""
     first = heard.until_run(0)["run"]
     heard.messages.clear()

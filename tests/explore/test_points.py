@@ -1,9 +1,5 @@
 """The points of a study and of a bifurcation diagram in the explorer."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -17,7 +13,7 @@ from .heard import Heard, until
 
 
 @pytest.fixture(scope="module")
-def store(crank: sd.Mechanism, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def store(crank, tmp_path_factory):
     """Return the path of a study of a slider-crank over clearance and speed; half of the points meet its requirement."""
     path = tmp_path_factory.mktemp("points") / "study.db"
     vary = {"slider pin.clearance": [2e-4, 5e-4], "drive.speed": [10.0, 20.0, 30.0]}
@@ -25,7 +21,7 @@ def store(crank: sd.Mechanism, tmp_path_factory: pytest.TempPathFactory) -> Path
     return path
 
 
-def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) -> None:
+def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store):
     """Cross-check: the points are those of the study itself; a point that is opened has its numbers and its force."""
     result = sd.open_study(store)
     case = open_case(store)
@@ -64,7 +60,7 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store: Path) 
     heard.page.close()
 
 
-def test_diagram_is_shown_and_opened_by_a_point(crank: sd.Mechanism, tmp_path: Path) -> None:
+def test_diagram_is_shown_and_opened_by_a_point(crank, tmp_path):
     """Identity: all cycles of a diagram over its parameter; a point has the mechanism with its value."""
     driven = crank.driven(speed=100.0)
     diagram = sd.bifurcation(

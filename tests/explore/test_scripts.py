@@ -1,10 +1,7 @@
 """Scripts of the page in Chromium without a server: curves, messages as it unpacks them, and numbers as text."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,7 +19,7 @@ LOAD = """async code => {
 
 
 @pytest.fixture(scope="module")
-def page(browser: Any) -> Any:
+def page(browser):
     """Return an empty page with the functions of the scripts."""
     page = browser.new_page(viewport={"width": 900, "height": 700})
     script = (ASSETS / "page.js").read_text(encoding="utf-8")
@@ -33,7 +30,7 @@ def page(browser: Any) -> Any:
     return page
 
 
-def test_message_comes_as_it_was_sent(page: Any) -> None:
+def test_message_comes_as_it_was_sent(page):
     """Identity: numbers bit for bit, what is not finite in arrays, an array of two places once, bytes."""
     numbers = np.array([0.1, -1e-300, np.pi, np.inf, -0.0])
     message = {"type": "run", "one": {"x": numbers, "words": "ä µ"}, "two": [numbers, 3, None], "file": b"\x00\xff!"}
@@ -53,7 +50,7 @@ def test_message_comes_as_it_was_sent(page: Any) -> None:
 
 
 @pytest.mark.parametrize("count", [50, 100_000])
-def test_gaps_and_peaks_of_a_line_stay(page: Any, count: int) -> None:
+def test_gaps_and_peaks_of_a_line_stay(page, count):
     """Contract: of few points and of many the extremes of each column of pixels are drawn, and nothing joins across a gap."""
     chance = np.random.default_rng(2)
     x = np.linspace(0.0, 1.0, count)
@@ -86,7 +83,7 @@ def test_gaps_and_peaks_of_a_line_stay(page: Any, count: int) -> None:
         (0.0, 4e7, ["0", "1e+7", "2e+7", "3e+7", "4e+7"]),
     ],
 )
-def test_ticks_are_round(page: Any, low: float, high: float, labels: list[str]) -> None:
+def test_ticks_are_round(page, low, high, labels):
     """Closed form: at 1, 2 or 5 times a power of ten within the range, with digits enough to tell them apart."""
     found = page.evaluate("([low, high]) => ticks(low, high, 5)", [low, high])
     assert [label for _, label in found] == labels
@@ -105,12 +102,12 @@ SHOW = """count => {
 }"""
 
 
-def test_keys_and_pointer_zoom_and_pick(page: Any) -> None:
+def test_keys_and_pointer_zoom_and_pick(page):
     """Contract: plus, minus, arrows, Home and a dragged band change the range within its ends; Enter and clicks pick a time."""
     page.evaluate(SHOW, 100_000)
     canvas = page.locator("#curves canvas")
 
-    def span() -> list[float]:
+    def span():
         return list(page.evaluate("() => window.curves.range"))
 
     canvas.focus()
@@ -144,7 +141,7 @@ def test_keys_and_pointer_zoom_and_pick(page: Any) -> None:
     assert json.loads(page.evaluate("() => JSON.stringify(document.querySelector('#curves').dataset.run)")) == "0"
 
 
-def drawn() -> list[tuple[float, int]]:
+def drawn():
     """Return numbers of all sizes with their digits after the point, with halves and carries, which are rounded."""
     chance = np.random.default_rng(3)
     sizes = 10.0 ** chance.uniform(-14.0, 14.0, 4000) * chance.choice([-1.0, 1.0], 4000)
@@ -153,7 +150,7 @@ def drawn() -> list[tuple[float, int]]:
     return [(value, places) for value in (*sizes.tolist(), *halves, *special) for places in (0, 2, 5)]
 
 
-def test_number_has_three_digits_or_more() -> None:
+def test_number_has_three_digits_or_more():
     """Contract: the text has three significant digits and is the number rounded to them; zeros are kept."""
     assert [numeral(value) for value in (9.5, 0.1, 123456.7, 0.00095, 4e-9, 0.0)] == [
         "9.50",
@@ -175,7 +172,7 @@ def test_number_has_three_digits_or_more() -> None:
         assert float(text) == pytest.approx(value, rel=1e-12, abs=0.5 * last * (1.0 + 1e-9))
 
 
-def test_column_has_common_digits() -> None:
+def test_column_has_common_digits():
     """Contract: the largest number chooses the digits after the point; small ones beside it have more."""
     assert numerals([42.944, 9.5, 0.0232, math.nan]) == ["42.94", "9.50", "0.0232", "-"]
     assert numerals([0.0, 0.0]) == ["0.000", "0.000"]
@@ -183,7 +180,7 @@ def test_column_has_common_digits() -> None:
     assert decimals([math.nan]) == 3
 
 
-def test_browser_writes_the_same(page: Any) -> None:
+def test_browser_writes_the_same(page):
     """Cross-check: the function of the page gives the text of the one in Python for every number."""
     source, cases = (ASSETS / "table.js").read_text(encoding="utf-8"), drawn()
     source = source[source.index("const LEAST_FIGURES") : source.index("// ---- the table")]

@@ -1,12 +1,8 @@
 """The explorer without a browser: fields, session, worker, drags, Python, what may be read."""
 
-from __future__ import annotations
-
 import re
 import threading
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +17,7 @@ from scissordyn.explore.answers import differences
 from scissordyn.explore.case import Case, open_case, python_of
 from scissordyn.explore.drag import Drag
 from scissordyn.explore.field import fields_of
-from scissordyn.explore.session import Outcome, Session, Worker
+from scissordyn.explore.session import Session, Worker
 
 from .browser import CASE
 from .heard import until
@@ -46,7 +42,7 @@ until = "1 ms"
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_every_example_has_fields(path: Path) -> None:
+def test_every_example_has_fields(path):
     """Contract: writing any field as it stands changes nothing, and the file text comes back letter by letter."""
     opened = open_case(path)
     assert opened.text() == path.read_text()
@@ -68,7 +64,7 @@ CASES = [
 QUANTITY = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)? *[^\d\s,.*][^,]*")  # Pattern of a text with a number and a unit
 
 
-def written(tree: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+def written(tree, place=()):
     """Yield the paths of single numbers with units in a case file; the unit of a ratio is that of its coordinates."""
     if isinstance(tree, dict | list):
         for key, inner in tree.items() if isinstance(tree, dict) else enumerate(tree):
@@ -78,7 +74,7 @@ def written(tree: Any, place: tuple[str | int, ...] = ()) -> Iterator[tuple[str 
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_every_number_with_a_unit_has_a_field(path: Path) -> None:
+def test_every_number_with_a_unit_has_a_field(path):
     """Contract: of every example, question and mechanism of the zoo, wherever in a table the number stands."""
     opened = open_case(path)
     places = {".".join(map(str, place)) for place in written(opened.tree)}
@@ -87,17 +83,17 @@ def test_every_number_with_a_unit_has_a_field(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_python_makes_the_same_mechanism(path: Path) -> None:
+def test_python_makes_the_same_mechanism(path):
     """Identity: the code that is copied describes the mechanism of the case, every number bit for bit."""
     opened = open_case(path)
-    made: dict[str, Any] = {}
+    made = {}
     code = python_of(opened)
     exec(code.rpartition("run = ")[0], made)
     assert made["mechanism"] == opened.mechanism
     assert f"until={opened.options.until!r}" in code
 
 
-def test_saved_run_is_a_case(case: Case, tmp_path: Path) -> None:
+def test_saved_run_is_a_case(case, tmp_path):
     """Contract: a saved run is the case file of its mechanism; a change is that of `Mechanism.replace`, and can be saved."""
     run = sd.simulate(case.mechanism, until=1e-3, samples=11)
     opened = open_case(sd.save(run, tmp_path / "run.nc"))
@@ -110,7 +106,7 @@ def test_saved_run_is_a_case(case: Case, tmp_path: Path) -> None:
         opened.changed({key: "-1 mm"})
 
 
-def test_changed_file_keeps_its_comments(case: Case) -> None:
+def test_changed_file_keeps_its_comments(case):
     """Contract: only the value differs; a number that was not written is added to its table."""
     assert case.changed({"structure.angle": "35 deg"}).text() == CASE.replace("30 deg", "35 deg")
     added = case.changed({"clearance.1.damping.restitution": "0.7"})
@@ -120,12 +116,12 @@ def test_changed_file_keeps_its_comments(case: Case) -> None:
     assert again.mechanism == added.mechanism
 
 
-def open_case_text(text: str) -> Case:
+def open_case_text(text):
     """Return the case of a case file with this text."""
     return Case("text", text, Code(Path()))
 
 
-def test_units_of_fields_are_those_of_their_texts(case: Case) -> None:
+def test_units_of_fields_are_those_of_their_texts(case):
     """Closed form: the unit behind one number or two."""
     assert (case.field("clearance.0.clearance").unit, case.field("drive.speed").unit) == ("mm", "rpm")
     assert case.field("run.samples").unit == ""
@@ -135,7 +131,7 @@ def test_units_of_fields_are_those_of_their_texts(case: Case) -> None:
     assert carried.field("body.2.position").unit == "m"
 
 
-def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
+def test_section_material_and_oil_are_fields(tmp_path):
     """Contract: texts with what is allowed, temperatures in kelvin, and a case that changes with them."""
     (tmp_path / "case.toml").write_text(BENDING, encoding="utf-8")
     case = open_case(tmp_path / "case.toml")
@@ -168,7 +164,7 @@ def test_section_material_and_oil_are_fields(tmp_path: Path) -> None:
         case.changed({"structure.bars.section": "tube 60x60x40 mm"})
 
 
-def test_session_keeps_the_last_good_run(case: Case) -> None:
+def test_session_keeps_the_last_good_run(case):
     """Contract: a wrong number leaves case and run as they are and is noted; undo brings the state before a change back."""
     session = Session(case, lambda what: None)
     until(lambda: not session.computing)
@@ -190,7 +186,7 @@ def test_session_keeps_the_last_good_run(case: Case) -> None:
     session.worker.close()
 
 
-def test_slider_on_its_way_is_one_change(case: Case) -> None:
+def test_slider_on_its_way_is_one_change(case):
     """Contract: after many steps of a slider one undo leads back."""
     session = Session(case, lambda what: None)
     for speed in (151, 152, 153):
@@ -203,12 +199,12 @@ def test_slider_on_its_way_is_one_change(case: Case) -> None:
     session.worker.close()
 
 
-def test_latest_order_wins(case: Case) -> None:
+def test_latest_order_wins(case):
     """Contract: of many orders at once the last one is reported, and an order that is going on ends for a newer one."""
-    reported: list[Outcome] = []
+    reported = []
     began = threading.Event()
 
-    def progress(number: int, fraction: float) -> None:
+    def progress(number, fraction):
         began.set()
 
     worker = Worker(reported.append, progress)
@@ -224,7 +220,7 @@ def test_latest_order_wins(case: Case) -> None:
     assert reported[0].case.field("drive.speed").text == "109 rpm"
 
 
-def test_wrong_mechanism_is_reported(case: Case) -> None:
+def test_wrong_mechanism_is_reported(case):
     """Contract: what cannot be assembled is an error of the session's run, not of its thread."""
     mechanism = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12)
     broken = mechanism.replace("body.coupler.points", {**mechanism.body("coupler").points, "end": (9.0, 0.0)})
@@ -244,7 +240,7 @@ def test_wrong_mechanism_is_reported(case: Case) -> None:
         ("slider_crank", "pin", "crank pin", {"structure.crank", "structure.angle"}),
     ],
 )
-def test_drag_reaches_the_pointer(example: str, kind: str, name: str, changed: set[str]) -> None:
+def test_drag_reaches_the_pointer(example, kind, name, changed):
     """Identity: the joint is where the pointer is, to 1e-3 of the size, by the numbers that an engineer would change."""
     opened = open_case(EXAMPLES[0].with_name(f"{example}.toml"))
     drag = Drag(opened, kind, name)
@@ -258,14 +254,14 @@ def test_drag_reaches_the_pointer(example: str, kind: str, name: str, changed: s
     assert drag.case.mechanism == opened.changed(drag.texts).mechanism
 
 
-def test_fixed_pin_cannot_be_dragged() -> None:
+def test_fixed_pin_cannot_be_dragged():
     """Contract: a pin that no number of the case moves is refused with a message."""
     with pytest.raises(sd.InputError, match="no length or angle of the case moves joint 'O'"):
         Drag(open_case(EXAMPLES[0].with_name("paper.toml")), "pin", "O")
 
 
 @pytest.mark.parametrize("named", ['friction = "law.py:f"', 'friction = { law = "../law.py:f" }'])
-def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_other_file_is_read(tmp_path, named, capsys):
     """Contract: a case that names a Python file is refused before the file is looked at, unless it is allowed by name."""
     folder = tmp_path / "inner"
     folder.mkdir()
@@ -279,7 +275,7 @@ def test_no_other_file_is_read(tmp_path: Path, named: str, capsys: pytest.Captur
     assert "--allow" in error
 
 
-def test_other_address_says_what_it_means(case_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def test_other_address_says_what_it_means(case_file, monkeypatch, capsys):
     """Contract: only an address that others can reach gives a warning."""
     pytest.importorskip("websockets", reason="the package websockets is not installed")
     monkeypatch.setattr("scissordyn.explore.serve.serve", lambda *given, **named: None)
@@ -297,9 +293,7 @@ def test_other_address_says_what_it_means(case_file: Path, monkeypatch: pytest.M
         ("150 rpm", ["--address", " "], "--address 127.0.0.1", ""),
     ],
 )
-def test_what_cannot_be_served_is_one_line(
-    case_file: Path, written: str, options: list[str], words: str, announced: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_served_is_one_line(case_file, written, options, words, announced, capsys):
     """Contract: a wrong case ends the server; an address that is none, or of another machine, is refused before anything."""
     pytest.importorskip("websockets", reason="the package websockets is not installed")
     case_file.write_text(CASE.replace("150 rpm", written))

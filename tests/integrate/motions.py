@@ -10,16 +10,7 @@ from following import Followed, follow
 
 from scissordyn.kernel import F1, F2, I1, kernel, opener
 
-__all__ = [
-    "COMPLIANT",
-    "GROWTH",
-    "OSCILLATOR",
-    "PENDULUM",
-    "POWER",
-    "RELAXING",
-    "STAGGERED",
-    "solve_problem",
-]
+__all__ = ["COMPLIANT", "GROWTH", "OSCILLATOR", "PENDULUM", "POWER", "RELAXING", "STAGGERED", "solve_problem"]
 
 OSCILLATOR, COMPLIANT, GROWTH, POWER, RELAXING, STAGGERED, PENDULUM = range(7)
 """y'' = -w^2 y; m y'' = -k d^e on a floor below y = 0; y' = r y; y' = k t^(k-1); y' = r (y - cos t) - sin t;

@@ -1,7 +1,5 @@
 """Sizes of steps against closed forms of the controller on problems whose error is known."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -16,7 +14,7 @@ from scissordyn.integrate.method import tableau
 FLOOR = {"levels": (0.0,), "senses": (-1.0,)}  # Guard of a ball that falls to height 0
 
 
-def test_steady_step(name: str) -> None:
+def test_steady_step(name):
     """Closed form: on y' = r y with a relative tolerance steps come to rest where their error is 0.9^order of it.
 
     From h' = 0.9 h err^(-1/order) with err proportional to h^order. The error of the size is measured here by what doubling the
@@ -35,7 +33,7 @@ def test_steady_step(name: str) -> None:
     assert error_of(name, sizes[0]) / (1e-7 * math.exp(sizes[0])) == pytest.approx(0.9**order, rel=0.02)
 
 
-def error_of(name: str, h: float) -> float:
+def error_of(name, h):
     """Return the estimated error of one step of y' = y from 1, by the coefficients of the method."""
     T = tableau(name)
     stage = np.zeros(T.nodes.size)
@@ -49,7 +47,7 @@ def error_of(name: str, h: float) -> float:
     return float(abs(T.error[0] @ stage))
 
 
-def test_growth_is_bounded(name: str) -> None:
+def test_growth_is_bounded(name):
     """Closed form: without error each step is 8 times the one before; a rejected one is followed by none that is longer."""
     result = solve_problem(name, POWER, (0.0,), 1000.0, parameters=(1.0,), first=1e-3, rtol=1e-3, atol=1e-3)
     steps = np.diff(result.ends, prepend=0.0)
@@ -57,7 +55,7 @@ def test_growth_is_bounded(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["dopri5", "rodas5p"])
-def test_shrinking_is_bounded(name: str) -> None:
+def test_shrinking_is_bounded(name):
     """Closed form: a first step much too long is divided by 5 until its error is near the tolerance."""
     tries = []
     for most in range(1, 5):
@@ -69,7 +67,7 @@ def test_shrinking_is_bounded(name: str) -> None:
     assert np.allclose(tries, 1e3 * 0.2 ** np.arange(1, 5), rtol=1e-12)
 
 
-def test_a_step_after_a_rejection_does_not_grow() -> None:
+def test_a_step_after_a_rejection_does_not_grow():
     """Closed form: the step that follows a rejection is not longer than the accepted one."""
     result = solve_problem("dopri5", POWER, (0.0,), 50.0, parameters=(9.0,), rtol=1e-6, atol=1e-6, first=3.0)
     assert result.state.counts["rejected"][0] >= 1
@@ -78,7 +76,7 @@ def test_a_step_after_a_rejection_does_not_grow() -> None:
 
 
 @pytest.mark.parametrize("w", [0.1, 30.0])
-def test_first_step(name: str, w: float) -> None:
+def test_first_step(name, w):
     """Closed form: Hairer's first step of an oscillation, from d_0, d_1 and d_2, is accepted and scales as 1/w."""
     tolerance = 1e-8
     result = solve_problem(name, OSCILLATOR, (1.0, 0.0), 100.0 / w, parameters=(w,), rtol=0.0, atol=tolerance, most_steps=1)
@@ -92,7 +90,7 @@ def test_first_step(name: str, w: float) -> None:
     )
 
 
-def test_a_remainder_is_added_to_the_last_step(name: str) -> None:
+def test_a_remainder_is_added_to_the_last_step(name):
     """Closed form: a rest below a thousandth of a step is no step of its own; a longer one is."""
     for rest, count in ((0.5e-3, 10), (2e-3, 11)):
         until = 1.0 + 0.1 * rest
@@ -102,19 +100,19 @@ def test_a_remainder_is_added_to_the_last_step(name: str) -> None:
         assert result.out.state[-1, 0] == pytest.approx(until, rel=1e-13)
 
 
-def test_a_discontinuity_in_the_error(name: str) -> None:
+def test_a_discontinuity_in_the_error(name):
     """Limit: a slope that is infinite at the start, y' = t^(-1/2)/2, cannot be resolved, and this is said."""
     result = solve_problem(name, POWER, (0.0,), 1.0, parameters=(0.5,), rtol=1e-10, atol=1e-10)
     assert result.status != FINISHED
 
 
-def test_too_small_a_step() -> None:
+def test_too_small_a_step():
     """Limit: an error that no step meets ends the run at its start with a status."""
     result = solve_problem("dop853", OSCILLATOR, (0.3, 1.0), 1.0, parameters=(1.0,), rtol=1e-40, atol=0.0)
     assert result.status == STEP_TOO_SMALL
 
 
-def falling(k: float, exponent: float, v: float) -> tuple[float, float]:
+def falling(k, exponent, v):
     """Return depth and duration of an impact on a compliant floor without gravity, by energy."""
     depth = ((exponent + 1.0) * 0.5 * v * v / k) ** (1.0 / (exponent + 1.0))
     a = 1.0 / (exponent + 1.0)
@@ -123,16 +121,10 @@ def falling(k: float, exponent: float, v: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("exponent", [1.5, 1.0])
-def test_one_impact(name: str, exponent: float) -> None:
+def test_one_impact(name, exponent):
     """Closed form: duration and depth of a Hertzian impact, v t = d sqrt(pi) G(1 + a)/G(1/2 + a); the speed turns."""
     k, v = 1e8, 2.0
-    result = solve_problem(
-        *(name, COMPLIANT, (1e-3, -v), 4e-3),
-        parameters=(k, exponent, 0.0),
-        **FLOOR,
-        rtol=1e-11,
-        atol=1e-13,
-    )
+    result = solve_problem(*(name, COMPLIANT, (1e-3, -v), 4e-3), parameters=(k, exponent, 0.0), **FLOOR, rtol=1e-11, atol=1e-13)
     _, duration = falling(k, exponent, v)
     assert result.status == FINISHED
     assert np.array_equal(result.log[:, 2], [1.0, 0.0])
@@ -142,7 +134,7 @@ def test_one_impact(name: str, exponent: float) -> None:
     assert result.out.state[-1, 1] == pytest.approx(v, rel=1e-8)
 
 
-def test_the_contact_that_ends_next() -> None:
+def test_the_contact_that_ends_next():
     """Closed form: of what touches and recedes, value over speed; the first of the guards as well as any other."""
     guards = SimpleNamespace(
         start_value=np.array([0.1, 0.3, 0.01, 0.02]), start_rate=np.array([-2.0, -1.0, 1.0, -4.0]), precision=np.full(4, 1e-9)
@@ -158,20 +150,14 @@ def test_the_contact_that_ends_next() -> None:
 
 
 @pytest.mark.parametrize("name", ["dop853", "dopri5"])
-def test_steps_of_an_impact(name: str) -> None:
+def test_steps_of_an_impact(name):
     """Measured bound: in the root of time a Hertzian impact takes under 12 steps of order 8 at 1e-8, under 60 of order 5."""
-    result = solve_problem(
-        *(name, COMPLIANT, (1e-3, -2.0), 4e-3),
-        parameters=(1e8, 1.5, 0.0),
-        **FLOOR,
-        rtol=1e-8,
-        atol=1e-12,
-    )
+    result = solve_problem(*(name, COMPLIANT, (1e-3, -2.0), 4e-3), parameters=(1e8, 1.5, 0.0), **FLOOR, rtol=1e-8, atol=1e-12)
     inside = (result.ends > result.log[0, 0]) & (result.ends <= result.log[1, 0])
     assert np.sum(inside) < (12 if name == "dop853" else 60)
 
 
-def test_bounces_on_a_compliant_floor(name: str) -> None:
+def test_bounces_on_a_compliant_floor(name):
     """Closed form: under gravity impacts repeat with period 2 v/g + duration; the energy stays.
 
     The duration under gravity is found by a quadrature of the energy equation.
@@ -181,7 +167,7 @@ def test_bounces_on_a_compliant_floor(name: str) -> None:
 
     k, g, v = 1e6, 9.81, 1.0
 
-    def kinetic(d: float) -> float:
+    def kinetic(d):
         return 0.5 * v * v + g * d - k * d**2.5 / 2.5
 
     depth = brentq(kinetic, 1e-9, 0.1, xtol=1e-16)
@@ -192,13 +178,7 @@ def test_bounces_on_a_compliant_floor(name: str) -> None:
         epsabs=1e-13,
     )
     period = 2.0 * v / g + 2.0 * half
-    result = solve_problem(
-        *(name, COMPLIANT, (0.0 + 1e-12, -v), 1.0),
-        parameters=(k, 1.5, g),
-        **FLOOR,
-        rtol=1e-11,
-        atol=1e-13,
-    )
+    result = solve_problem(*(name, COMPLIANT, (0.0 + 1e-12, -v), 1.0), parameters=(k, 1.5, g), **FLOOR, rtol=1e-11, atol=1e-13)
     rises = result.log[result.log[:, 2] == 1.0]
     assert np.allclose(np.diff(rises[:, 0]), period, rtol=1e-7)
     assert np.allclose(rises[:, 3], -v, rtol=1e-8)

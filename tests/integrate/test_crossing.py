@@ -4,13 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from following import Followed
 from motions import COMPLIANT, OSCILLATOR, solve_problem
 
 from scissordyn.integrate.advance import FINISHED
 
 
-def impact(name: str, crosses: bool, tolerance: float, **options) -> Followed:
+def impact(name, crosses, tolerance, **options):
     """Return the run of impacts on a linear floor under gravity."""
     return solve_problem(
         *(name, COMPLIANT, (1e-2, 0.0), 0.5),
@@ -25,7 +24,7 @@ def impact(name: str, crosses: bool, tolerance: float, **options) -> Followed:
 
 
 @pytest.mark.parametrize("crosses", [False, True])
-def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:
+def test_impacts_on_a_linear_floor(name, crosses):
     """Closed form: d'' = g - k d, so d = g/k (1 - cos w t) + v/w sin w t: instants, lengths and speeds of all contacts."""
     tolerance = 1e-9 if name in ("dop853", "dopri5", "rodas5p") else 1e-8
     result = impact(name, crosses, tolerance)
@@ -48,7 +47,7 @@ def test_impacts_on_a_linear_floor(name: str, crosses: bool) -> None:
     assert np.array_equal(result.log[:, 2], (np.arange(len(result.log)) + 1) % 2)
 
 
-def test_steps_go_across(name: str) -> None:
+def test_steps_go_across(name):
     """Contract: with a loose tolerance a step goes across levels that change nothing; there are as few as without guards."""
     levels = (0.1, 0.2, 0.7)
     across = solve_problem(name, OSCILLATOR, (0.0, 1.0), 9.0, levels=levels, crosses=True, rtol=1e-6, atol=1e-6)
@@ -69,7 +68,7 @@ def test_steps_go_across(name: str) -> None:
     assert np.allclose(log[:, 3], np.cos([when for when, _, _ in expected]), atol=3e-4)
 
 
-def test_crossed_contacts_keep_the_energy(name: str) -> None:
+def test_crossed_contacts_keep_the_energy(name):
     """Identity: energy is the same before and after each contact to the tolerance, also if its force begins inside a step."""
     result = impact(name, True, 1e-8, samples=301)
     y, v = result.out.state.T
@@ -77,7 +76,7 @@ def test_crossed_contacts_keep_the_energy(name: str) -> None:
     assert np.max(np.abs(energy - 9.81e-2)) < 2e-4 * 9.81e-2
 
 
-def test_a_missed_level_is_not_logged() -> None:
+def test_a_missed_level_is_not_logged():
     """Limit: a contact prepared for a rise that does not happen ends with the step: modes are 0 where the ball is above."""
     for height in (1e-9, 1e-7, 1e-5):
         result = solve_problem(

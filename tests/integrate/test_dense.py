@@ -8,7 +8,7 @@ from motions import GROWTH, OSCILLATOR, solve_problem
 ORDERS = {"dop853": 7, "dopri5": 4, "rodas5p": 4, "rodas4p": 3}  # Order of the dense output of each method
 
 
-def test_order_inside_a_step(name: str) -> None:
+def test_order_inside_a_step(name):
     """Order of convergence: the largest error inside one step falls as h^(p + 1), p the order of the dense output."""
     sizes = np.array([0.8, 0.4, 0.2] if name == "dop853" else [0.4, 0.2, 0.1])
     errors = []
@@ -23,7 +23,7 @@ def test_order_inside_a_step(name: str) -> None:
     assert ORDERS[name] + 0.7 < order < ORDERS[name] + 1.7
 
 
-def test_integrals_of_one_step(name: str) -> None:
+def test_integrals_of_one_step(name):
     """Order of convergence: in one step the integral of exp, and of its square, inside and at the end."""
     errors = []
     sizes = (0.4, 0.2)
@@ -35,7 +35,7 @@ def test_integrals_of_one_step(name: str) -> None:
         assert math.log2(errors[which] / errors[which + 2]) > ORDERS[name] + 0.5
 
 
-def test_samples_do_not_change_steps(name: str) -> None:
+def test_samples_do_not_change_steps(name):
     """Identity: samples, and whether powers are integrated, leave steps and end as they are, bit for bit."""
     few = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=2)
     many = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=333)

@@ -11,7 +11,7 @@ from scissordyn.integrate.event import cubic, cubic_root, cubic_summit, may_rise
 from scissordyn.integrate.integration import DATA, FALL, GUARD, MODE, RISE, TIME
 
 
-def shifted(*roots: float, factor: float = 1.0) -> tuple[float, ...]:
+def shifted(*roots, factor=1.0):
     """Return the coefficients, constant first, of a polynomial with these roots."""
     return tuple(factor * np.polynomial.Polynomial.fromroots(roots).coef)
 

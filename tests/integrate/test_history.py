@@ -1,7 +1,5 @@
 """History of recorded signals, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -12,7 +10,7 @@ from scissordyn.integrate import advance as loop
 from scissordyn.integrate.history import CHEBYSHEV_NODES, make_history, up_to_multiple
 
 
-def looked_back(row: np.ndarray, signal: int, t: float) -> float:
+def looked_back(row, signal, t):
     """Return a signal at an instant inside the step of a row, by its series in s from -1 to 1."""
     s = 2.0 * (t - row[0]) / row[1] - 1.0
     first = 2 + signal * CHEBYSHEV_NODES.size

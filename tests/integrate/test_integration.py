@@ -7,7 +7,7 @@ from scissordyn.integrate.advance import ADVANCING, FINISHED, LOG_FULL, RECORD_F
 from scissordyn.integrate.integration import NO_EVENT, make_state, reset_state
 
 
-def test_full_stores_lose_nothing(name: str) -> None:
+def test_full_stores_lose_nothing(name):
     """Contract: where the log or the record is full the run stops before a step, with all that was found so far."""
     options = {"levels": (0.3,), "rtol": 1e-7, "atol": 1e-7}
     whole = solve_problem(name, OSCILLATOR, (0.0, 1.0), 40.0, **options)
@@ -23,7 +23,7 @@ def test_full_stores_lose_nothing(name: str) -> None:
     assert few.status == ADVANCING
 
 
-def test_begin_anew() -> None:
+def test_begin_anew():
     """Contract: after `reset_state` nothing of an earlier run is left but the problem's own arrays."""
     mode = np.array([1, 0])
     state = make_state(

@@ -14,11 +14,11 @@ from scissordyn.integrate.method import METHODS
 HUMP = np.polynomial.Polynomial((0.1, 1.3, -2.0, 2.2, -1.7))  # Polynomial with one maximum between 0 and 1
 
 
-def coefficients(polynomial: np.polynomial.Polynomial) -> tuple[float, ...]:
+def coefficients(polynomial):
     return tuple(polynomial.coef)
 
 
-def maximum(polynomial: np.polynomial.Polynomial, until: float) -> tuple[float, float]:
+def maximum(polynomial, until):
     """Return the largest value of a polynomial between 0 and `until`, and its instant."""
     places = [0.0, until, *(float(root.real) for root in polynomial.deriv().roots() if abs(root.imag) < 1e-12)]
     return max((float(polynomial(place)), place) for place in places if 0.0 <= place <= until)

@@ -14,7 +14,7 @@ ORDERS = {"dop853": 8, "dopri5": 5, "rodas5p": 5, "rodas4p": 4}  # Order of each
 WIDE = {"rtol": 1e9, "atol": 1e9}  # Tolerances with which no step is rejected
 
 
-def one_step(name: str, kind: int, start: tuple[float, ...], h: float, **options):
+def one_step(name, kind, start, h, **options):
     """Return the state after one step of size h."""
     result = solve_problem(name, kind, start, h, first=h, **{**WIDE, **options})
     assert result.status == FINISHED
@@ -23,7 +23,7 @@ def one_step(name: str, kind: int, start: tuple[float, ...], h: float, **options
 
 
 @pytest.mark.parametrize("h", [0.1, 0.5])
-def test_a_step_is_a_taylor_polynomial(name: str, h: float) -> None:
+def test_a_step_is_a_taylor_polynomial(name, h):
     """Closed form: one step of y' = r y is exp up to the order; for an explicit method a polynomial of its stages."""
     T, r = tableau(name), -1.3
     (found,) = one_step(name, GROWTH, (2.0,), h, parameters=(r,))
@@ -38,7 +38,7 @@ def test_a_step_is_a_taylor_polynomial(name: str, h: float) -> None:
     assert abs(found / 2.0 - math.exp(z)) < 3.0 * abs(z) ** (order + 1) / math.factorial(order)
 
 
-def test_quadratures_in_time(name: str) -> None:
+def test_quadratures_in_time(name):
     """Closed form: y' = k t^(k-1) is integrated exactly up to the order of the method: nodes and derivative by time."""
     for k in range(1, ORDERS[name] + 1):
         (found,) = one_step(name, POWER, (0.0,), 1.7, parameters=(float(k),))
@@ -46,7 +46,7 @@ def test_quadratures_in_time(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["rodas5p", "rodas4p"])
-def test_stiff_steps(name: str) -> None:
+def test_stiff_steps(name):
     """Limit: a stiff method follows the slow solution cos t of y' = r (y - cos t) - sin t, r = -1e7, with long steps."""
     result = solve_problem(name, RELAXING, (1.0,), 2.0, parameters=(-1e7,), rtol=1e-7, atol=1e-7, step=0.1, samples=41)
     assert np.allclose(result.out.state[:, 0], np.cos(result.out.time), atol=1e-6)
@@ -56,7 +56,7 @@ def test_stiff_steps(name: str) -> None:
     assert abs(found) < 1e-9
 
 
-def test_error_of_a_group(name: str) -> None:
+def test_error_of_a_group(name):
     """Closed form: the error weighs atol + rtol * rms of a component's group, and the largest ratio counts.
 
     y = (0, 1), y' = (r (y_2 - y_1), 1): with one group the small component's error is measured by the large one's size.
@@ -67,7 +67,7 @@ def test_error_of_a_group(name: str) -> None:
     assert apart.out.state[-1, 1] == pytest.approx(1001.0, rel=1e-13)
 
 
-def test_estimated_error_is_that_of_the_step(name: str) -> None:
+def test_estimated_error_is_that_of_the_step(name):
     """Cross-check: the error norm of a step is its estimate by the tableau over its weight, for a step of y' = r y."""
     T, h, atol, rtol = tableau(name), 0.25, 1e-6, 1e-4
     z = -2.0 * h
@@ -95,7 +95,7 @@ def test_estimated_error_is_that_of_the_step(name: str) -> None:
         assert (result.state.counts["rejected"][0] == 0) == accepted
 
 
-def test_overflow_is_a_status(name: str) -> None:
+def test_overflow_is_a_status(name):
     """Limit: a solution beyond all numbers ends the run with a status, and what was reached is finite."""
     result = solve_problem(name, GROWTH, (1e150,), 50.0, parameters=(1.0,), rtol=1e-4, atol=1e-4)
     assert result.status == NOT_FINITE
@@ -104,7 +104,7 @@ def test_overflow_is_a_status(name: str) -> None:
     assert result.state.clock["time"][0] == pytest.approx(math.log(1.34e4), abs=0.1)
 
 
-def test_counts_of_evaluations(name: str) -> None:
+def test_counts_of_evaluations(name):
     """Contract: the rates that a run counts are those that its problem was asked for."""
     result = solve_problem(name, OSCILLATOR, (1.0, 0.0), 3.0, parameters=(2.0,), samples=50, rtol=1e-7, atol=1e-7)
     assert result.state.counts["rates"][0] == result.numbers.calls[0]

@@ -18,7 +18,7 @@ ORDERS = {"dop853": (8, 7), "dopri5": (5, 4), "rodas5p": (5, 4), "rodas4p": (4, 
 
 
 @cache
-def trees(order: int) -> list[Tree]:
+def trees(order):
     """Return the rooted trees with `order` nodes."""
     if order == 1:
         return [()]
@@ -31,17 +31,17 @@ def trees(order: int) -> list[Tree]:
     return sorted(found, key=repr)
 
 
-def nodes_of(tree: Tree) -> int:
+def nodes_of(tree):
     """Return the number of nodes of a tree."""
     return 1 + sum(nodes_of(branch) for branch in tree)
 
 
-def density(tree: Tree) -> int:
+def density(tree):
     """Return the density of a tree: the product of the sizes of all its subtrees."""
     return nodes_of(tree) * math.prod(density(branch) for branch in tree)
 
 
-def matrices(name: str) -> tuple[np.ndarray, np.ndarray]:
+def matrices(name):
     """Return the stage coefficients for nodes where several branches meet, and for nodes with a single branch.
 
     A Rosenbrock method is written in stages U = Gamma K, with which only systems with h gamma have to be solved: A and C are
@@ -56,7 +56,7 @@ def matrices(name: str) -> tuple[np.ndarray, np.ndarray]:
     return alpha, alpha + gamma
 
 
-def weights(name: str, theta: float) -> np.ndarray:
+def weights(name, theta):
     """Return the weights of the stages K in the state at the fraction theta of the step, by the nested dense output."""
     method = tableau(name)
     size = method.nodes.size
@@ -78,7 +78,7 @@ def weights(name: str, theta: float) -> np.ndarray:
     return value @ np.linalg.inv(np.diag(np.full(method.stages, 1.0 / method.gamma)) - method.c)
 
 
-def stage_values(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+def stage_values(tree, alpha, beta):
     """Return the contribution of each stage to the elementary differential of a tree."""
     values = np.ones(len(alpha))
     matrix = beta if len(tree) == 1 else alpha
@@ -87,7 +87,7 @@ def stage_values(tree: Tree, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
     return values
 
 
-def condition(name: str, weight: np.ndarray, tree: Tree) -> float:
+def condition(name, weight, tree):
     """Return the left side of the order condition of a tree."""
     return float(weight @ stage_values(tree, *matrices(name)))
 

@@ -1,7 +1,5 @@
 """Steps of time stepping that are shortened, with a substitute for the mechanics."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -17,9 +15,9 @@ class ForcedError(Exception):
 
 
 @pytest.mark.parametrize("size", [1e-3, 30.0])
-def test_step_that_no_law_accepts(size: float) -> None:
+def test_step_that_no_law_accepts(size):
     """Closed form: a step is halved up to 1/64 of its size, then made with any indentation, and below 1e-9 in any case."""
-    tried: list[tuple[int, float]] = []
+    tried = []
     nothing = np.zeros(0)
     clock = SimpleNamespace(time=0.0, end=math.inf, longest=math.inf, monitors=0)
     counts = SimpleNamespace(samples=0, rejected=0)
@@ -30,7 +28,7 @@ def test_step_that_no_law_accepts(size: float) -> None:
     )
     samples = SimpleNamespace(samples=SimpleNamespace(time=nothing))
 
-    def step(t: float, h: float, *_: object) -> None:
+    def step(t, h, *_):
         tried.append((int(contacts.impact[1]), h / size))
         if contacts.impact[1] == IN_ANY_CASE:
             raise ForcedError

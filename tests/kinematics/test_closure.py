@@ -14,19 +14,19 @@ from scissordyn.kinematics.closure import Closure
 from scissordyn.plan.plan import plan
 
 
-def closed(mechanism: sd.Mechanism) -> Closure:
+def closed(mechanism):
     """Return the closure equations of a mechanism."""
     return Closure(plan(mechanism))
 
 
-def angle_of(closure: Closure, z: np.ndarray, body: str) -> float:
+def angle_of(closure, z, body):
     """Return the angle of a body in the solution z."""
     d = closure.first[body] + 2
     return math.atan2(z[d + 1], z[d])
 
 
 @pytest.mark.parametrize("turn", [0.3, 1.7, 3.9])
-def test_a_slot_beside_a_lever(turn: float) -> None:
+def test_a_slot_beside_a_lever(turn):
     """Closed form: the slot passes its offset to the left of the lever's pivot; the mechanism closes as it is placed there.
 
     From a guess that is a little off, and a crank turned further, the lever is at atan2 - arcsin(offset/distance) again.
@@ -40,20 +40,17 @@ def test_a_slot_beside_a_lever(turn: float) -> None:
         assert angle_of(closure, z, "crank") == pytest.approx(math.remainder(turn + further, 2.0 * math.pi), abs=1e-12)
 
 
-def four_bar(**rod: object) -> sd.Mechanism:
+def four_bar(**rod):
     """Return a crank and a rocker with a massless rod between their ends."""
     crank = sd.bar("crank", length=0.3, mass=1.0, angle=0.8)
     rocker = sd.bar("rocker", length=0.6, mass=1.0, angle=1.9, position=(0.9, 0.0))
-    joints = (
-        sd.Revolute("O", ("crank", "start"), ("ground", "O")),
-        sd.Revolute("P", ("rocker", "start"), ("ground", "P")),
-    )
-    link = sd.Rod("link", ("crank", "end"), ("rocker", "end"), **rod)  # type: ignore[arg-type]
+    joints = (sd.Revolute("O", ("crank", "start"), ("ground", "O")), sd.Revolute("P", ("rocker", "start"), ("ground", "P")))
+    link = sd.Rod("link", ("crank", "end"), ("rocker", "end"), **rod)
     ground = (("O", (0.0, 0.0)), ("P", (0.9, 0.0)))
     return sd.Mechanism((crank, rocker), joints=joints, rods=(link,), ground=ground).driven(speed=1.0, body="crank")
 
 
-def rocker_angle(turn: float, length: float) -> tuple[float, float]:
+def rocker_angle(turn, length):
     """Return both possible angles of the rocker, by the law of cosines in the triangle of rod, rocker and diagonal."""
     x, y = 0.3 * math.cos(turn) - 0.9, 0.3 * math.sin(turn)
     diagonal = math.hypot(x, y)
@@ -62,7 +59,7 @@ def rocker_angle(turn: float, length: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("turn", [0.8, 1.4, 2.5])
-def test_a_four_bar_linkage(turn: float) -> None:
+def test_a_four_bar_linkage(turn):
     """Closed form: both assemblies of a four-bar linkage are closed; Newton's method finds that near its guess."""
     mechanism = four_bar()
     length = math.dist(mechanism.place(("crank", "end")), mechanism.place(("rocker", "end")))
@@ -76,7 +73,7 @@ def test_a_four_bar_linkage(turn: float) -> None:
         assert math.remainder(angle_of(closure, z, "rocker") - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-11)
 
 
-def test_a_rod_that_changes_its_length() -> None:
+def test_a_rod_that_changes_its_length():
     """Closed form: the same with a rod of 0.7 m + 0.1 m/s t: its length is an input beside the crank's angle."""
     closure = closed(four_bar(motion=sd.Polynomial((0.7, 0.1))))
     assert np.allclose(closure.inputs.at(0.5), [0.8 + 0.5, 0.75])
@@ -88,7 +85,7 @@ def test_a_rod_that_changes_its_length() -> None:
 
 
 @pytest.mark.parametrize("mechanism", [quick_return(0.3), four_bar(), coupled_arms()], ids=["slot", "rod", "belt"])
-def test_derivatives(mechanism: sd.Mechanism) -> None:
+def test_derivatives(mechanism):
     """Cross-check: gradients, directional and second derivatives of the equations by differences."""
     closure = closed(mechanism)
     random = np.random.default_rng(3)
@@ -103,13 +100,13 @@ def test_derivatives(mechanism: sd.Mechanism) -> None:
     assert np.allclose(closure.jacobian(z) @ change, closure.derivative(z, closure.free @ change), atol=1e-12)
 
 
-def test_nothing_near() -> None:
+def test_nothing_near():
     """Limit: a linkage whose links are too short to meet has no closed position."""
     closure = closed(four_bar(motion=sd.Polynomial((0.7, 0.0, 1.0))))
     assert closure.close(closure.placed(), np.array([0.8, 1.9])) is None
 
 
-def test_mobility() -> None:
+def test_mobility():
     """Closed form: a four-bar linkage has none left with its crank given; a lever without its slot has one."""
     closure = closed(four_bar())
     closure.choose(closure.placed())
@@ -119,7 +116,7 @@ def test_mobility() -> None:
     assert loose.mobility == 1
 
 
-def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
+def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it():
     """Contract: the positions of a four-bar close along its own motion; with one of them elsewhere, they are not its own."""
     closure = closed(four_bar())
     time = np.linspace(0.0, 0.5, 6)
@@ -133,12 +130,12 @@ def test_an_ideal_motion_far_from_a_run_does_not_stand_for_it() -> None:
     assert not _closed_along(closure, time, motion)
 
 
-def test_samples_on_both_sides_of_a_passage_decide_about_it() -> None:
+def test_samples_on_both_sides_of_a_passage_decide_about_it():
     """Closed form: between 1 and -1.5 the gradient falls to 0.5, not below a tenth of both; 50 before counts not."""
 
     class Line:
-        def jacobian(self, z: np.ndarray) -> np.ndarray:
+        def jacobian(self, z):
             return np.interp(z, [0.0, 1.0, 1.4, 2.0, 3.0], [50.0, 1.0, 0.5, -1.5, -3.0])[..., None]
 
     z = np.arange(4.0)[:, None]
-    assert _passed(Line(), z[:, 0], z, np.zeros(4)) == []  # type: ignore[arg-type]
+    assert _passed(Line(), z[:, 0], z, np.zeros(4)) == []

@@ -20,7 +20,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_inertia_is_that_of_the_kinetic_energy(name: str) -> None:
+def test_inertia_is_that_of_the_kinetic_energy(name):
     """Second road: twice the kinetic energy of a run at constant speed, over the square of the speed."""
     mechanism, speed = CASES[name]
     ideal = mechanism.ideal().driven(speed=speed)
@@ -31,7 +31,7 @@ def test_inertia_is_that_of_the_kinetic_energy(name: str) -> None:
     np.testing.assert_allclose(ends, 2.0 * run["kinetic_energy"].values / speed**2, rtol=1e-9)
 
 
-def test_a_driven_length_has_a_mass() -> None:
+def test_a_driven_length_has_a_mass():
     """Closed form: a rod from the ground pushes a ladder's foot along the floor; m l^2/3 (dphi/ds)^2 with s = l cos phi."""
     length, mass, angle = 2.0, 3.0, math.radians(50.0)
     foot = length * math.cos(angle)
@@ -52,7 +52,7 @@ def test_a_driven_length_has_a_mass() -> None:
     np.testing.assert_allclose(drive_inertia(path), mass * length**2 / 3.0 / (length * np.sin(turning)) ** 2, rtol=1e-9)
 
 
-def test_a_bar_about_its_pin() -> None:
+def test_a_bar_about_its_pin():
     """Closed form: m l^2/3."""
     arm = sd.Mechanism(
         bodies=(sd.bar("arm", length=0.7, mass=1.3),),
@@ -65,7 +65,7 @@ def test_a_bar_about_its_pin() -> None:
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.3, 0.7])
-def test_the_top_of_a_sine(phase: float) -> None:
+def test_the_top_of_a_sine(phase):
     """Closed form: 1, at a quarter period, to the fourth power of the distance of the samples."""
     time = np.linspace(0.0, 1.0, 501)
     largest, when = smooth_peak(time, np.sin(2.0 * math.pi * (time + 1e-3 * phase)))
@@ -73,7 +73,7 @@ def test_the_top_of_a_sine(phase: float) -> None:
     assert when == pytest.approx(0.25 - 1e-3 * phase, abs=1e-7)
 
 
-def test_curves_without_a_top_inside() -> None:
+def test_curves_without_a_top_inside():
     """Limit: the largest sample at an end, beside a gap or on a plateau; NaN without any value."""
     time = np.linspace(0.0, 1.0, 5)
     assert smooth_peak(time, time) == (1.0, 1.0)
@@ -84,7 +84,7 @@ def test_curves_without_a_top_inside() -> None:
     assert all(map(math.isnan, smooth_peak(time, np.full(5, math.nan))))
 
 
-def test_reactions_of_an_ideal_mechanism() -> None:
+def test_reactions_of_an_ideal_mechanism():
     """Cross-check: located from 501 samples they are those of 100 001."""
     crank = sd.slider_crank(gravity=9.81).driven(speed=sd.rpm(1000))
     found, fine = sd.ideal_kinematics(crank, until=0.06), sd.simulate(crank, until=0.06, samples=100_001)

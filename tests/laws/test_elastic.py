@@ -133,7 +133,7 @@ def test_radzimovsky_half_widths():
     assert force(hertz, 1e-5 + f / (math.pi * E_STAR) * shift, UNIT_LENGTH) == pytest.approx(f, rel=1e-13)
 
 
-def test_pieces_of_the_logarithm() -> None:
+def test_pieces_of_the_logarithm():
     """Cross-check: each piece is Lambert's function to 1.1e-16 of its value, of which floats have 1.1e-16 themselves."""
     x = np.linspace(-1.0, 1.0, 9).tolist()
     with mp.workdps(40):

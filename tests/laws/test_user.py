@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import pickle
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -156,7 +155,7 @@ def test_law_from_a_file(tmp_path):
         ("", "laws.txt:soft", "a Python file and a function in it"),
     ],
 )
-def test_unfit_files(tmp_path: Path, text, reference, says):
+def test_unfit_files(tmp_path, text, reference, says):
     """Contract: an error of one line says what is wrong with the file."""
     (tmp_path / "laws.py").write_text(text)
     with one_line_error(says):

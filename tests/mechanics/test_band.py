@@ -20,7 +20,7 @@ def banded(dense):
 
 @pytest.mark.parametrize("exchanges", [False, True])
 @pytest.mark.parametrize("size", [1, 2, 3, 9])
-def test_solution_with_row_exchanges(size: int, exchanges: bool) -> None:
+def test_solution_with_row_exchanges(size, exchanges):
     """Independent formulation: numpy. With a small diagonal every pivot comes from the last row within the band."""
     rng = np.random.default_rng(size)
     dense = np.triu(np.tril(rng.normal(size=(size, size)), UPPER), -LOWER)
@@ -39,7 +39,7 @@ def test_solution_with_row_exchanges(size: int, exchanges: bool) -> None:
     np.testing.assert_allclose(x, wanted, rtol=1e-9 if exchanges else 1e-13)
 
 
-def test_index_of_a_row_without_pivot() -> None:
+def test_index_of_a_row_without_pivot():
     """Closed form: a column of zeros on and below the diagonal."""
     dense = np.eye(4)
     dense[2, 2] = 0.0
@@ -48,17 +48,17 @@ def test_index_of_a_row_without_pivot() -> None:
 
 @pytest.mark.parametrize("reach", [1, 3, 11])
 @pytest.mark.parametrize("first", [0, 4, 25])
-def test_elimination_from_the_first_changed_row(reach: int, first: int) -> None:
+def test_elimination_from_the_first_changed_row(reach, first):
     """Independent formulation: numpy, for a matrix whose rows change from one row on."""
     rng, size = np.random.default_rng(reach), 26
 
-    def equations() -> tuple[np.ndarray, np.ndarray]:
+    def equations():
         dense = np.triu(np.tril(rng.normal(size=(size, size)), reach), -reach)
         return dense + 3.0 * reach * np.eye(size), rng.normal(size=size)
 
     band, right, found = np.zeros((size, width(reach, reach))), np.zeros(size), np.zeros(size)
 
-    def write(dense: np.ndarray, x: np.ndarray, since: int) -> None:
+    def write(dense, x, since):
         right[since:], band[since:] = x[since:], 0.0
         for i in range(since, size):
             for j in range(max(0, i - reach), min(size, i + reach + 1)):
@@ -77,7 +77,7 @@ def test_elimination_from_the_first_changed_row(reach: int, first: int) -> None:
     np.testing.assert_allclose([product(band, reach, i, found) for i in range(size)], x, rtol=0.0, atol=1e-12)
 
 
-def test_index_of_a_zero_pivot_without_exchanges() -> None:
+def test_index_of_a_zero_pivot_without_exchanges():
     """Closed form: zeros on the diagonal, which row exchanges would avoid."""
     band, right = np.zeros((3, width(1, 1))), np.ones(3)
     band[:, 0] = band[:, 2] = 1.0

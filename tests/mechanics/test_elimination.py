@@ -6,7 +6,7 @@ import pytest
 from scissordyn.plan.elimination import Elimination
 
 
-def test_pivot_is_the_largest_coefficient() -> None:
+def test_pivot_is_the_largest_coefficient():
     """Closed form: the largest coefficient is the pivot, the last one of equal coefficients."""
     for coefficients, pivot in (((5.0, 1e-6, 2.0), 0), ((1e-6, 3.0, 2.0), 1), ((2.0, -2.0, 2.0), 2), ((1.0, 1.0, 0.5), 1)):
         system = Elimination([True] * 3, 1)
@@ -17,7 +17,7 @@ def test_pivot_is_the_largest_coefficient() -> None:
         assert row[3] == pytest.approx(-7.0 / coefficients[pivot])
 
 
-def test_constraints_that_determine_an_expression() -> None:
+def test_constraints_that_determine_an_expression():
     """Closed form: x0 = x1 and x1 = x2 give x0 - x2; a constraint on other unknowns is not listed."""
     system = Elimination([True] * 4, 1)
     system.impose({0: 1.0, 1: -1.0}, "first")

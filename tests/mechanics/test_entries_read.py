@@ -10,7 +10,7 @@ from scissordyn.mechanics.monitored import FRICTION_RATIO, INDENTATION, PRESSURE
 JOINTS = ("unit 1/upper", "unit 4/pivot")  # Clearance joints of the array
 
 
-def test_entries_read_by_a_contact() -> None:
+def test_entries_read_by_a_contact():
     """Independent formulation: a contact reads the entries that change its gap or gap rate, and its friction states."""
     arm = sd.scissor(units=5, angle=0.6).driven(speed=2.0)
     for joint in JOINTS:

@@ -1,10 +1,7 @@
 """Friction in ideal joints together with couplings and bending bars: closed forms, limits, and reactions by a second method."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +16,7 @@ ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 LOAD = 400.0  # [N] weight on an axle
 
 
-def rolling_cart(radius: float, axle: float, mu: float) -> sd.Mechanism:
+def rolling_cart(radius, axle, mu):
     """Return a cart on a light wheel that rolls on a road, with friction in the axle, pulled at a constant speed."""
     wheel = sd.Body("wheel", mass=1e-3, inertia=1e-5, points={"c": (0.0, 0.0)}, position=(0.0, radius), angle=0.0)
     cart = sd.point_mass("cart", mass=LOAD / G, position=(0.0, radius))
@@ -28,21 +25,21 @@ def rolling_cart(radius: float, axle: float, mu: float) -> sd.Mechanism:
         joints=(sd.Revolute("axle", ("wheel", "c"), ("cart", "centre")),),
         guides=(sd.Guide("road", ("wheel", "c"), through=(0.0, radius)),),
         couplings=(sd.Coupling("tyre", sd.Slide(("wheel", "c")), sd.RelativeAngle("wheel"), -radius),),
-        drives=(sd.CoordinateDrive("pull", sd.Slide(("cart", "centre")), sd.Polynomial((0.0, 0.5))),),  # type: ignore[arg-type]
+        drives=(sd.CoordinateDrive("pull", sd.Slide(("cart", "centre")), sd.Polynomial((0.0, 0.5))),),
         components=(sd.PinFriction("friction", "wheel", axle, mu, base="cart", transition=1e-9),),
         gravity=G,
     )
 
 
 @pytest.mark.parametrize("mu", [0.1, 0.5])
-def test_rolling_cart(mu: float) -> None:
+def test_rolling_cart(mu):
     """Closed form: a wheel with axle friction under a load W needs the pull W s / sqrt(1 - s^2), s = R sin(phi) / r."""
     run = sd.simulate(rolling_cart(0.15, 0.02, mu), until=0.1, samples=3)
     share = 0.02 * math.sin(math.atan(mu)) / 0.15
     np.testing.assert_allclose(run["coordinate_drive_force"], LOAD * share / math.sqrt(1.0 - share**2), rtol=1e-12)
 
 
-def jack(screw: bool, mu: float) -> sd.Mechanism:
+def jack(screw, mu):
     """Return an arm with friction in its pin, raised by a rod of varying length or by a screw between the same points."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     pin = sd.Revolute("A", ("arm", "start"), ("ground", "O"))
@@ -65,7 +62,7 @@ def jack(screw: bool, mu: float) -> sd.Mechanism:
     )
 
 
-def test_screw_jack_by_a_rod() -> None:
+def test_screw_jack_by_a_rod():
     """Cross-check: a screw with friction in the arm's pin carries the force of a rod of the same length; energy closes."""
     screw, rod = (sd.simulate(jack(kind, 0.4), until=0.6, **TIGHT) for kind in (True, False))
     np.testing.assert_allclose(screw["coupling_force"], -rod["rod_force"], atol=1e-9 * float(np.abs(rod["rod_force"]).max()))
@@ -74,13 +71,13 @@ def test_screw_jack_by_a_rod() -> None:
     assert float(np.abs(screw["energy_residual"]).max()) < 1e-8 * lost
 
 
-def test_jam_of_a_rolling_wheel() -> None:
+def test_jam_of_a_rolling_wheel():
     """Limit: the wheel's axle jams where R sin(phi) reaches r, and the cause names the friction."""
     run = sd.simulate(rolling_cart(0.1, 0.2, 0.7), until=0.1, samples=3)
     assert "the mechanism jams: no reactions are in balance with friction 'friction'" in run.attrs["cause"]
 
 
-def hinged(mu: float, sense: float, **bent: Any) -> sd.Mechanism:
+def hinged(mu, sense, **bent):
     """Return a horizontal bar that bends, on a pin with friction; a long rope slowly lifts or lowers its end."""
     bar = sd.bar("bar", length=1.0, mass=4.0, position=(0.0, 0.0), angle=0.0)
     rope = sd.Rod("rope", ("ground", "top"), ("bar", "end"), motion=sd.Polynomial((50.0, -0.01 * sense)))
@@ -97,7 +94,7 @@ def hinged(mu: float, sense: float, **bent: Any) -> sd.Mechanism:
 
 @pytest.mark.parametrize("bent", [{}, {"elements": 2}])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_bar_that_bends_on_a_pin(bent: dict[str, Any], sense: float) -> None:
+def test_bar_that_bends_on_a_pin(bent, sense):
     """Closed form: the rope carries W (1/2 + s) / (1 + s), s = R sin(phi) / L, and W/2 without friction.
 
     The sag shortens the bar by 3e-6 of its length in both cases.
@@ -110,7 +107,7 @@ def test_bar_that_bends_on_a_pin(bent: dict[str, Any], sense: float) -> None:
     assert force[1] / force[0] == pytest.approx((1.0 + 2.0 * share) / (1.0 + share), rel=1e-6)
 
 
-def test_bar_that_bends_and_jams() -> None:
+def test_bar_that_bends_and_jams():
     """Contract: a friction circle of 4 % of a bar's length jams with 8 modes, not with one, and the cause says so."""
     wide = hinged(0.8, 1.0, modes=8).replace("friction.radius", 0.065)
     cause = sd.simulate(wide, until=1e-3, samples=2, start="static").attrs["cause"]
@@ -125,7 +122,7 @@ PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slid
 BENT = {"bending_stiffness": 50.0, "axial_stiffness": 5e4, "damping": 1e-4}
 
 
-def crank_with_friction(*joints: str, mu: float = 0.3) -> sd.Mechanism:
+def crank_with_friction(*joints, mu=0.3):
     """Return a slider-crank of uniform bars with friction in some pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     rod = crank.body("rod")
@@ -134,14 +131,14 @@ def crank_with_friction(*joints: str, mu: float = 0.3) -> sd.Mechanism:
     return dataclasses.replace(crank, bodies=bodies, components=tuple(pins))
 
 
-def loaded(mechanism: sd.Mechanism) -> sd.Mechanism:
+def loaded(mechanism):
     """Return the mechanism with a payload next to the end of the crank."""
     at = mechanism.body("crank/2")
     heavy = dataclasses.replace(at, mass=at.mass + 0.5, centre=(0.02, 0.03), inertia=(at.inertia or 0.0) + 1e-3)
     return dataclasses.replace(mechanism, bodies=tuple(heavy if body is at else body for body in mechanism.bodies))
 
 
-def on_rollers() -> sd.Mechanism:
+def on_rollers():
     """Return a heavy block on two rollers along an arm that bends, with friction in the pin of the arm."""
     car = sd.Body("car", 2.0, 0.05, {"front": (0.1, 0.0), "rear": (-0.1, 0.0)}, position=(0.6, 0.0), velocity=(1.0, 0.0))
     rollers = tuple(sd.Roller(end, ("car", end), "arm", stiffness=1e4, damping=10.0) for end in ("front", "rear"))
@@ -152,7 +149,7 @@ def on_rollers() -> sd.Mechanism:
     return sd.with_bending(mechanism, "arm", bending_stiffness=500.0, axial_stiffness=5e4)
 
 
-def loose() -> sd.Mechanism:
+def loose():
     """Return a crank of bending bars with friction in two pins and clearance in the third."""
     bent = sd.with_bending(crank_with_friction("ground pin", "crank pin"), ["crank", "rod"], **BENT)
     return bent.with_clearance("slider pin", sd.Clearance(2e-4)).driven(speed=12.0)
@@ -170,7 +167,7 @@ MECHANISMS = {
 
 
 @pytest.mark.parametrize("kind", MECHANISMS)
-def test_reactions_of_bars_that_bend(kind: str) -> None:
+def test_reactions_of_bars_that_bend(kind):
     """Cross-check: the reactions that friction follows are those of the result, which numpy computes from the bars' shapes."""
     run = sd.simulate(MECHANISMS[kind](), until=0.01, samples=9)
     assert run.attrs["status"] == "complete"
@@ -180,7 +177,7 @@ def test_reactions_of_bars_that_bend(kind: str) -> None:
         np.testing.assert_allclose(run["pin_friction_reaction"][:, k], exact, atol=1e-8 * exact.max())
 
 
-def test_payload_on_a_bar_that_bends() -> None:
+def test_payload_on_a_bar_that_bends():
     """Identity: without friction the crank pin provides the momentum of rod and slider along the guide."""
     bent = loaded(sd.with_bending(crank_with_friction(), "crank", **BENT)).driven(speed=12.0)
     run = sd.simulate(bent, until=0.01, samples=9)
@@ -189,7 +186,7 @@ def test_payload_on_a_bar_that_bends() -> None:
     np.testing.assert_allclose(np.abs(run["reaction"].sel(joint="crank pin", axis="x")), exact, atol=1e-8 * exact.max())
 
 
-def test_stiff_bars() -> None:
+def test_stiff_bars():
     """Order of convergence: the friction loss with bending bars approaches that of rigid bars as 1/EI."""
     crank, move = crank_with_friction(*ALL), sd.Cycloidal(0.5, 2.0, 0.2)
     options = {"until": 0.2, "samples": 2, "rtol": 1e-8, "atol": 1e-9}

@@ -1,7 +1,5 @@
 """Impulses of hard contacts: which solutions of the eliminated equations are accepted."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +15,7 @@ from scissordyn.mechanics.impulse_solver import accurate
     [(1, STICK, (0, 1, 2)), (1, SLIP, (0, 1)), (1, OPEN, (0,)), (0, STICK, (0,))],
     ids=["stick", "slip", "open", "not closed"],
 )
-def test_violated_equations_of_a_contact(closed: int, mode: int, equations: tuple[int, ...], where: int) -> None:
+def test_violated_equations_of_a_contact(closed, mode, equations, where):
     """Identity: constraint, U_N + compliance P_N + offset and U_T vanish where they hold; one that does not is found."""
     impulse = np.array([2.0, 3.0, -1.0])
     compliance, offset = 0.25, 0.5

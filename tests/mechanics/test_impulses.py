@@ -1,7 +1,5 @@
 """Latches that lock in a driven mechanism: the plastic loss, and the impulsive work of the drives."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -17,17 +15,17 @@ METHODS = ("dop853", "rodas5p")  # An explicit method and a stiff one
 GROUND = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
-def chain(length: np.ndarray, mass: np.ndarray, angle: np.ndarray, **parts: object) -> sd.Mechanism:
+def chain(length, mass, angle, **parts):
     """Return bars in a row from a pin on the ground."""
     bodies, joints, place = [], [], np.zeros(2)
     for k, name in enumerate(("crank", "rod", "blade")[: len(length)]):
         bodies.append(sd.bar(name, length=length[k], mass=mass[k], angle=angle[k], position=tuple(place)))
         joints.append(sd.Revolute(f"pin {k}", (name, "start"), (bodies[k - 1].name, "end") if k else ("ground", "O")))
         place = place + length[k] * np.array([math.cos(angle[k]), math.sin(angle[k])])
-    return sd.Mechanism(tuple(bodies), joints=tuple(joints), ground=GROUND, **parts)  # type: ignore[arg-type]
+    return sd.Mechanism(tuple(bodies), joints=tuple(joints), ground=GROUND, **parts)
 
 
-def folding(speed: float = 6.0) -> sd.Mechanism:
+def folding(speed=6.0):
     """Return a crank at constant speed with a rod, which a latch locks to it."""
     catch = sd.Latch("catch", "rod", base="crank", angle=-0.6)
     two = chain(np.array([0.5, 0.4]), np.array([1.0, 1.0]), np.array([0.0, 0.3]), latches=(catch,))
@@ -35,7 +33,7 @@ def folding(speed: float = 6.0) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_latch_on_a_driven_crank(method: str) -> None:
+def test_latch_on_a_driven_crank(method):
     """Closed form: the rod's angular momentum about the pin, and the crank's about its bearing at a prescribed speed W.
 
     A jump w of the rod's angular velocity means an angular impulse m l^2 w/3 in the latch and an impulse m l w/2 in the pin,
@@ -45,13 +43,13 @@ def test_latch_on_a_driven_crank(method: str) -> None:
     run = sd.simulate(folding(), until=0.2, method=method, samples=101, **TIGHT)
     speed, a, l = 6.0, 0.5, 0.4
 
-    def rate(t: float, y: np.ndarray) -> tuple[float, float]:
+    def rate(t, y):
         return y[1], -1.5 / l * (a * speed**2 * math.sin(y[0] - speed * t) + 9.81 * math.cos(y[0]))
 
-    def reached(t: float, y: np.ndarray) -> float:
+    def reached(t, y):
         return float(y[0] - speed * t + 0.6)
 
-    reached.terminal = True  # type: ignore[attr-defined]
+    reached.terminal = True
     start = float(run["angular_velocity"].sel(body="rod").values[0])
     free = solve_ivp(rate, (0.0, 0.2), (0.3, start), method="DOP853", rtol=1e-13, atol=1e-13, events=reached)
     jump = speed - free.y[1, -1]
@@ -67,7 +65,7 @@ def test_latch_on_a_driven_crank(method: str) -> None:
 
 
 @pytest.mark.parametrize("speed", [1.5, -2.0])
-def test_latch_on_a_base_moved_by_a_jack(speed: float) -> None:
+def test_latch_on_a_base_moved_by_a_jack(speed):
     """Closed form: a bar under a cart on a jack locks against the ground; the jack takes the pin's impulse along its direction.
 
     A jump w of the bar's angular velocity changes its mass centre's velocity by l w/2, so the pin carries m l w/2.
@@ -92,7 +90,7 @@ def test_latch_on_a_base_moved_by_a_jack(speed: float) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_latches_in_random_driven_chains(seed: int) -> None:
+def test_latches_in_random_driven_chains(seed):
     """Second formulation: momentum balance in coordinates of mass centres, with one or two driven bars."""
     random = np.random.default_rng(seed)
     length, mass = random.uniform(0.2, 0.6, 3), random.uniform(0.5, 3.0, 3)
@@ -116,7 +114,7 @@ def test_latches_in_random_driven_chains(seed: int) -> None:
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(found["kinetic_energy"]))
 
 
-def test_measures_contain_the_impulses() -> None:
+def test_measures_contain_the_impulses():
     """Identity: the drive work of a batch and of a cycle includes the impulses, as that of the run."""
     run = sd.simulate(folding(), until=0.2)
     many = sd.simulate_many(folding(), {"gravity": [9.81]}, until=0.2, measures=("drive_work",))

@@ -1,12 +1,8 @@
 """Friction that follows the reaction of ideal pins and guides: closed forms, presliding, a second formulation, jams, energy."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,19 +17,19 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11}  # Options of `simulate` for accurate run
 ORIGIN = (("O", (0.0, 0.0)),)  # Ground with one point at the origin
 
 
-def journal(friction: sd.PinFriction | sd.PinLuGre, *more: Any, **start: Any) -> sd.Mechanism:
+def journal(friction, *more, **start):
     """Return a disc of 3 kg on a pin with friction."""
     disc = sd.Body("disc", mass=3.0, inertia=0.02, points={"middle": (0.0, 0.0)}, **start)
     pin = sd.Revolute("pin", ("disc", "middle"), ("ground", "O"))
     return sd.Mechanism((disc,), joints=(pin,), components=(friction, *more), ground=ORIGIN, gravity=G)
 
 
-def rubbing(mu: float, radius: float) -> sd.PinFriction:
+def rubbing(mu, radius):
     """Return Coulomb friction in the pin of the disc."""
     return sd.PinFriction("friction", "disc", radius, mu, transition=1e-7)
 
 
-def bristles(**friction: float) -> sd.PinLuGre:
+def bristles(**friction):
     """Return bristle friction in the pin of the disc."""
     return sd.PinLuGre("friction", "disc", RADIUS, **friction)
 
@@ -42,7 +38,7 @@ LOAD = sd.Force("load", ("disc", "middle"), (40.0, -100.0))  # Force on the disc
 
 
 @pytest.mark.parametrize("mu", [0.05, 0.3, 1.2])
-def test_loaded_journal(mu: float) -> None:
+def test_loaded_journal(mu):
     """Closed form: the reaction touches the friction circle, so that the torque is W R sin(phi)."""
     run = sd.simulate(journal(rubbing(mu, 0.02), LOAD).driven(speed=5.0, body="disc"), until=0.1, samples=3)
     load = math.hypot(40.0, 100.0 + 3.0 * G)
@@ -50,7 +46,7 @@ def test_loaded_journal(mu: float) -> None:
     np.testing.assert_allclose(run["pin_friction_reaction"][:, 0], load, rtol=1e-14)
 
 
-def test_disc_runs_down() -> None:
+def test_disc_runs_down():
     """Closed form: the deceleration is constant."""
     run = sd.simulate(journal(rubbing(0.2, 0.01), LOAD, angular_velocity=20.0), until=1.0, samples=11, **TIGHT)
     torque = math.hypot(40.0, 100.0 + 3.0 * G) * 0.01 * math.sin(math.atan(0.2))
@@ -59,7 +55,7 @@ def test_disc_runs_down() -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 1e-8 * turnover
 
 
-def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("floor", "wall", "incline")) -> sd.Mechanism:
+def wedge(alpha, mu, speed, surfaces=("floor", "wall", "incline")):
     """Return a wedge that a rod pushes under a load of 500 N, which a wall guides."""
     slider = sd.Body("wedge", mass=WEDGE, inertia=1e-4, points={"c": (0.0, 0.0)})
     load = sd.Body("load", mass=500.0 / G, inertia=None, points={"c": (0.0, 0.0)})
@@ -82,7 +78,7 @@ def wedge(alpha: float, mu: float, speed: float, surfaces: tuple[str, ...] = ("f
 
 @pytest.mark.parametrize(("alpha", "mu"), [(20.0, 0.1), (35.0, 0.2)])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_wedge(alpha: float, mu: float, sense: float) -> None:
+def test_wedge(alpha, mu, sense):
     """Closed form: W tan(alpha + 2 phi) raises and W tan(alpha - 2 phi) lowers a load on three rough surfaces."""
     run = sd.simulate(wedge(math.radians(alpha), mu, 0.01 * sense), until=0.1, samples=3)
     exact = 500.0 * math.tan(math.radians(alpha) + 2.0 * sense * math.atan(mu)) + sense * mu * WEDGE * G
@@ -90,14 +86,14 @@ def test_wedge(alpha: float, mu: float, sense: float) -> None:
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_screw_jack(sense: float) -> None:
+def test_screw_jack(sense):
     """Closed form: an unrolled thread needs W tan(lead + phi) to raise and W tan(phi - lead) to lower a self-locking screw."""
     lead, mu = math.radians(4.0), 0.12
     run = sd.simulate(wedge(lead, mu, 0.01 * sense, ("incline",)), until=0.1, samples=3)
     np.testing.assert_allclose(-run["rod_force"][:, 0], 500.0 * math.tan(lead + sense * math.atan(mu)), rtol=2e-9)
 
 
-def test_wedge_that_jams() -> None:
+def test_wedge_that_jams():
     """Limit: at alpha + 2 phi = 90 deg the force is infinite; beyond it the cause names the jam."""
     alpha = math.radians(40.0)
     nearly, beyond = (math.tan(math.radians(25.0 + more)) for more in (-0.01, 0.01))
@@ -112,7 +108,7 @@ def test_wedge_that_jams() -> None:
     assert lowered.attrs["status"] == "complete"
 
 
-def sideways(mu: float, friction: Callable[..., Any]) -> sd.Mechanism:
+def sideways(mu, friction):
     """Return a drawer of 0.4 m that is pulled 0.2 m off its guide."""
     box = sd.Body("box", mass=2.0, inertia=0.05, points={"c": (0.0, 0.0), "pull": (0.0, 0.2)})
     rod = sd.Rod("hand", ("ground", "far"), ("box", "pull"), motion=sd.Polynomial((2.0, 0.1)))
@@ -128,7 +124,7 @@ def sideways(mu: float, friction: Callable[..., Any]) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize(("friction", "since"), [(partial(sd.GuideFriction, transition=1e-7), 0), (sd.GuideLuGre, 1)])
-def test_drawer(friction: Callable[..., Any], since: int) -> None:
+def test_drawer(friction, since):
     """Closed form: F = P/(1 - 2 mu a/l) when pulled off its rails, once bristles are bent; it jams from 2 mu a = l on."""
     run = sd.simulate(sideways(0.3, friction), until=0.1, samples=3)
     np.testing.assert_allclose(-run["rod_force"][since:, 0], 30.0 / (1.0 - 2.0 * 0.3 * 0.2 / 0.4), rtol=1e-9)
@@ -140,7 +136,7 @@ def test_drawer(friction: Callable[..., Any], since: int) -> None:
 PINS = (("ground pin", "crank", "ground"), ("crank pin", "rod", "crank"), ("slider pin", "rod", "slider"))
 
 
-def rubbing_crank(mu: float, transition: float = 1e-3) -> sd.Mechanism:
+def rubbing_crank(mu, transition=1e-3):
     """Return a slider-crank with friction in its pins and its guide."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = [sd.PinFriction(joint, body, 0.012, mu, base=base, transition=transition) for joint, body, base in PINS]
@@ -148,27 +144,27 @@ def rubbing_crank(mu: float, transition: float = 1e-3) -> sd.Mechanism:
     return dataclasses.replace(crank, components=(*pins, guide))
 
 
-def crank_with_bristles() -> sd.Mechanism:
+def crank_with_bristles():
     """Return a slider-crank with bristle friction in its pins."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     pins = tuple(sd.PinLuGre(joint, body, 0.012, 0.2, base=base, static=0.3) for joint, body, base in PINS)
     return dataclasses.replace(crank, components=pins)
 
 
-def spinning(crank: sd.Mechanism) -> sd.Mechanism:
+def spinning(crank):
     """Return the mechanism with an initial crank speed of 30 rad/s."""
     bodies = (dataclasses.replace(b, angular_velocity=30.0) if b.name == "crank" else b for b in crank.bodies)
     return dataclasses.replace(crank, bodies=tuple(bodies))
 
 
-def assert_reactions(run: Any, part: str, rtol: float) -> None:
+def assert_reactions(run, part, rtol):
     """Compare the reactions that friction follows with those of the result."""
     size, joints = np.linalg.norm(run["reaction"].values, axis=2), run["joint"].values.tolist()
     for k, joint in enumerate(run[part].values.tolist()):
         np.testing.assert_allclose(run[f"{part}_reaction"][:, k], size[:, joints.index(joint)], rtol=rtol)
 
 
-def torque_by_hand(crank: sd.Mechanism, angle: float, speed: float, mu: float, radius: float, transition: float) -> float:
+def torque_by_hand(crank, angle, speed, mu, radius, transition):
     """Solve Newton's and Euler's equations of each body for the crank torque, with friction by successive substitution."""
     a, l = 0.1, 0.3
     m1, m2, m3 = (crank.body(name).mass for name in ("crank", "rod", "slider"))
@@ -210,7 +206,7 @@ def torque_by_hand(crank: sd.Mechanism, angle: float, speed: float, mu: float, r
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.15, 0.4])
-def test_slider_crank_by_newton_and_euler(mu: float) -> None:
+def test_slider_crank_by_newton_and_euler(mu):
     """Second formulation: balances of each body, friction by successive substitution."""
     crank = rubbing_crank(mu)
     run = sd.simulate(crank.driven(speed=12.0), until=0.5, samples=41, **TIGHT)
@@ -226,9 +222,7 @@ def test_slider_crank_by_newton_and_euler(mu: float) -> None:
     ],
     ids=["rubbing", "bristles"],
 )
-def test_free_motion_of_explicit_and_implicit_steps(
-    crank: sd.Mechanism, until: float, within: float, least: float, part: str
-) -> None:
+def test_free_motion_of_explicit_and_implicit_steps(crank, until, within, least, part):
     """Cross-check: two methods agree, the energy balance closes, and friction follows the reactions of the result."""
     explicit, implicit = (
         sd.simulate(spinning(crank), until=until, samples=31, method=method, rtol=1e-10, atol=1e-12)
@@ -241,13 +235,13 @@ def test_free_motion_of_explicit_and_implicit_steps(
     assert_reactions(explicit, part, 1e-9)
 
 
-def test_balance_of_reactions() -> None:
+def test_balance_of_reactions():
     """Identity: in a driven crank friction follows the reactions of the result."""
     run = sd.simulate(rubbing_crank(0.3).driven(speed=12.0), until=0.5, samples=21, **TIGHT)
     assert_reactions(run, "pin_friction", 1e-10)
 
 
-def test_friction_next_to_an_open_contact() -> None:
+def test_friction_next_to_an_open_contact():
     """Identity: an open contact exerts no force on a pin, independent of earlier evaluations."""
     crank = rubbing_crank(0.3, transition=0.05).with_clearance("slider pin", sd.Clearance(2e-5))
     loose = dataclasses.replace(crank, components=tuple(part for part in crank.components if part.name != "slider pin"))
@@ -271,14 +265,14 @@ def test_friction_next_to_an_open_contact() -> None:
         ),
     ],
 )
-def test_refused(part: Any, text: str) -> None:
+def test_refused(part, text):
     """Contract: friction where no ideal joint is refused, and the error lists the joints."""
     crank = dataclasses.replace(sd.slider_crank(crank=0.1, rod=0.3), components=(part,))
     with pytest.raises(sd.InputError, match=text):
         sd.simulate(crank, until=0.1)
 
 
-def test_hard_contact_with_friction_is_refused() -> None:
+def test_hard_contact_with_friction_is_refused():
     """Contract: friction in joints together with hard contact is refused by name."""
     crank = rubbing_crank(0.1)
     hard = crank.with_clearance("slider pin", sd.Clearance(1e-4, contact="hard"))
@@ -289,7 +283,7 @@ def test_hard_contact_with_friction_is_refused() -> None:
         sd.simulate(dataclasses.replace(hard, components=frictions), until=0.01)
 
 
-def test_is_the_limit_of_a_small_clearance() -> None:
+def test_is_the_limit_of_a_small_clearance():
     """Second formulation: a journal with friction in a bearing of small clearance."""
     bar, friction = (
         sd.bar("bar", length=1.0, mass=2.0, angle=-0.3),
@@ -306,7 +300,7 @@ def test_is_the_limit_of_a_small_clearance() -> None:
     assert apart[1] < 0.5 * apart[0]
 
 
-def test_batch_is_the_runs() -> None:
+def test_batch_is_the_runs():
     """Identity: cases of a batch equal single runs bit for bit, independent of earlier evaluations."""
     crank, values = spinning(rubbing_crank(0.15, transition=0.02)), [0.1, 0.3]
     batch = sd.simulate_many(crank, {"ground pin.kinetic": values}, until=0.1, measures=["damper_loss", "steps"])
@@ -318,7 +312,7 @@ FINE = {"rtol": 1e-10, "atol": 1e-12}  # Tolerances of accurate runs with bristl
 
 
 @pytest.mark.parametrize("speed", [0.3, 5.0])
-def test_steady_sliding(speed: float) -> None:
+def test_steady_sliding(speed):
     """Closed form: the Stribeck curve and the viscous part, on the friction circle."""
     friction = bristles(kinetic=0.2, static=0.3, viscous=0.05)
     run = sd.simulate(journal(friction).driven(speed=speed, body="disc"), until=0.05, samples=3, **FINE)
@@ -327,7 +321,7 @@ def test_steady_sliding(speed: float) -> None:
     assert float(run["drive_torque"][-1]) == pytest.approx(WEIGHT * RADIUS * math.sin(math.atan(ratio)), rel=1e-13)
 
 
-def test_soft_bristles() -> None:
+def test_soft_bristles():
     """Closed form: at constant speed from rest friction grows as g (1 - exp(-sigma_0 x / g))."""
     friction = bristles(kinetic=0.3, bristle_stiffness=50.0, bristle_damping=0.0)
     run = sd.simulate(journal(friction).driven(speed=5.0, body="disc"), until=0.2, samples=9, **FINE)
@@ -336,7 +330,7 @@ def test_soft_bristles() -> None:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.95])
-def test_presliding(share: float) -> None:
+def test_presliding(share):
     """Closed form: a slow torque below breakaway turns the pin by -mu_s/(sigma_0 R) ln(1 - tan(phi)/mu_s), where it stays."""
     torque = share * WEIGHT * RADIUS * math.sin(math.atan(0.3))
     load = sd.Torque("load", "disc", torque, time_function=sd.Cycloidal(0.0, 1.0, 2.0))
@@ -350,7 +344,7 @@ def test_presliding(share: float) -> None:
         assert turned[-1] == pytest.approx(torque / (1e5 * RADIUS**2 * WEIGHT), rel=0.06)
 
 
-def test_breakaway() -> None:
+def test_breakaway():
     """Limit: 5 % more than R W sin(arctan(mu_s)) breaks the pin away."""
     torque = 1.05 * WEIGHT * RADIUS * math.sin(math.atan(0.3))
     load = sd.Torque("load", "disc", torque, time_function=sd.Cycloidal(0.0, 1.0, 2.0))
@@ -358,7 +352,7 @@ def test_breakaway() -> None:
     assert float(run["angle"][-1, 0]) > 1.0
 
 
-def test_stiff_bristles() -> None:
+def test_stiff_bristles():
     """Order of convergence: a disc runs down as with Coulomb friction, up to an error of 1/sigma_0; energy closes."""
     torque, errors = WEIGHT * RADIUS * math.sin(math.atan(0.2)), []
     for stiffness in (1e4, 1e5):
@@ -370,17 +364,17 @@ def test_stiff_bristles() -> None:
     assert errors[0] / errors[1] == pytest.approx(10.0, rel=1e-3)
 
 
-def pulled(**friction: float) -> sd.Mechanism:
+def pulled(**friction):
     """Return a block of 1 kg on a floor, pulled by a spring of 1 N/mm whose end moves at 2 mm/s."""
     block, hand = sd.point_mass("block", mass=1.0, position=(0.0, 0.0)), sd.point_mass("hand", mass=1.0, position=(1.0, 0.0))
     guides = (sd.Guide("floor", ("block", "centre")), sd.Guide("rail", ("hand", "centre")))
     pull = sd.CoordinateDrive("pull", sd.Slide(("hand", "centre")), sd.Polynomial((1.0, 2e-3)))
     spring = sd.Spring("spring", ("block", "centre"), ("hand", "centre"), stiffness=1e3, free_length=1.0)
     floor = sd.GuideLuGre("floor", ("ground", "O"), ("block", "centre"), 0.0, **friction)
-    return sd.Mechanism((block, hand), guides=guides, drives=(pull,), components=(spring, floor), ground=ORIGIN, gravity=G)  # type: ignore[arg-type]
+    return sd.Mechanism((block, hand), guides=guides, drives=(pull,), components=(spring, floor), ground=ORIGIN, gravity=G)
 
 
-def test_stick_slip() -> None:
+def test_stick_slip():
     """Closed form: slip is half an oscillation about mu_k N, from F to 2 mu_k N - F; F approaches mu_s N with sigma_0."""
     breakaway = []
     for stiffness in (1e5, 1e6):
@@ -398,7 +392,7 @@ def test_stick_slip() -> None:
 
 
 @pytest.mark.parametrize(("slope", "holds"), [(0.28, True), (0.32, False)])
-def test_block_on_an_incline(slope: float, holds: bool) -> None:
+def test_block_on_an_incline(slope, holds):
     """Closed form: mu_s = 0.3 holds a block up to tan(alpha) = mu_s, without creep."""
     angle = math.atan(slope)
     block = sd.point_mass("block", mass=2.0, position=(0.0, 0.0))
@@ -412,10 +406,10 @@ def test_block_on_an_incline(slope: float, holds: bool) -> None:
         assert float(np.linalg.norm(run["velocity"].values[-1, 0])) < 1e-9
 
 
-def test_rest_and_statics() -> None:
+def test_rest_and_statics():
     """Contract: statics treats bristles as Coulomb friction; from static equilibrium a crank with bristles stays at rest."""
     crank = crank_with_bristles()
-    coulomb = dataclasses.replace(crank, components=tuple(part.without_bristles() for part in crank.components))  # type: ignore[attr-defined]
+    coulomb = dataclasses.replace(crank, components=tuple(part.without_bristles() for part in crank.components))
     drive = sd.Cycloidal(0.5, 2.0, 1.0)
     torques = [
         sd.statics(part.driven(drive), until=1.0, points=5, friction="forward")["drive_torque"] for part in (crank, coulomb)

@@ -17,7 +17,7 @@ def loops(table: F1, first: int, rows: int, width: int, source: F2, target: F2) 
 
 
 @pytest.mark.parametrize(("rows", "width"), [(1, LANES), (11, 2 * LANES), (23, 3 * LANES), (7, 5 * LANES)])
-def test_compiled_loops_are_those_in_python(rows: int, width: int) -> None:
+def test_compiled_loops_are_those_in_python(rows, width):
     """Contract: compiled loops give the bits of the same lines in Python; zeros that fill lanes stay zero."""
     rng = np.random.default_rng(rows)
     table, source = rng.normal(size=3 + rows * width), rng.normal(size=(2, rows))
@@ -31,6 +31,6 @@ def test_compiled_loops_are_those_in_python(rows: int, width: int) -> None:
     assert not found[:, width + 3 :].any()
 
 
-def test_rows_have_whole_lanes() -> None:
+def test_rows_have_whole_lanes():
     """Contract: row lengths are rounded up to whole vectors."""
     assert [padded(count) for count in (0, 1, LANES, LANES + 1)] == [0, LANES, LANES, 2 * LANES]

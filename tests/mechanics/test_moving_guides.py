@@ -1,7 +1,5 @@
 """Guides on moving bodies: the reactions on follower and guide, and the positions at which a mechanism closes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,7 +11,7 @@ TIGHT = {"rtol": 1e-11, "atol": 1e-11, "samples": 61}  # Options of `simulate` f
 OFFSET = 0.12  # [m] distance of a slot from the pivot of its arm
 
 
-def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechanism:
+def slotted(*, aligned, direction, spin=4.0):
     """Return a free arm on a pin with a slot parallel or oblique to its axis, and a follower in the slot."""
     arm = sd.bar("arm", length=1.0, mass=1.5, angle=0.3)
     arm = sd.Body(**{**arm.__dict__, "angular_velocity": spin})
@@ -35,7 +33,7 @@ def slotted(*, aligned: bool, direction: float, spin: float = 4.0) -> sd.Mechani
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("direction", [0.0, 0.7])
 @pytest.mark.parametrize("aligned", [False, True])
-def test_reactions_on_both_bodies(aligned: bool, direction: float, method: str) -> None:
+def test_reactions_on_both_bodies(aligned, direction, method):
     """Closed form: Newton and Euler for each body; the follower has the slot's force, the arm its opposite at the same point.
 
     The pin carries the rest of the momentum; about the pin, weight and the follower's force balance the arm's spin.
@@ -62,28 +60,25 @@ def test_reactions_on_both_bodies(aligned: bool, direction: float, method: str) 
     assert np.allclose(0.5 * alpha, -1.5 * 9.81 * centre[:, 0] - moment - torque, atol=1e-6)
 
 
-def quick_return(turn: float, speed: float = 2.0) -> sd.Mechanism:
+def quick_return(turn, speed=2.0):
     """Return a crank whose pin slides in a slot of a lever that turns about a lower pivot."""
     r, d = 0.2, 0.5
     crank = sd.bar("crank", length=r, mass=1.0, angle=turn)
     lever = sd.bar("lever", length=1.0, mass=2.0, angle=lever_angle(turn), position=(0.0, -d))
-    joints = (
-        sd.Revolute("O", ("crank", "start"), ("ground", "O")),
-        sd.Revolute("P", ("lever", "start"), ("ground", "P")),
-    )
+    joints = (sd.Revolute("O", ("crank", "start"), ("ground", "O")), sd.Revolute("P", ("lever", "start"), ("ground", "P")))
     slot = sd.Guide("slot", ("crank", "end"), through=(0.0, OFFSET), body="lever")
     ground = (("O", (0.0, 0.0)), ("P", (0.0, -d)))
     made = sd.Mechanism((crank, lever), joints=joints, guides=(slot,), ground=ground)
     return made.driven(speed=speed, body="crank")
 
 
-def lever_angle(turn: float) -> float:
+def lever_angle(turn):
     """Return the angle at which the slot's line passes through the crank's pin: atan2 - arcsin(offset/distance)."""
     x, y = 0.2 * math.cos(turn), 0.5 + 0.2 * math.sin(turn)
     return math.atan2(y, x) - math.asin(OFFSET / math.hypot(x, y))
 
 
-def test_quick_return() -> None:
+def test_quick_return():
     """Closed form: the lever's angle over more than a turn of the crank."""
     run = sd.simulate(quick_return(0.3), until=4.0, samples=41)
     exact = [lever_angle(0.3 + 2.0 * t) for t in run["time"].values]

@@ -1,9 +1,6 @@
 """The step matrix with friction that follows reactions, compared with differences of the right-hand side."""
 
-from __future__ import annotations
-
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +12,7 @@ from scissordyn.plan import joint_friction
 FRICTION = {"radius": 0.02, "kinetic": 0.3}  # Pin radius [m] and friction coefficient
 
 
-def arm(driven: bool, **friction: float) -> sd.Mechanism:
+def arm(driven, **friction):
     """Return an arm with friction in its ideal pins and a spring at its tip; driven with a loose joint, or free."""
     array = sd.scissor(units=2, angle=0.6)
     tip = next(iter(array.body("unit 2/bar 1").points))
@@ -26,7 +23,7 @@ def arm(driven: bool, **friction: float) -> sd.Mechanism:
     return sd.with_joint_friction(array, **FRICTION, **friction)
 
 
-def crank(driven: bool, **friction: float) -> sd.Mechanism:
+def crank(driven, **friction):
     """Return a slider-crank with friction in its pins, closed by quadratic constraints."""
     linkage = sd.slider_crank(crank=0.1, rod=0.3)
     linkage = linkage.driven(sd.Harmonic(0.6, 0.3, 40.0)) if driven else linkage
@@ -36,7 +33,7 @@ def crank(driven: bool, **friction: float) -> sd.Mechanism:
 @pytest.mark.parametrize("kind", [arm, crank])
 @pytest.mark.parametrize("driven", [False, True])
 @pytest.mark.parametrize("friction", [{"transition": 0.3}, {"bristle_stiffness": 1e3, "bristle_damping": 3.0}])
-def test_step_matrix(kind: Any, driven: bool, friction: dict[str, float]) -> None:
+def test_step_matrix(kind, driven, friction):
     """Cross-check: W^-1 r and the derivative by time equal those of differences; the slopes of the reactions are not zero."""
     handle, state = at_start(kind(driven, **friction))
     n = handle.content.model.n
@@ -52,7 +49,7 @@ def test_step_matrix(kind: Any, driven: bool, friction: dict[str, float]) -> Non
     assert float(np.abs(handle.content.friction.by_state).max()) > 0.0
 
 
-def test_steps_saved_by_slopes_of_reactions(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_saved_by_slopes_of_reactions(monkeypatch):
     """Contract: a crank that runs down takes less than a quarter of the implicit steps needed with constant reactions."""
     crank = sd.slider_crank(crank=0.1, rod=0.3).replace("crank.angular_velocity", 30.0)
     rubbing = sd.with_joint_friction(crank, radius=0.012, kinetic=0.3)

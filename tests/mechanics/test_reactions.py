@@ -9,7 +9,7 @@ from scissordyn.mechanics.reactions import careful, solve_lanes
 SIZE, REACH, LANES = 7, 2, 3  # Number of unknowns, of off-diagonals on either side, and of systems solved at once
 
 
-def normal_equations(rank: int, rng):
+def normal_equations(rank, rng):
     """Return a banded matrix A^T A in the kernels' storage, the same dense, and a load in its range."""
     rows = np.zeros((SIZE, SIZE))
     for i in range(rank):
@@ -31,7 +31,7 @@ def solved_carefully(stored, load, lane):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_determined_equations(seed: int) -> None:
+def test_determined_equations(seed):
     """Independent formulation: the dense solution, in every lane and by both methods."""
     rng = np.random.default_rng(seed)
     dense, stored, right = normal_equations(SIZE, rng)
@@ -44,7 +44,7 @@ def test_determined_equations(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_undetermined_unknowns_are_nan(seed: int) -> None:
+def test_undetermined_unknowns_are_nan(seed):
     """Closed form: unknowns in the null space of a rank-deficient matrix are NaN; the others are solved."""
     rng = np.random.default_rng(seed)
     dense, stored, right = normal_equations(SIZE - 1, rng)
@@ -55,7 +55,7 @@ def test_undetermined_unknowns_are_nan(seed: int) -> None:
     assert np.all(np.isfinite(found[~free]))
 
 
-def test_determined_unknown_of_a_singular_matrix() -> None:
+def test_determined_unknown_of_a_singular_matrix():
     """Closed form: only the sum of two unknowns is determined, and a third one alone."""
     stored, load = np.zeros((3, 5, 1)), np.array([[2.0], [2.0], [6.0]])
     stored[:, 0, 0] = 1.0, 1.0, 2.0

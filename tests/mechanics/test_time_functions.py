@@ -22,7 +22,7 @@ ROWS = np.array(
 STARTS = np.array([0, 1, 3, 4])  # Row at which each function begins, and the number of rows
 
 
-def at(t: float, which: int, segment: tuple[float, float] = (-math.inf, math.inf)) -> np.ndarray:
+def at(t, which, segment=(-math.inf, math.inf)):
     """Return the value and derivatives of one of the functions."""
     work = SimpleNamespace(function_value=np.zeros(4), segment=np.array(segment))
     state = SimpleNamespace(parameters=SimpleNamespace(motion=ROWS, motion_start=STARTS), work=work)
@@ -31,14 +31,14 @@ def at(t: float, which: int, segment: tuple[float, float] = (-math.inf, math.inf
 
 
 @pytest.mark.parametrize("t", [0.7, 1.9])
-def test_polynomial_and_its_derivatives(t: float) -> None:
+def test_polynomial_and_its_derivatives(t):
     """Closed form: 1 + 2 s - s^2 + 0.5 s^3 and its three derivatives."""
     s = t - 0.5
     wanted = [1.0 + 2.0 * s - s**2 + 0.5 * s**3, 2.0 - 2.0 * s + 1.5 * s**2, -2.0 + 3.0 * s, 3.0]
     np.testing.assert_allclose(at(t, 0), wanted, rtol=1e-14)
 
 
-def test_piece_of_a_function() -> None:
+def test_piece_of_a_function():
     """Closed form: before, at and after a break, and late, when the rows of the next function have begun."""
     np.testing.assert_allclose(at(0.9, 1), [3.0, 0.0, 0.0, 0.0])
     np.testing.assert_allclose(at(1.0, 1), [3.0, 4.0, 0.0, 0.0])
@@ -46,7 +46,7 @@ def test_piece_of_a_function() -> None:
     np.testing.assert_allclose(at(1.0, 1, (0.0, 1.0)), [3.0, 0.0, 0.0, 0.0])  # a step that ends at the break
 
 
-def test_sine_and_its_derivatives() -> None:
+def test_sine_and_its_derivatives():
     """Closed form: 0.2 + 1.5 sin(7 t + 0.3) and its three derivatives."""
     phase = 7.0 * 1.3 + 0.3
     wanted = [0.2 + 1.5 * math.sin(phase), 10.5 * math.cos(phase), -73.5 * math.sin(phase), -514.5 * math.cos(phase)]

@@ -1,7 +1,5 @@
 """Deviation of a tracked point between the nodes of its ideal path, which polynomials of degree five follow exactly."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -19,7 +17,7 @@ POLYNOMIALS = (
 )
 
 
-def table() -> np.ndarray:
+def table():
     """Return position, velocity and acceleration of two points at the nodes; the first one is at rest."""
     found = np.zeros((NODES, 12))
     for node in range(NODES):
@@ -28,7 +26,7 @@ def table() -> np.ndarray:
     return found
 
 
-def deviation(t: float, x: float, y: float) -> float:
+def deviation(t, x, y):
     """Return the deviation of a point at (x, y), the second tracked one."""
     model = SimpleNamespace(track_start=np.array([0, 0, 2]), track_row=np.eye(2), track_column=np.array([0, 1]))
     parameters = SimpleNamespace(ideal=table(), ideal_step=np.array([STEP]))
@@ -37,7 +35,7 @@ def deviation(t: float, x: float, y: float) -> float:
 
 
 @pytest.mark.parametrize("t", [0.0, 0.05, 0.1, 0.33, 0.4, 0.47, 0.6])
-def test_deviation_from_a_path_of_degree_five(t: float) -> None:
+def test_deviation_from_a_path_of_degree_five(t):
     """Closed form: nodes with velocity and acceleration reproduce the polynomial; an offset is the deviation."""
     x, y = (float(p(t)) for p in POLYNOMIALS)
     assert deviation(t, x, y) < 1e-13
@@ -47,7 +45,7 @@ def test_deviation_from_a_path_of_degree_five(t: float) -> None:
     np.testing.assert_allclose(quintic(t / STEP - node, STEP, a, b), [x, y], atol=1e-13)
 
 
-def test_no_deviation_beyond_the_path() -> None:
+def test_no_deviation_beyond_the_path():
     """Contract: beyond the known path the deviation is zero."""
     assert deviation((NODES - 1) * STEP + 0.01, 9.0, 9.0) == 0.0
     assert math.isfinite(deviation((NODES - 1) * STEP, 9.0, 9.0))

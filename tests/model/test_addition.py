@@ -1,10 +1,7 @@
 """Payloads, panels and angulated bars compared with other compositions of their masses; friction in many pins at once."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -122,7 +119,7 @@ def test_refused_lengths(length):
 RUBBING = {"radius": 0.01, "kinetic": 0.15}  # Pin radius [m] and friction coefficient
 
 
-def test_array_of_twenty_units() -> None:
+def test_array_of_twenty_units():
     """Identity: in a driven array with 60 pins the additional drive torque has the power of the friction."""
     array = sd.scissor(units=20).driven(sd.Cycloidal(0.4, 0.8, 0.5))
     rubbing = sd.with_joint_friction(array, "all", **RUBBING)
@@ -132,7 +129,7 @@ def test_array_of_twenty_units() -> None:
     parts = {part.name: part for part in rubbing.components}
     speed = np.stack(
         [
-            angle.sel(body=parts[name].body) - (0.0 if parts[name].base == "ground" else angle.sel(body=parts[name].base))  # type: ignore[attr-defined]
+            angle.sel(body=parts[name].body) - (0.0 if parts[name].base == "ground" else angle.sel(body=parts[name].base))
             for name in run["pin_friction"].values.tolist()
         ],
         axis=1,
@@ -146,7 +143,7 @@ def test_array_of_twenty_units() -> None:
     np.testing.assert_allclose(run["pin_friction_reaction"], exact, atol=1e-9 * exact.max())
 
 
-def test_friction_in_joints_of_a_pattern() -> None:
+def test_friction_in_joints_of_a_pattern():
     """Contract: groups and patterns choose joints; a later call replaces an earlier one; clearance joints are refused."""
     array = sd.scissor(units=3)
     pivots = sd.with_joint_friction(array, "pivots", **RUBBING)
@@ -161,7 +158,7 @@ def test_friction_in_joints_of_a_pattern() -> None:
     with pytest.raises(sd.InputError, match="ideal joint 'A'"):
         sd.with_joint_friction(loose, "A", **RUBBING)
     named = sd.with_joint_friction(array, "unit 1/pivot", **RUBBING).components[0]
-    own = array.with_parts({"components": (sd.PinFriction("mine", named.body, 0.01, 0.1, named.base),)})  # type: ignore[attr-defined]
+    own = array.with_parts({"components": (sd.PinFriction("mine", named.body, 0.01, 0.1, named.base),)})
     with pytest.raises(sd.InputError, match="pin 'unit 1/pivot' already has friction 'mine'; expected one of them"):
         sd.with_joint_friction(own, **RUBBING)
 
@@ -191,7 +188,7 @@ until = "10 ms"
 """
 
 
-def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_case_file(tmp_path, capsys):
     """Contract: tables of joint friction apply in order, `check` lists each pin, and the case is written as it was read."""
     from scissordyn.cli.main import status_of
 
@@ -207,10 +204,10 @@ def test_case_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sd.write_case(mechanism, tmp_path / "again.toml")
     assert sd.read_case(tmp_path / "again.toml").mechanism == mechanism
     changed = sd.read_case(path, ["pin_friction.all.kinetic=0.3", "joint_friction.pivots.kinetic=0.4"]).mechanism
-    assert {(type(part), part.kinetic) for part in changed.components} == {(sd.PinFriction, 0.3), (sd.PinLuGre, 0.4)}  # type: ignore[attr-defined]
+    assert {(type(part), part.kinetic) for part in changed.components} == {(sd.PinFriction, 0.3), (sd.PinLuGre, 0.4)}
 
 
-def test_bars_that_bend(tmp_path: Path) -> None:
+def test_bars_that_bend(tmp_path):
     """Contract: pins keep their names on bars that bend, and friction may be added before or after."""
     array = sd.scissor(units=1)
     bars = {"bending_stiffness": 2e3, "axial_stiffness": 2e6}

@@ -1,11 +1,7 @@
 """Unfit values in Python, refused in one line when given, and values out of proportion to their mechanism."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,7 +92,7 @@ LOOSE = ARM.with_clearance("A", sd.Clearance(1e-4)).driven(sd.Harmonic(1.0, 0.1,
         (lambda: sd.Tabulated(range(6), (0.0, 0.0, 0.0, 0.0, 0.0, 1e300)), "values = "),
     ],
 )  # fmt: skip
-def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object], says: str) -> None:
+def test_unfit_values_are_refused_where_they_are_given(make, says):
     """Contract: construction fails in one line with the given value, the allowed ones and the Python to write."""
     with pytest.raises(sd.InputError) as caught:
         make()
@@ -107,7 +103,7 @@ def test_unfit_values_are_refused_where_they_are_given(make: Callable[[], object
     assert " deg'" not in message.partition("for example ")[2]
 
 
-def test_numbers_of_numpy_are_numbers() -> None:
+def test_numbers_of_numpy_are_numbers():
     """Contract: NumPy's numbers, arrays and truth values and lists give the same description as Python's own."""
     ours = sd.scissor(units=2, bar_length=2.0, angle=0.5)
     assert sd.scissor(units=np.int64(2), bar_length=np.float32(2.0), angle=np.float64(0.5)) == ours
@@ -121,7 +117,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert sd.simulate(DRIVEN, until=np.float32(1e-3), samples=np.int64(3)).sizes["time"] == 3
 
 
-def test_every_quantity_has_bounds() -> None:
+def test_every_quantity_has_bounds():
     """Contract: a quantity without bounds has those of its unit; a positive one also has the unit's smallest size."""
     for unit, (smallest, largest) in {**RANGES, "N/m^7": (1e-30, 1e30)}.items():
         free, positive = sd.Quantity(unit), sd.Quantity(unit, above=0.0)
@@ -134,7 +130,7 @@ def test_every_quantity_has_bounds() -> None:
     assert sd.Quantity("m", above=0.1, below=0.2).expected == "a number > 0.1 and < 0.2 [m]"
 
 
-def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
+def test_one_name_for_one_meaning_of_a_frequency(tmp_path):
     """Contract: a harmonic has an angular_frequency, in rad/s in Python; the name frequency is refused."""
     harmonic = '[drive.harmonic]\nmean = "45 deg"\namplitude = "1 deg"\nfrequency = "3 Hz"\n'
     (tmp_path / "case.toml").write_text('[structure]\nkind = "scissor"\n[run]\nuntil = "1 ms"\n' + harmonic)
@@ -144,14 +140,14 @@ def test_one_name_for_one_meaning_of_a_frequency(tmp_path) -> None:
         sd.Harmonic(mean=0.0, amplitude=1.0, frequency=3.0)
 
 
-def test_equal_mechanisms_have_one_hash() -> None:
+def test_equal_mechanisms_have_one_hash():
     """Contract: equal mechanisms are one key of a dict."""
     arms = [sd.scissor(units=2).with_clearance("all", sd.Clearance(0.1e-3)) for _ in range(2)]
     assert arms[0] == arms[1]
     assert len({*arms, sd.scissor(units=2)}) == 2
 
 
-def test_points_as_text_or_pair() -> None:
+def test_points_as_text_or_pair():
     """Contract: "BODY.POINT" and (BODY, POINT) give equal parts wherever a body and a point are named."""
     arm = sd.scissor(units=2)
     for made in (
@@ -170,7 +166,7 @@ def test_points_as_text_or_pair() -> None:
         assert made(*map(".".join, pairs)) == made(*pairs)
 
 
-def test_joint_names_take_precedence_over_points() -> None:
+def test_joint_names_take_precedence_over_points():
     """Contract: where a joint or a point may be given, the name of a joint means the joint."""
     arm = sd.scissor(units=1)
     assert arm.joint_or_point("A") == arm.joint("A")
@@ -180,27 +176,27 @@ def test_joint_names_take_precedence_over_points() -> None:
 
 
 @pytest.mark.parametrize("given", ["", "end", ".end", "bar.", ("bar",), 3])
-def test_invalid_points(given: object) -> None:
+def test_invalid_points(given):
     """Contract: the error names the joint and the expected form."""
     with pytest.raises(sd.InputError, match=r"joint 'pin'|Revolute"):
-        sd.Revolute("pin", given, ("ground", "O"))  # type: ignore[arg-type]
+        sd.Revolute("pin", given, ("ground", "O"))
 
 
 FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
 
-def arm(**surfaces: float) -> sd.Mechanism:
+def arm(**surfaces):
     """Return the paper's array of two units of 2 m, with clearance at A."""
-    return sd.scissor(units=2).with_clearance("A", sd.Clearance(**{"clearance": 5e-4, **surfaces}))  # type: ignore[arg-type]
+    return sd.scissor(units=2).with_clearance("A", sd.Clearance(**{"clearance": 5e-4, **surfaces}))
 
 
-def changed(mechanism: sd.Mechanism, name: str, **facts: object) -> sd.Mechanism:
+def changed(mechanism, name, **facts):
     """Return the mechanism with other properties of one body."""
-    bodies = tuple(dataclasses.replace(b, **facts) if b.name == name else b for b in mechanism.bodies)  # type: ignore[arg-type]
+    bodies = tuple(dataclasses.replace(b, **facts) if b.name == name else b for b in mechanism.bodies)
     return dataclasses.replace(mechanism, bodies=bodies)
 
 
-def rotor(inertia: float) -> sd.Mechanism:
+def rotor(inertia):
     """Return the array with a motor whose rotor has an inertia."""
     motor = sd.Motor("m", "unit 1/bar 1", 1.0, 10.0, inertia=inertia)
     return dataclasses.replace(arm(), components=(motor,))
@@ -220,13 +216,13 @@ def rotor(inertia: float) -> sd.Mechanism:
         (rotor(1e9), r"motor 'm' has a rotor of 1e\+09 kg m\^2"),
     ],
 )
-def test_warning_of_values_out_of_proportion(mechanism: sd.Mechanism, message: str) -> None:
+def test_warning_of_values_out_of_proportion(mechanism, message):
     """Contract: a value a million times out of proportion gives one warning with its name and the ratio."""
     (said,) = proportion_warnings(mechanism)
     assert re.match(message, said)
 
 
-def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_proportion_warnings_of_runs_and_checks(capsys, tmp_path):
     """Contract: the warning appears in a run, in a batch, and in the output of `check`."""
     from scissordyn.cli.main import status_of
     from scissordyn.config.template import template
@@ -242,6 +238,6 @@ def test_proportion_warnings_of_runs_and_checks(capsys: pytest.CaptureFixture[st
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_examples_are_in_proportion(path: Path) -> None:
+def test_examples_are_in_proportion(path):
     """Contract: no example gives a proportion warning."""
     assert proportion_warnings(sd.read_case(path).mechanism) == []

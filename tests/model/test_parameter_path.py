@@ -1,18 +1,14 @@
 """Patterns of part names, parameter paths, and the walk over all values of a mechanism."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator, Mapping
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping
 
 import pytest
 from tests.build import EXAMPLES, one_line_error
 
 import scissordyn as sd
 from scissordyn.model.parameter_path import every_number, find, matching, number
-from scissordyn.model.walk import Place, Route, at, declared, given, is_described, replaced
+from scissordyn.model.walk import Place, at, declared, given, is_described, replaced
 
 PIN = sd.Clearance(0.5e-3)  # Clearance of the joints
 
@@ -150,7 +146,7 @@ def test_mass_per_length_of_a_bar_cannot_change_alone():
             change()
 
 
-def test_masses_of_payloads_do_not_change_alone() -> None:
+def test_masses_of_payloads_do_not_change_alone():
     """Contract: the mass of a body includes them, so that another one would change nothing but the picture."""
     loaded = sd.scissor(units=1)
     for end, mass in (("end", 2.0), ("start", 1.0)):
@@ -161,7 +157,7 @@ def test_masses_of_payloads_do_not_change_alone() -> None:
             loaded.replace(f"unit 1/bar 1.{path}", 3.0)
 
 
-def leaves(value: Any, path: Route = (), quantity: sd.Quantity | None = None) -> Iterator[Place]:
+def leaves(value, path=(), quantity=None):
     """Yield every elementary value of a description; a tuple with a unit, such as a position, is one value."""
     if is_described(value):
         for field in declared(type(value)).values():
@@ -177,7 +173,7 @@ FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 
 
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
-def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
+def test_every_value_is_found_and_replaced_at_its_path(case):
     """Contract: each value is found at its path, and replacing it changes that value only."""
     mechanism = sd.read_case(case).mechanism
     met = list(leaves(mechanism))
@@ -194,7 +190,7 @@ def test_every_value_is_found_and_replaced_at_its_path(case: Path) -> None:
 
 
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
-def test_given_fields_rebuild_a_part(case: Path) -> None:
+def test_given_fields_rebuild_a_part(case):
     """Contract: the fields that differ from their defaults build an equal description."""
     mechanism = sd.read_case(case).mechanism
     parts = [part for field in ("bodies", "joints", "guides", "drives", "components") for part in getattr(mechanism, field)]
@@ -204,7 +200,7 @@ def test_given_fields_rebuild_a_part(case: Path) -> None:
         assert type(part)(**{field.name: value for field, value in given(part)}) == part
 
 
-def test_points_are_values_with_a_unit() -> None:
+def test_points_are_values_with_a_unit():
     """Contract: points are values in metres, by name; a centre of -0.0 is not its default."""
     body = sd.Body("rod", 1.0, 0.1, points={"tip": (0.2, 0.0)}, centre=(-0.0, 0.0))
     units = {leaf.path: leaf.quantity.unit for leaf in leaves(body) if leaf.quantity is not None}

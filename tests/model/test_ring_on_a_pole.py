@@ -1,7 +1,5 @@
 """A clearance guide whose follower surrounds it: a ring on a pole."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -16,7 +14,7 @@ HALF_WIDTH, HALF_HEIGHT, RADIUS, CLEARANCE, SPEED = 3.2e-3, 5.8e-3, 0.1e-3, 0.6e
 CORNERS = tuple((x, y) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)))  # Signs of x and y of the four corners of the ring
 
 
-def ring(around: bool = True) -> sd.Mechanism:
+def ring(around=True):
     """Return a ring that turns about its middle without gravity and friction."""
     body = sd.Body("ring", 0.01, 1e-6, {"middle": (0.0, 0.0)}, angular_velocity=SPEED)
     gap = sd.GuideClearance(
@@ -32,7 +30,7 @@ def ring(around: bool = True) -> sd.Mechanism:
 
 
 @pytest.mark.parametrize("around", [True, False])
-def test_angle_of_first_contact(around: bool) -> None:
+def test_angle_of_first_contact(around):
     """Closed form: two edges touch at w cos a - h sin a = w - c of a ring, or w cos a + h sin a = w + c of a block."""
     sense = -1.0 if around else 1.0
     angle = brentq(
@@ -45,7 +43,7 @@ def test_angle_of_first_contact(around: bool) -> None:
     assert touched == ({"pole/corner 2", "pole/corner 4"} if around else {"pole/corner 1", "pole/corner 3"})
 
 
-def test_ring_rebounds_with_its_restitution() -> None:
+def test_ring_rebounds_with_its_restitution():
     """Closed form: both corners push with the same moment, so that the ring turns back in place with e times its speed."""
     run = sd.simulate(ring(), until=0.03, start="as-placed", samples=301)
     after = run.sel(time=slice(float(run["contact_start"][0]) + 1e-3, None))
@@ -54,7 +52,7 @@ def test_ring_rebounds_with_its_restitution() -> None:
     assert np.max(np.abs(after["velocity"].values)) < 1e-9
 
 
-def test_pole_without_room_is_refused() -> None:
+def test_pole_without_room_is_refused():
     """Contract: a clearance that leaves no room for the pole is refused."""
     described = ring()
     gap = described.guides[0].clearance

@@ -20,7 +20,7 @@ ROWS = [
 ][1:]
 
 
-def test_claims_have_a_check_a_command_a_figure_and_a_date() -> None:
+def test_claims_have_a_check_a_command_a_figure_and_a_date():
     """Contract: no cell of the table is empty."""
     assert len(ROWS) > 20
     for row in ROWS:
@@ -28,7 +28,7 @@ def test_claims_have_a_check_a_command_a_figure_and_a_date() -> None:
         assert all(row), row
 
 
-def test_commands_of_claims_exist() -> None:
+def test_commands_of_claims_exist():
     """Contract: tests, validation cases, benchmarks and programs named on the page exist."""
     for *_, command, _figure, _date in ROWS:
         for words in (text.split() for text in re.findall(r"`([^`]+)`", command)):
@@ -55,7 +55,7 @@ def test_commands_of_claims_exist() -> None:
                     assert words[:2] == ["scissordyn", "paper"], words
 
 
-def test_figures_of_claims_are_those_of_the_validation() -> None:
+def test_figures_of_claims_are_those_of_the_validation():
     """Cross-check: each error in a claim of a validation case is in the table of its section, in one or two digits."""
     sections = {
         part.split("\n", 1)[0]: part for part in (DOCS / "validation.md").read_text(encoding="utf-8").split("\n## ")[1:]
@@ -77,7 +77,7 @@ def test_figures_of_claims_are_those_of_the_validation() -> None:
     assert checked >= 6
 
 
-def test_missed_goals_are_listed() -> None:
+def test_missed_goals_are_listed():
     """Cross-check: each measured page with a missed goal is named on the page of claims."""
     pages = {
         path.name
@@ -128,14 +128,14 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize(("page", "text", "value", "printed"), NUMBERS, ids=lambda one: one if isinstance(one, str) else "")
-def test_numbers_to_check_by_hand(page: str, text: str, value: float, printed: str) -> None:
+def test_numbers_to_check_by_hand(page, text, value, printed):
     """Closed form: the printed number is that of the formula, to all digits shown."""
     digits = len(printed.partition(".")[2])
     assert f"{value:.{digits}f}" == printed
     assert text.format(printed) in (THEORY / f"{page}.md").read_text(encoding="utf-8")
 
 
-def restitution(xi: float) -> float:
+def restitution(xi):
     """Return the restitution of (D1) for a damping factor, by bisection."""
     low, high = 0.0, min(1.0, 1.0 / xi)
     for _ in range(200):
@@ -146,17 +146,16 @@ def restitution(xi: float) -> float:
 
 
 @pytest.mark.parametrize(
-    ("factor", "printed"),
-    [(1.5 * 0.5, "0.66296"), (0.75 * (1.0 - 0.25), "0.72524"), (8.0 * 0.5 / (5.0 * 0.5), "0.47044")],
+    ("factor", "printed"), [(1.5 * 0.5, "0.66296"), (0.75 * (1.0 - 0.25), "0.72524"), (8.0 * 0.5 / (5.0 * 0.5), "0.47044")]
 )
-def test_returned_restitution(factor: float, printed: str) -> None:
+def test_returned_restitution(factor, printed):
     """Closed form: the restitution of (D1) at a nominal coefficient of 0.5."""
     assert f"{restitution(factor):.5f}" == printed
     assert printed in (THEORY / "contact.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(("wanted", "printed"), [(0.9, "0.16648"), (0.5, "1.43275"), (0.1, "9.99816")])
-def test_exact_damping_factor(wanted: float, printed: str) -> None:
+def test_exact_damping_factor(wanted, printed):
     """Closed form: the printed factor gives the wanted restitution."""
     assert restitution(float(printed)) == pytest.approx(wanted, abs=2e-5)
     assert printed in (THEORY / "contact.md").read_text(encoding="utf-8")

@@ -11,7 +11,6 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,17 +26,17 @@ README = ROOT / "README.md"  # Path of the README
 NUMBERED = re.compile(r"\\tag\{([A-Z]\d+)\}")  # Pattern of the number of an equation in docs/theory
 
 
-def name(path: Path) -> str:
+def name(path):
     return str(path.relative_to(ROOT))
 
 
-def blocks(text: str, language: str) -> list[str]:
+def blocks(text, language):
     """Return the blocks of code in a language, without the tags of cells."""
     return re.findall(rf"^```{re.escape(language)}[^\n]*\n(?::tags:[^\n]*\n)?(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture(scope="module")
-def drawn() -> set[Path]:
+def drawn():
     """Return the pictures that are drawn when the site is built."""
     sys.path.insert(0, str(DOCS))
     try:
@@ -48,7 +47,7 @@ def drawn() -> set[Path]:
 
 
 @pytest.mark.parametrize("page", [*PAGES, README, ROOT / "CONTRIBUTING.md"], ids=name)
-def test_links(page: Path, drawn: set[Path]) -> None:
+def test_links(page, drawn):
     """Contract: every link and picture of a page exists, or is made by `docs/_generate.py` or `docs/_pictures.py`."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
     for target in re.findall(r"\]\(([^)\s#]+)[^)]*\)", text):
@@ -63,7 +62,7 @@ def test_links(page: Path, drawn: set[Path]) -> None:
         assert path.exists() or made or Path(os.path.normpath(path)) in drawn, target
 
 
-def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
+def test_every_drawn_picture_has_a_page(drawn):
     """Contract: each picture that is drawn is shown by a page, and each film by the page of its mechanism."""
     shown = set()
     for page in PAGES:
@@ -73,7 +72,7 @@ def test_every_drawn_picture_has_a_page(drawn: set[Path]) -> None:
     assert drawn - shown == set()
 
 
-def test_every_cited_equation_exists() -> None:
+def test_every_cited_equation_exists():
     """Identity: names of equations are unique, and every cited one exists."""
     tags = [tag for page in PAGES for tag in NUMBERED.findall(page.read_text(encoding="utf-8"))]
     assert len(tags) == len(set(tags))
@@ -92,13 +91,13 @@ def test_every_cited_equation_exists() -> None:
     assert not missing
 
 
-def code_of(page: Path) -> str:
+def code_of(page):
     """Return the Python code of a page."""
     text = page.read_text(encoding="utf-8")
     return "\n".join(code for language in ("python", "{code-cell}") for code in blocks(text, language))
 
 
-def used_names(code: str) -> set[tuple[str, str]]:
+def used_names(code):
     """Return public names that code uses, by module: attributes of `sd`, and imported names that are read."""
     tree = ast.parse(code)
     read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
@@ -120,13 +119,13 @@ def used_names(code: str) -> set[tuple[str, str]]:
     return found
 
 
-def executed() -> list[Path]:
+def executed():
     """Return pages whose code tests execute: those of `tests/test_documents.py`, the tutorials, and the README."""
     asked = DOCS / "decisions" / "measured" / "questions.md"
     return [*DOCS.glob("*.md"), *(DOCS / "howto").glob("*.md"), *(DOCS / "tutorials").glob("*.md"), asked, README]
 
 
-def generator() -> Any:
+def generator():
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
     assert spec.loader is not None
     generate = importlib.util.module_from_spec(spec)
@@ -134,7 +133,7 @@ def generator() -> Any:
     return generate
 
 
-def test_tables_are_those_of_the_declarations() -> None:
+def test_tables_are_those_of_the_declarations():
     """Contract: units, defaults and ranges in the pages are the declared ones; `python docs/_tables.py` writes them."""
     found = subprocess.run(
         [sys.executable, DOCS / "_tables.py", "--check"], capture_output=True, text=True, check=False, timeout=120
@@ -143,7 +142,7 @@ def test_tables_are_those_of_the_declarations() -> None:
     assert found.stdout == "all tables are up to date\n"
 
 
-def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
+def test_pages_of_old_headings_are_deleted(tmp_path):
     """Contract: the generator deletes pages of the API that it no longer makes."""
     for name in ("theory", "api"):
         (tmp_path / name).mkdir()
@@ -155,7 +154,7 @@ def test_pages_of_old_headings_are_deleted(tmp_path: Path) -> None:
     assert made == {"index", *(heading.lower().replace(" ", "_") for heading in headings)}
 
 
-def test_every_public_name_is_documented_and_shown() -> None:
+def test_every_public_name_is_documented_and_shown():
     """Contract: each public name has a docstring, an entry in the API and an executed example."""
     generate = generator()
     listed = [one for names in generate.groups().values() for one in names]
@@ -185,7 +184,7 @@ def test_every_public_name_is_documented_and_shown() -> None:
     assert {(module, one) for module, one in imported if one not in sd.__all__} <= documented
 
 
-def test_imported_names_are_public() -> None:
+def test_imported_names_are_public():
     """Contract: names that the documentation imports from modules are public there, or modules themselves."""
     imports = {
         (module, name.split(" as ")[0].strip())
@@ -202,7 +201,7 @@ def test_imported_names_are_public() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", sorted((DOCS / "tutorials").glob("*.md")), ids=name)
-def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tutorial_cells_run(page, tmp_path, monkeypatch):
     """Contract: the cells and then the commands of a tutorial run in an empty folder; cells that end with a picture show it."""
     import matplotlib as mpl
     import matplotlib.pyplot as plt
@@ -212,7 +211,7 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
     mpl.use("Agg")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
-    space: dict[str, object] = {"__name__": "__main__"}
+    space = {"__name__": "__main__"}
     for code in blocks(page.read_text(encoding="utf-8"), "{code-cell}"):
         *lines, last = ast.parse(code).body
         exec(compile(ast.Module(lines, []), str(page), "exec"), space)
@@ -228,13 +227,13 @@ def test_tutorial_cells_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monk
         assert status_of(words) == 0, line
 
 
-def test_pictures_of_examples_have_cases() -> None:
+def test_pictures_of_examples_have_cases():
     """Contract: every picture of an example has its case."""
     for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
         assert sd.read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
 
 
-def test_every_doi_is_in_the_bibliography() -> None:
+def test_every_doi_is_in_the_bibliography():
     """Identity: pages, sources, tests and cases name only DOIs of the bibliography, which says where each was found."""
     known = {reference.doi.lower() for reference in bibliography().values() if reference.doi}
     assert all(reference.seen for reference in bibliography().values() if reference.doi)
@@ -246,7 +245,7 @@ def test_every_doi_is_in_the_bibliography() -> None:
         assert not unknown, f"{path.relative_to(ROOT)}: {unknown}"
 
 
-def test_code_of_the_readme(capsys: pytest.CaptureFixture[str]) -> None:
+def test_code_of_the_readme(capsys):
     """Contract: the README's code runs and prints a peak force and a predictability horizon within the run."""
     (code,) = blocks(README.read_text(encoding="utf-8"), "python")
     assert len(code.splitlines()) <= 10
@@ -257,7 +256,7 @@ def test_code_of_the_readme(capsys: pytest.CaptureFixture[str]) -> None:
     assert 0.01 < float(found[2]) <= 0.05
 
 
-def test_make_targets_of_the_pages() -> None:
+def test_make_targets_of_the_pages():
     """Contract: `make` commands in README and CONTRIBUTING are targets, and the automatic checks call only these."""
     pages = (README, ROOT / "CONTRIBUTING.md")
     named = [
@@ -287,7 +286,7 @@ OFFLINE = (
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="no chromium")
 @pytest.mark.skipif(importlib.util.find_spec("myst_nb") is None, reason="the site's requirements are not installed")
-def test_equations_render_without_a_network(tmp_path: Path) -> None:
+def test_equations_render_without_a_network(tmp_path):
     """Contract: every displayed equation of the theory becomes a picture, without errors."""
     theory = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md")))
     equations = re.findall(r"^\$\$\n.*?^\$\$\n", theory, flags=re.MULTILINE | re.DOTALL)
@@ -321,7 +320,7 @@ def test_equations_render_without_a_network(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["simulate", "study", "fit"])
-def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
+def test_examples_of_docstrings_print_what_they_show(name):
     """Contract: the examples of the functions that are used most."""
     function = getattr(sd, name)
     found = doctest.DocTestParser().get_doctest(function.__doc__, {}, name, None, 0)
@@ -330,7 +329,7 @@ def test_examples_of_docstrings_print_what_they_show(name: str) -> None:
 
 
 @pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/maintain.md"])
-def test_names_of_a_guide_exist(page: str) -> None:
+def test_names_of_a_guide_exist(page):
     """Contract: each file that a guide for maintainers names is there, and each other name is in the code."""
     folders = ("src", "tests", "benchmarks", "validation", "docs", "examples")
     files = [
@@ -349,7 +348,7 @@ def test_names_of_a_guide_exist(page: str) -> None:
             assert quoted in words, quoted
 
 
-def test_first_names_of_the_api_run() -> None:
+def test_first_names_of_the_api_run():
     """Contract: the ten lines of the API page run one after the other, and each calls the name of its row."""
     spec = importlib.util.spec_from_file_location("_generate", DOCS / "_generate.py")
     assert spec is not None
@@ -357,7 +356,7 @@ def test_first_names_of_the_api_run() -> None:
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
     assert len(generate.FIRST) == 10
-    space: dict[str, object] = {"sd": sd}
+    space = {"sd": sd}
     for name, line in generate.FIRST.items():
         assert f"{name.removeprefix('Mechanism')}(" in line
         ast.parse(line)

@@ -32,7 +32,7 @@ print(json.dumps([before, [dir(sd), dir(sd.plot)], found, str(engine), callable(
 """
 
 
-def test_shown_names() -> None:
+def test_shown_names():
     """Contract: `dir` and completion show the public names only, before and after modules are loaded."""
     done = subprocess.run([sys.executable, "-c", FRESH], capture_output=True, text=True, check=True)
     before, after, completed, engine, callable_ = json.loads(done.stdout)
@@ -46,7 +46,7 @@ def test_shown_names() -> None:
         assert getattr(sd, name) is not None
 
 
-def test_the_two_tables_of_public_names_agree() -> None:
+def test_the_two_tables_of_public_names_agree():
     """Contract: type checkers read the same public names as the package imports."""
     stub = ast.parse((ROOT / "src/scissordyn/__init__.pyi").read_text(encoding="utf-8"))
     imports = [node for node in stub.body if isinstance(node, ast.ImportFrom) and node.module]
@@ -55,7 +55,7 @@ def test_the_two_tables_of_public_names_agree() -> None:
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda file: str(file.relative_to(ROOT)))
-def test_imports_of_programs(program: Path) -> None:
+def test_imports_of_programs(program):
     """Contract: programs that no test runs import only names that the package has."""
     for node in ast.walk(ast.parse(program.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and str(node.module).startswith("scissordyn"):
@@ -64,9 +64,9 @@ def test_imports_of_programs(program: Path) -> None:
                 assert hasattr(module, name) or importlib.util.find_spec(f"{node.module}.{name}"), f"{node.module}.{name}"
 
 
-def bound(module: Path) -> Counter[str]:
+def bound(module):
     """Return the number of plain assignments to each name of a module."""
-    found: Counter[str] = Counter()
+    found = Counter()
     for statement in ast.parse(module.read_text(encoding="utf-8")).body:
         if isinstance(statement, ast.Assign):
             found.update(each.id for target in statement.targets for each in ast.walk(target) if isinstance(each, ast.Name))
@@ -75,7 +75,7 @@ def bound(module: Path) -> Counter[str]:
     return found
 
 
-def test_module_binds_each_constant_once() -> None:
+def test_module_binds_each_constant_once():
     """Contract: no constant is assigned twice, as functions above the second assignment would read another value."""
     modules = [path for room in ("scissordyn", "scissordyn_paper") for path in (ROOT / "src" / room).rglob("*.py")]
     assert len(modules) > 400
@@ -83,7 +83,7 @@ def test_module_binds_each_constant_once() -> None:
     assert not twice
 
 
-def test_files_of_tests_with_one_name_are_found(tmp_path: Path) -> None:
+def test_files_of_tests_with_one_name_are_found(tmp_path):
     """Contract: `make check` names two files of tests that pytest would take for one; packages keep names apart."""
     spec = importlib.util.spec_from_file_location("plain", ROOT / "tests" / "plain.py")
     assert spec

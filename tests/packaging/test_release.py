@@ -56,7 +56,7 @@ def imported(folder: str) -> set[str]:
     return names - OWN - local - set(sys.stdlib_module_names)
 
 
-def test_ci_installs_what_the_tests_import() -> None:
+def test_ci_installs_what_the_tests_import():
     """Contract: the workflow installs what tests and sources import, except for peers, without which tests are skipped."""
     (extras,) = set(re.findall(r'--editable "\.\[([\w,]+)\]"', WORKFLOW))
     there = installed(set(extras.split(",")))
@@ -69,7 +69,7 @@ def test_ci_installs_what_the_tests_import() -> None:
     assert missing <= {"exudyn", "numbalsoda"}, missing
 
 
-def test_systems_and_versions() -> None:
+def test_systems_and_versions():
     """Contract: tests run on three systems with every version of Python among the classifiers."""
     named = [one.rpartition(" ")[2] for one in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d", one)]
     quoted = ", ".join(f'"{one}"' for one in named)
@@ -77,7 +77,7 @@ def test_systems_and_versions() -> None:
     assert WORKFLOW.count("os: [ubuntu-latest, macos-latest, windows-latest]") == 2
 
 
-def test_commands_of_the_workflow() -> None:
+def test_commands_of_the_workflow():
     """Contract: each command is an existing target of make, an installation with existing extras, or existing tests."""
     targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     commands = [line.strip("\"'").split() for line in re.findall(r"^ *- run: (.+)$", WORKFLOW, re.MULTILINE)]
@@ -106,7 +106,7 @@ def spaceless(requirement: str) -> str:
     return requirement.replace(" ", "").replace("matplotlib-base", "matplotlib")
 
 
-def test_conda_recipe_needs_what_the_package_needs() -> None:
+def test_conda_recipe_needs_what_the_package_needs():
     """Contract: version, dependencies and command of the recipe are those of the package."""
     recipe = yaml.safe_load((ROOT / "packaging" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == sd.__version__
@@ -117,7 +117,7 @@ def test_conda_recipe_needs_what_the_package_needs() -> None:
     assert script == "scissordyn = " + PROJECT["scripts"]["scissordyn"]
 
 
-def test_changelog_has_the_version() -> None:
+def test_changelog_has_the_version():
     """Contract: the first section is that of the version, with its date or unreleased."""
     heading = re.search(r"^## (\S+) \((.+)\)$", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert heading[1] == sd.__version__
@@ -125,7 +125,7 @@ def test_changelog_has_the_version() -> None:
 
 
 @pytest.mark.parametrize("path", sorted((GITHUB / "workflows").glob("*.yml")), ids=lambda path: path.name)
-def test_actions_are_pinned(path: Path) -> None:
+def test_actions_are_pinned(path):
     """Contract: each action is pinned by its digest with its version as a comment, and a checkout keeps no credentials."""
     text = path.read_text(encoding="utf-8")
     used = re.findall(r"uses: (\S+)(.*)", text)
@@ -137,7 +137,7 @@ def test_actions_are_pinned(path: Path) -> None:
     assert "permissions" in yaml.safe_load(text)
 
 
-def test_issue_forms() -> None:
+def test_issue_forms():
     """Contract: each issue form has a name, a description and fields with labels; Dependabot updates both kinds of pins."""
     forms = [path for path in (GITHUB / "ISSUE_TEMPLATE").glob("*.yml") if path.name != "config.yml"]
     assert len(forms) == 3
@@ -154,7 +154,7 @@ def test_issue_forms() -> None:
 
 
 @pytest.mark.slow
-def test_wheel_of_the_sdist(tmp_path: Path) -> None:
+def test_wheel_of_the_sdist(tmp_path):
     """Contract: a wheel with the examples can be built from the sdist, which has the tests."""
     source, made = tmp_path / "source", tmp_path / "made"
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")

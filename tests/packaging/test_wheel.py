@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]  # Root folder of the repository
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory):
     """Return the wheel, built from a copy of the sources."""
     pytest.importorskip("setuptools", minversion="77")
     source = tmp_path_factory.mktemp("source")
@@ -35,7 +35,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
+def test_wheel_contains_the_package_and_nothing_else(wheel):
     """Contract: the wheel has every file of the package and every example, and neither tests nor documentation."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
@@ -54,7 +54,7 @@ def test_wheel_contains_the_package_and_nothing_else(wheel: Path) -> None:
     assert re.search(r"^Requires-Python: >=3.11$", metadata, re.MULTILINE)
 
 
-def test_one_version(capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_version(capsys):
     """Contract: the package, the citation file and the program name the same version."""
     assert re.fullmatch(r"\d+\.\d+\.\d+", sd.__version__)
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
@@ -63,7 +63,7 @@ def test_one_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"scissordyn {sd.__version__}\n"
 
 
-def test_module_is_the_program() -> None:
+def test_module_is_the_program():
     """Contract: `python -m scissordyn` is the program, with its exit statuses."""
     done = subprocess.run([sys.executable, "-m", "scissordyn", "--version"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, f"scissordyn {sd.__version__}\n")
@@ -73,7 +73,7 @@ def test_module_is_the_program() -> None:
 
 
 @pytest.mark.slow
-def test_empty_environment(wheel: Path, tmp_path: Path) -> None:
+def test_empty_environment(wheel, tmp_path):
     """Contract: installed alone, without a compiler or other programs, the package computes the paper's case."""
     home = tmp_path / "environment"
     venv.create(home, with_pip=True)

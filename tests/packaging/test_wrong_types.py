@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import math
 import random
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -47,7 +46,7 @@ def drawn(name: str, number: int) -> tuple[list[Any], dict[str, Any]]:
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", public_functions())
-def test_wrong_types_are_the_errors_of_the_package(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_types_are_the_errors_of_the_package(name, tmp_path, monkeypatch):
     """Contract: random values of wrong types are accepted or refused with `ScissordynError`, never with another error."""
     monkeypatch.chdir(tmp_path)
     for number in range(DRAWS):
@@ -61,7 +60,7 @@ def test_wrong_types_are_the_errors_of_the_package(name: str, tmp_path: Path, mo
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "30 deg", None, True, 1j])
-def test_units_refuse_values_that_are_not_finite(value: Any) -> None:
+def test_units_refuse_values_that_are_not_finite(value):
     """Contract: angles and speeds are finite numbers."""
     for function in (sd.degrees, sd.rpm):
         with pytest.raises(sd.InputError, match="expected a finite number"):

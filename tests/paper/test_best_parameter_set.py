@@ -8,10 +8,10 @@ import pytest
 from scipy.optimize import brentq
 
 from reference.lagrange import Array, constant_speed
-from reference.laws import Elastic, flores, hertz, lankarani_nikravesh, liu
-from reference.marching import ClearanceJoint, Contact, March, march_in_steps
+from reference.laws import flores, hertz, lankarani_nikravesh, liu
+from reference.marching import ClearanceJoint, March, march_in_steps
 from scissordyn.laws.material import MATERIALS
-from scissordyn_paper.cases import DEFAULT, SIZES, SPEEDS, Choice, PaperCase
+from scissordyn_paper.cases import DEFAULT, SIZES, SPEEDS, PaperCase
 from scissordyn_paper.results import BEST
 from scissordyn_paper.runs import compute
 
@@ -22,13 +22,13 @@ OTHER = dataclasses.replace(
 )  # fmt: skip
 
 
-def modulus(choice: Choice) -> float:
+def modulus(choice):
     """Return E* of journal and bearing [Pa]."""
     materials = MATERIALS[choice.material], MATERIALS[choice.bearing_material or choice.material]
     return 1.0 / sum((1.0 - one.poisson_ratio**2) / one.youngs_modulus for one in materials)
 
 
-def elastic(choice: Choice, c: float) -> Elastic:
+def elastic(choice, c):
     """Return the elastic part of the normal force."""
     if choice.stiffness == "liu":
         return liu(c, choice.bearing_length, modulus(choice))
@@ -38,7 +38,7 @@ def elastic(choice: Choice, c: float) -> Elastic:
     return lambda d: slope * math.sqrt(2.0 * d * (3.0 * c + 2.0 * d) ** 2 / (c + d) ** 3) * d**1.5
 
 
-def damping(choice: Choice) -> float:
+def damping(choice):
     """Return the damping factor xi; Gonthier's follows from its equation."""
     c = choice.restitution
     if choice.damping == "gonthier":
@@ -49,7 +49,7 @@ def damping(choice: Choice) -> float:
     return {"flores": flores, "lankarani-nikravesh": lankarani_nikravesh}[choice.damping](c)
 
 
-def contacts(case: PaperCase, until: float) -> list[Contact]:
+def contacts(case, until):
     """Return the contacts of a run without friction up to a time."""
     choice, c = case.choice, case.clearance
     joint = ClearanceJoint(c, choice.journal_radius, elastic(choice, c), damping(choice))
@@ -67,7 +67,7 @@ CASES = [PaperCase(size, choice=BEST) for size in SIZES] + [
 
 
 @pytest.mark.parametrize("case", [*CASES, PaperCase(choice=OTHER)], ids=lambda case: case.name)
-def test_contacts_of_a_second_formulation(case: PaperCase) -> None:
+def test_contacts_of_a_second_formulation(case):
     """Second formulation: starts, speeds and rebounds of the first contacts; each contact magnifies differences."""
     run = compute(case, trust=False)
     most = 5

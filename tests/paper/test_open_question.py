@@ -43,7 +43,7 @@ def test_stiffer_bars_approach_rigid_ones():
     assert float(tube["peak_force"]) < 0.5 * float(rigid["peak_force"])
 
 
-def measured(**values: float) -> xr.Dataset:
+def measured(**values):
     return xr.Dataset({name: values.get(name, 1.0) for name in MEASURES})
 
 

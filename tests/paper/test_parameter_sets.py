@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-from typing import Any
 
 import numpy as np
 import pytest
@@ -101,7 +100,7 @@ def test_levels_of_factors():
 def small(monkeypatch):
     """Reduce rounds to three blocks of two parameter sets; statements hold for random numbers below one half."""
 
-    def judged(choice: Any, member: int = 0) -> Any:
+    def judged(choice, member=0):
         finding = judge.Finding
         numbers = np.random.default_rng(round(1e6 * choice.restitution)).random(len(CHECKS))
         return tuple(finding(bool(number < 0.5), "", {"number": float(number)}) for number in numbers)
@@ -129,7 +128,7 @@ def test_parameter_sets_continue_after_an_interruption(small, tmp_path, monkeypa
     sobol = parameter_sets.sobol_numbers(parameter_sets.SAMPLING_SEED, len(FACTORS), np.arange(8))
     assert np.array_equal(whole.points[whole.quasi], sobol)
 
-    def never(*_: Any) -> None:
+    def never(*_):
         raise AssertionError("judged again")
 
     monkeypatch.setattr(parameter_sets, "findings", never)
@@ -147,7 +146,7 @@ def test_later_parameter_sets_lie_near_the_best(small, tmp_path):
     assert 0.6 < inherited.mean() < 1.0
 
 
-def planted(count: int = 4096) -> Judged:
+def planted(count=4096):
     """Return parameter sets that meet statement 1 where bar 1 is pinned, 2 where it is not, and the others by chance."""
     rng = np.random.default_rng(5)
     points = rng.random((count, len(FACTORS)))

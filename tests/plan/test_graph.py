@@ -9,7 +9,7 @@ from scissordyn.plan.ordering import coupled, members, pairs_of, reach, reverse_
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_groups_couple_their_members(seed: int) -> None:
+def test_groups_couple_their_members(seed):
     """Second formulation: products of incidence matrices, and scipy's order and bandwidth."""
     random = np.random.default_rng(seed)
     size, count = (int(number) for number in random.integers(1, 60, 2))

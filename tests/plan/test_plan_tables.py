@@ -1,10 +1,6 @@
 """Tables of plans that fit each other, for every kind of component and each of its fields."""
 
-from __future__ import annotations
-
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +9,12 @@ from tests.test_attached_to_bars import ATTACHED, STIFF, bars
 
 import scissordyn as sd
 from scissordyn.laws.catalogue import DAMPING, FRICTION
-from scissordyn.plan.plan import Plan, compiled
+from scissordyn.plan.plan import compiled
 
 TABLES = ("coordinates", "model", "maps", "balance", "angles")  # Fields of a plan that are tables
 
 
-def leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
+def leaves(value, path):
     """Yield every array, number and text in nested tables, with its path; a sparse matrix as its arrays."""
     if issparse(value):
         value = value.tocsr()
@@ -39,16 +35,16 @@ def leaves(value: Any, path: str) -> Iterator[tuple[str, Any]]:
         yield path, repr(value)
 
 
-def entries(plan: Plan) -> dict[str, Any]:
+def entries(plan):
     """Return all entries of the tables of a plan."""
     return {path: entry for name in TABLES for path, entry in leaves(getattr(plan, name), name)}
 
 
-def variations(part: Any) -> Iterator[tuple[str, Any]]:
+def variations(part):
     """Yield a component with one field changed: numbers by a quarter, an absent time function added."""
     for field in dataclasses.fields(part):
         value = getattr(part, field.name)
-        changes: dict[str, Any] = {}
+        changes = {}
         if field.name == "time_function" and value is None:
             changes[field.name] = sd.Cycloidal(0.5, 1.0, 0.5)
         elif isinstance(value, float):
@@ -64,7 +60,7 @@ def variations(part: Any) -> Iterator[tuple[str, Any]]:
 
 @pytest.mark.parametrize("bent", [False, True], ids=["rigid", "bent"])
 @pytest.mark.parametrize("name", list(ATTACHED))
-def test_plans_that_fit_have_equal_tables(name: str, bent: bool) -> None:
+def test_plans_that_fit_have_equal_tables(name, bent):
     """Identity: for a change of any field of a component, a plan that fits has the tables of a compiled one."""
     made = ATTACHED[name](bars())
     made = sd.with_bending(made, "arm", modes=2, **STIFF) if bent else made
@@ -84,7 +80,7 @@ def test_plans_that_fit_have_equal_tables(name: str, bent: bool) -> None:
                 assert not wrong, (type(part).__name__, field, wrong[:5])
 
 
-def clearances() -> Iterator[sd.Clearance]:
+def clearances():
     """Yield clearances with every friction law and every damping law, compliant, hard and with oil."""
     for catalogue, slot in ((FRICTION, "friction"), (DAMPING, "damping")):
         for law in catalogue.values():
@@ -100,7 +96,7 @@ def clearances() -> Iterator[sd.Clearance]:
     yield sd.Clearance(5e-4, lubrication=sd.Lubrication(viscosity=0.05))
 
 
-def test_clearances_that_fit_have_equal_tables() -> None:
+def test_clearances_that_fit_have_equal_tables():
     """Identity: plans that fit have equal tables for every pair of laws in a joint."""
     made = [compiled(bars().with_clearance("elbow", clearance)) for clearance in clearances()]
     assert len(made) > 20

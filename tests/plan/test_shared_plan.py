@@ -7,8 +7,7 @@ import pickle
 import pytest
 
 import scissordyn as sd
-from scissordyn.plan.plan import RECENT_PLANS, Plan, compiled, plan
-from scissordyn.record.trajectory import Trajectory
+from scissordyn.plan.plan import RECENT_PLANS, compiled, plan
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import compute, make_driver
@@ -18,7 +17,7 @@ RUBBING = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.05))  # Clearance wit
 OPTIONS = sd.Options(0.02, samples=101)  # Options of the compared runs
 
 
-def array() -> sd.Mechanism:
+def array():
     """Return an array with clearance at joint A."""
     return sd.scissor(units=2).with_clearance("A", FREE).driven(speed=sd.rpm(150)).track("tip", "slider", "centre")
 
@@ -48,11 +47,11 @@ OTHERS = {
 }
 
 
-def run(made: Plan) -> Trajectory:
+def run(made):
     return compute(made, OPTIONS)
 
 
-def assert_same(one: Trajectory, other: Trajectory) -> None:
+def assert_same(one, other):
     """Compare two trajectories bit for bit."""
     for name in ("time", "state", "total", "mode", "memory", "mass", "reference"):
         assert getattr(one.samples, name).tobytes() == getattr(other.samples, name).tobytes(), name
@@ -62,7 +61,7 @@ def assert_same(one: Trajectory, other: Trajectory) -> None:
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_case_that_fits_shares_the_tables(variation: str) -> None:
+def test_case_that_fits_shares_the_tables(variation):
     """Identity: the run is bit for bit that of a plan compiled for the mechanism alone."""
     known = plan(array())
     run(known)
@@ -74,7 +73,7 @@ def test_case_that_fits_shares_the_tables(variation: str) -> None:
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None:
+def test_change_of_a_planned_mechanism_shares_its_tables(variation):
     """Identity: the run is bit for bit that of the mechanism alone, warnings included."""
     known = array()
     sd.simulate(known, until=0.02, samples=101)
@@ -88,7 +87,7 @@ def test_change_of_a_planned_mechanism_shares_its_tables(variation: str) -> None
 
 
 @pytest.mark.parametrize("other", OTHERS)
-def test_change_of_the_tables_needs_a_plan(other: str) -> None:
+def test_change_of_the_tables_needs_a_plan(other):
     """Contract: a mechanism that does not fit gets the plan that it would have alone."""
     known = array()
     plan(known)
@@ -98,12 +97,12 @@ def test_change_of_the_tables_needs_a_plan(other: str) -> None:
 
 
 @pytest.mark.parametrize("other", OTHERS)
-def test_what_enters_the_tables_does_not_fit(other: str) -> None:
+def test_what_enters_the_tables_does_not_fit(other):
     """Limit: lengths, masses, joints, rods, components, drives and tracked points have a plan of their own."""
     assert not plan(array()).fits(OTHERS[other](array()))
 
 
-def test_force_over_time_does_not_fit_a_constant_one() -> None:
+def test_force_over_time_does_not_fit_a_constant_one():
     """Contract: a force with a time function does not share the tables of a constant one."""
     constant = sd.Force("load", ("slider", "centre"), (10.0, 0.0))
     growing = dataclasses.replace(constant, time_function=sd.Cycloidal(0.0, 1.0, 0.5))
@@ -111,12 +110,12 @@ def test_force_over_time_does_not_fit_a_constant_one() -> None:
     assert not plan(one).fits(other)
 
 
-def test_equal_mechanisms_fit() -> None:
+def test_equal_mechanisms_fit():
     """Contract: equal mechanisms share a plan."""
     assert plan(array()).fits(array())
 
 
-def test_plan_is_not_part_of_the_mechanism() -> None:
+def test_plan_is_not_part_of_the_mechanism():
     """Contract: a mechanism with a plan equals one without, and is copied and pickled without it."""
     known, fresh = array(), array()
     assert plan(known) is plan(known)
@@ -127,7 +126,7 @@ def test_plan_is_not_part_of_the_mechanism() -> None:
         assert plan(other).model is plan(known).model
 
 
-def test_numbers_are_not_shared() -> None:
+def test_numbers_are_not_shared():
     """Contract: two drivers of one plan have separate arrays."""
     made = plan(array())
     one, other = made.numbers(), made.numbers()

@@ -1,28 +1,25 @@
 """Made-up runs for all tests of pictures."""
 
 import pytest
-import xarray as xr
-
-import scissordyn as sd
 
 from .made_up import CLEARANCE_JOINTS, made_up, mechanism_with
 
 
 @pytest.fixture(scope="session")
-def run() -> xr.Dataset:
+def run():
     return made_up()
 
 
 @pytest.fixture(scope="session")
-def ideal() -> xr.Dataset:
+def ideal():
     return made_up(())
 
 
 @pytest.fixture(scope="session")
-def two_joints() -> xr.Dataset:
+def two_joints():
     return made_up(tuple(CLEARANCE_JOINTS))
 
 
 @pytest.fixture(scope="session")
-def arm() -> sd.Mechanism:
+def arm():
     return mechanism_with(("A",))

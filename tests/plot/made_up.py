@@ -8,8 +8,6 @@ import re
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import scissordyn as sd
@@ -22,14 +20,14 @@ CLEARANCE_JOINTS = {"A": 0.0, "unit 1/pivot": 1.3e-3}
 """[s] Delay of the contacts in each clearance joint of a made-up run."""
 
 
-def mechanism_with(joints: tuple[str, ...]) -> sd.Mechanism:
+def mechanism_with(joints):
     arm = sd.scissor(units=2)
     for name in joints:
         arm = arm.with_clearance(name, sd.Clearance(CLEARANCE))
     return arm
 
 
-def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attributes: float) -> xr.Dataset:
+def made_up(joints=("A",), *, contacts=True, **attributes):
     """Make up an array that opens at 150 rpm, with contact pulses of 0.3 ms that reach 40 to 85 kN."""
     arm = mechanism_with(joints)
     time = np.linspace(0.0, END, INSTANTS)
@@ -65,7 +63,7 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
         rattle += pulse
     table.sort()
 
-    def named(dims: tuple[str, ...], values: np.ndarray, units: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+    def named(dims, values, units):
         return dims, values, {"units": units}
 
     angle = np.stack([np.where(name.endswith("1"), theta, -theta) for name in bodies], axis=-1)
@@ -123,7 +121,7 @@ def made_up(joints: tuple[str, ...] = ("A",), *, contacts: bool = True, **attrib
     return xr.Dataset(variables, coords=coordinates, attrs={"trusted_until": math.nan, **attributes})
 
 
-def shown_texts(figure: Figure) -> list[Text]:
+def shown_texts(figure):
     """Return the visible texts of a figure; of the tick labels, those inside the view."""
     figure.draw_without_rendering()
     hidden = set()
@@ -138,7 +136,7 @@ def shown_texts(figure: Figure) -> list[Text]:
     return [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip() and text not in hidden]
 
 
-def overlaps(figure: Figure) -> list[tuple[str, str]]:
+def overlaps(figure):
     """Return pairs of texts whose boxes overlap, and texts that leave the figure."""
     boxes = [(text.get_text(), text.get_window_extent()) for text in shown_texts(figure)]
     boxes = [(text, box) for text, box in boxes if box.width > 0.0]
@@ -151,18 +149,18 @@ def overlaps(figure: Figure) -> list[tuple[str, str]]:
     ]
 
 
-def data_of(text: str) -> dict:
+def data_of(text):
     """Return the scene of a page."""
     found = re.search(r'<script type="application/json" id="scene">(.*?)</script>', text, re.DOTALL)
     return json.loads(found[1])
 
 
-def floats(pack_scene: str) -> np.ndarray:
+def floats(pack_scene):
     """Return packed numbers of a page."""
     return np.frombuffer(base64.b64decode(pack_scene), np.float32)
 
 
-def magnified(run: xr.Dataset, mechanism: sd.Mechanism, sample: int, joint: str) -> Axes:
+def magnified(run, mechanism, sample, joint):
     """Return the panel of a joint in a film that begins at one sample."""
     guides = [guide.name for guide in mechanism.guides if guide.name == joint]
     film = Film(

@@ -26,7 +26,7 @@ NARROW = 2.6  # [inch] width and height of a panel of a study
         (1e-12, 1e7, None),
     ],
 )
-def test_numbers_of_logarithmic_axes_keep_apart(low: float, high: float, expected: list[str] | None) -> None:
+def test_numbers_of_logarithmic_axes_keep_apart(low, high, expected):
     """Contract: at 1, 2 and 5 below two decades, at powers of ten above, and never over each other in a narrow panel."""
     figure = Figure(figsize=(NARROW, NARROW), layout="constrained")
     (axes,) = panels(figure.subplots(), 1, size=(NARROW, NARROW))
@@ -48,7 +48,7 @@ def test_numbers_of_logarithmic_axes_keep_apart(low: float, high: float, expecte
         assert not any(label.get_text() for label in axis.get_ticklabels(minor=True))
 
 
-def test_minus_signs_are_those_of_the_axes() -> None:
+def test_minus_signs_are_those_of_the_axes():
     """Contract: negative numbers have the sign U+2212, names keep their hyphens; a user may choose hyphens for all."""
     assert signed("-540 N·m in unit-1, from -3 to 2") == "\N{MINUS SIGN}540 N·m in unit-1, from \N{MINUS SIGN}3 to 2"
     with mpl.rc_context({"axes.unicode_minus": False}):
@@ -60,14 +60,14 @@ def test_minus_signs_are_those_of_the_axes() -> None:
     assert [axes.get_title(), axes.texts[0].get_text()] == ["from \N{MINUS SIGN}3 to 2", "\N{MINUS SIGN}1"]
 
 
-def test_films_have_titles() -> None:
+def test_films_have_titles():
     """Contract: the name of the file and the time that is shown."""
     scene = SimpleNamespace(scale=Scale(1e3, "ms"), time=np.array([0.0, 0.01, 0.05]))
-    assert film_title(Path("solar_array.html"), scene) == "solar array: 0 ms to 50 ms"  # type: ignore[arg-type]
+    assert film_title(Path("solar_array.html"), scene) == "solar array: 0 ms to 50 ms"
 
 
 @pytest.mark.parametrize("name", ["viridis", "plasma"])
-def test_colours_of_curves_are_visible_on_white_and_on_dark_pages(name: str) -> None:
+def test_colours_of_curves_are_visible_on_white_and_on_dark_pages(name):
     """Limit: luminance of every colour is between that of black and white paper by a contrast of two at least."""
     rgb = np.array([dark_map(name)(k)[:3] for k in range(256)])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)

@@ -42,7 +42,7 @@ until = "1 ms"
 
 
 @pytest.fixture(scope="module")
-def unit() -> sd.Mechanism:
+def unit():
     rigid = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     return sd.with_bending(rigid, section="tube 60x60x1.56 mm", material="steel", elements=2).driven(speed=1.0)
 
@@ -97,7 +97,7 @@ def whole():
     return unit, sd.simulate(unit, until=2e-3, samples=4, start="static")
 
 
-def stations(mechanism: sd.Mechanism, placed: Placement) -> np.ndarray:
+def stations(mechanism, placed):
     """Return start, middle and end of each part, in the order of a `Diagram`, shape (samples, parts, 3, 2) [m]."""
     places = []
     for beam in beams_of(mechanism):
@@ -229,7 +229,7 @@ def test_modes_command(tmp_path, capsys):
     assert (tmp_path / "modes.nc").exists()
 
 
-def test_ordinates_of_connected_parts() -> None:
+def test_ordinates_of_connected_parts():
     """Closed form: connected parts share an area and a line, with jumps in the line; a separate part has its own."""
     places = np.array(
         [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], [[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]], [[0.0, 9.0], [1.0, 9.0], [2.0, 9.0]]]

@@ -2,11 +2,9 @@
 
 import dataclasses
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.colors import to_rgba
 
 import scissordyn as sd
@@ -26,18 +24,18 @@ GUIDE_CLEARANCE, WIDTH = 1e-4, 0.02  # Clearance and width of the block of a cle
 
 
 @pytest.fixture(scope="module")
-def linkage() -> sd.Mechanism:
+def linkage():
     """Return a slider-crank at rest whose slider falls on the lower guide surface."""
     linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81, angle=0.5).driven(speed=0.1)
     return linkage.with_clearance("guide", sd.GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6)))
 
 
 @pytest.fixture(scope="module")
-def fallen(linkage: sd.Mechanism) -> xr.Dataset:
+def fallen(linkage):
     return sd.simulate(linkage, until=0.05, samples=501)
 
 
-def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage: sd.Mechanism) -> None:
+def test_corners_reach_the_guide_surfaces_in_contact(fallen, linkage):
     """Closed form: in units of W/2 the surfaces are at 1.35, and each drawn corner is 0.35 delta/c beyond its surface."""
     below = fallen["indentation"].sel(joint="guide/corner 1")
     sample = int(np.argmax(below.values))
@@ -55,7 +53,7 @@ def test_corners_reach_the_guide_surfaces_in_contact(fallen: xr.Dataset, linkage
     assert axes.get_xlabel().replace("\n", " ") == f"clearance magnified {gain:.2g} times"
 
 
-def test_panel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mechanism, tmp_path) -> None:
+def test_panel_of_a_guide(fallen, linkage, tmp_path):
     """Contract: four corners share a panel; there is no orbit without a journal; an ideal guide is refused."""
     assert guides_for_contacts(linkage, ["guide/corner 2", "guide/corner 1", "slider pin"]) == ["guide", "slider pin"]
     assert len(structure(fallen, linkage, times=2)) == 3
@@ -67,7 +65,7 @@ def test_panel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mechanism, tmp_path) -
         scene_of(fallen, linkage.ideal(), np.array([0]), [], guides=["guide"])
 
 
-def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mechanism, tmp_path: Path) -> None:
+def test_film_shows_the_channel_of_a_guide(fallen, linkage, tmp_path):
     """Cross-check: block and contacts of each frame are those of the still and of the page."""
     frames = np.array([0, 150, 500])
     film = Film(scene_of(fallen, linkage, frames, [], guides=["guide"]), 1.0)
@@ -93,7 +91,7 @@ def test_film_shows_the_channel_of_a_guide(fallen: xr.Dataset, linkage: sd.Mecha
     assert np.allclose(block[[0, -1]], film.scene.channels[0].block[[0, -1]], rtol=1e-6, atol=1e-9)
 
 
-def test_ring_on_a_pole_is_hollow(linkage: sd.Mechanism) -> None:
+def test_ring_on_a_pole_is_hollow(linkage):
     """Contract: film and page do not fill a ring around a pole; a block in a channel is filled."""
     ring = sd.GuideClearance(GUIDE_CLEARANCE, 0.04, WIDTH, stiffness=Linear(1e6), around=True)
     for mechanism, hollow in ((linkage, False), (linkage.ideal().with_clearance("guide", ring), True)):
@@ -108,7 +106,7 @@ def test_ring_on_a_pole_is_hollow(linkage: sd.Mechanism) -> None:
         assert not hollow or all(np.all(np.abs(wall[:, 1]) > pole - 1e-9) for wall in walls)
 
 
-def test_title_of_a_film_is_inside(fallen: xr.Dataset, linkage: sd.Mechanism) -> None:
+def test_title_of_a_film_is_inside(fallen, linkage):
     """Contract: the title stays in the figure when equal scales move the panel after the first layout."""
     scene = scene_of(fallen, linkage, np.arange(3), [], guides=["guide"])
     for height in (0.8, 0.9, 1.0, 1.2):

@@ -3,12 +3,10 @@
 import dataclasses
 import io
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -31,13 +29,13 @@ from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, 
 ALL = ["response", "force", "torque", "orbit", "energy", "structure"]  # Names of the pictures that `plot` draws by default
 
 
-def curve(axes: Axes, label: str) -> Line2D:
+def curve(axes, label):
     """Return the line with a label."""
     (found,) = [line for line in axes.lines if line.get_label() == label]
     return found
 
 
-def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: sd.Mechanism) -> dict[str, list[Axes]]:
+def figures(run, ideal, mechanism):
     """Return the pictures of a run by name."""
     return {
         "response": response(run, ideal),
@@ -73,7 +71,7 @@ def figures(run: xr.Dataset, ideal: xr.Dataset | None, mechanism: sd.Mechanism) 
         ("J", 0.0, 1.0, "J"),
     ],
 )
-def test_engineering_scale(unit: str, largest: float, factor: float, shown: str) -> None:
+def test_engineering_scale(unit, largest, factor, shown):
     """Closed form: largest value between 1 and 1000 (length or time: 0.1 to 100); NaN and infinity are ignored."""
     scale = engineering(unit, [0.0, largest], [math.nan, math.inf])
     assert scale.factor == pytest.approx(factor, rel=1e-12)
@@ -100,7 +98,7 @@ CURVES = [
 ]
 
 
-def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_curves_show_the_data(run, ideal, arm):
     """Contract: each panel has the values of the run and of the ideal mechanism, in the unit of its label."""
     drawn = figures(run, ideal, arm)
     for kind, panel, label, name, variable, factor in CURVES:
@@ -119,7 +117,7 @@ def test_curves_show_the_data(run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechan
     assert [axes.get_ylabel() for axes in energy(ideal)] == ["energy [kJ]", "residual [µJ]"]
 
 
-def test_response_of_another_body(run: xr.Dataset) -> None:
+def test_response_of_another_body(run):
     """Contract: `body` chooses the angle; a wrong name gets a suggestion; without an ideal run no line is dashed."""
     drawn = response(run, body="unit 2/bar 1")
     np.testing.assert_array_equal(drawn[3].lines[0].get_ydata(), run["angular_velocity"].sel(body="unit 2/bar 1"))
@@ -128,7 +126,7 @@ def test_response_of_another_body(run: xr.Dataset) -> None:
         response(run, body="unit 2/bar1")
 
 
-def test_response_without_a_slider(run: xr.Dataset) -> None:
+def test_response_without_a_slider(run):
     """Contract: a mechanism without a guided output has the three panels of its first body."""
     names = {"unit 1/bar 2": "rod"}
     bodies = [names.get(str(name), str(name)) for name in run["body"].values]
@@ -137,7 +135,7 @@ def test_response_without_a_slider(run: xr.Dataset) -> None:
     np.testing.assert_allclose(drawn[0].lines[0].get_ydata(), np.degrees(run["angle"].sel(body="unit 1/bar 1")), rtol=1e-14)
 
 
-def test_constant_stays_flat(ideal: xr.Dataset) -> None:
+def test_constant_stays_flat(ideal):
     """Limit: the range of the axis does not shrink to the round-off of a constant speed."""
     spin = ideal["angular_velocity"].copy(data=np.full(ideal["angular_velocity"].shape, 5.0 * math.pi))
     spin.values[::2] += 2e-14
@@ -146,7 +144,7 @@ def test_constant_stays_flat(ideal: xr.Dataset) -> None:
     assert high > 16.0
 
 
-def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
+def test_each_drive_has_its_torque(run):
     """Contract: one panel per drive, each in its unit; a run without one is refused."""
     both = xr.concat([run["drive_torque"], 1e-4 * run["drive_torque"]], "drive").transpose("time", "drive")
     first, second = torque(run.assign(drive_torques=both.assign_attrs(units="N m")))
@@ -155,7 +153,7 @@ def test_each_drive_has_its_torque(run: xr.Dataset) -> None:
         torque(run.drop_vars("drive_torque"))
 
 
-def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
+def test_force_shows_the_data(run, ideal):
     """Contract: force, friction, peaks and intervals of the contact table, and the ideal reaction."""
     normal, friction = force(run, ideal)
     at_a = run.sel(joint="A")
@@ -176,7 +174,7 @@ def test_force_shows_the_data(run: xr.Dataset, ideal: xr.Dataset) -> None:
     np.testing.assert_allclose(np.diff(intervals)[:, 0], 0.3, rtol=1e-9)
 
 
-def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
+def test_contact_that_outlasts_the_run(run):
     """Limit: a contact without an end is shown until the run's end."""
     durations = run["contact_duration"].copy()
     durations[-1] = math.nan
@@ -184,7 +182,7 @@ def test_contact_that_outlasts_the_run(run: xr.Dataset) -> None:
     assert strip.get_paths()[-1].vertices[:, 0].max() == pytest.approx(1e3 * END, rel=1e-12)
 
 
-def test_force_without_contacts(ideal: xr.Dataset) -> None:
+def test_force_without_contacts(ideal):
     """Limit: without contact the panel has a note; without friction there is no friction panel."""
     (axes,) = force(made_up(contacts=False), ideal)
     assert "no contact in this run" in [text.get_text() for text in axes.texts]
@@ -193,7 +191,7 @@ def test_force_without_contacts(ideal: xr.Dataset) -> None:
         force(ideal)
 
 
-def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
+def test_force_of_several_joints(two_joints):
     """Contract: each joint has its own panels with its own contacts; a wrong name gets a suggestion."""
     drawn = force(two_joints)
     assert [axes.get_title(loc="left") for axes in drawn] == ["joint A", "", "joint unit 1/pivot", ""]
@@ -205,13 +203,13 @@ def test_force_of_several_joints(two_joints: xr.Dataset) -> None:
         force(two_joints, joint="unit 1/pivto")
 
 
-def lines_of(axes: Axes, label: str) -> np.ndarray:
+def lines_of(axes, label):
     """Return the lines of an orbit between samples, shape (lines, 2, 2)."""
     found = [drawn for drawn in axes.collections if drawn.get_label() == f"_{label}"]
     return np.array([segment for drawn in found for segment in drawn.get_segments()])
 
 
-def test_orbit_shows_the_data(run: xr.Dataset) -> None:
+def test_orbit_shows_the_data(run):
     """Contract: free flight and contact together are the orbit, coloured by time; the circle is the clearance."""
     axes = orbit(run, exaggeration=1.0)[0]
     place, touching = 1e3 * run["eccentricity"].sel(joint="A").values, run["in_contact"].sel(joint="A").values
@@ -226,7 +224,7 @@ def test_orbit_shows_the_data(run: xr.Dataset) -> None:
     assert axes.get_xlabel() == "x of the journal [mm]"
 
 
-def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
+def test_exaggerated_indentation_is_labelled(run):
     """Closed form: c + delta is drawn as c + 5 delta in the same direction, with a note; free flight is unchanged."""
     axes = orbit(run, exaggeration=5.0)[0]
     assert "indentation magnified 5 times" in axes.get_title(loc="left")
@@ -242,7 +240,7 @@ def test_exaggerated_indentation_is_labelled(run: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("depth", "said"), [(3e-5, ""), (1e-6, "indentation magnified 50 times"), (2e-5, "indentation magnified 2 times")]
 )
-def test_default_exaggeration(run: xr.Dataset, depth: float, said: str) -> None:
+def test_default_exaggeration(run, depth, said):
     """Closed form: the largest of 1, 2, 5, 10, ... that draws the deepest indentation no deeper than a tenth of c."""
     touching = run["in_contact"]
     place = run["eccentricity"] / np.hypot(run["eccentricity"].sel(axis="x"), run["eccentricity"].sel(axis="y"))
@@ -250,7 +248,7 @@ def test_default_exaggeration(run: xr.Dataset, depth: float, said: str) -> None:
     assert axes.get_title(loc="left") == ", ".join(filter(None, ["joint A", said]))
 
 
-def test_trust_horizon_is_shaded_and_labelled_once(arm: sd.Mechanism, ideal: xr.Dataset) -> None:
+def test_trust_horizon_is_shaded_and_labelled_once(arm, ideal):
     """Contract: every panel over time is shaded from the horizon to the end, and each figure explains it once."""
     doubtful = made_up(trusted_until=0.021)
     for name, drawn in figures(doubtful, ideal, arm).items():
@@ -265,7 +263,7 @@ def test_trust_horizon_is_shaded_and_labelled_once(arm: sd.Mechanism, ideal: xr.
 
 
 @pytest.mark.parametrize("until", [math.nan, END])
-def test_trusted_run_is_not_shaded(until: float, arm: sd.Mechanism) -> None:
+def test_trusted_run_is_not_shaded(until, arm):
     """Limit: nothing is shaded when the horizon is unknown or at the end."""
     for name, drawn in figures(made_up(trusted_until=until), None, arm).items():
         labels = [label for axes in drawn for label in axes.get_legend_handles_labels()[1]]
@@ -274,13 +272,13 @@ def test_trusted_run_is_not_shaded(until: float, arm: sd.Mechanism) -> None:
 
 @pytest.mark.parametrize("joints", [("A",), tuple(CLEARANCE_JOINTS)])
 @pytest.mark.parametrize("until", [math.nan, 0.021])
-def test_texts_do_not_overlap(joints: tuple[str, ...], until: float, ideal: xr.Dataset) -> None:
+def test_texts_do_not_overlap(joints, until, ideal):
     """Contract: the boxes of all shown texts are apart from each other and inside the figure."""
     for name, drawn in figures(made_up(joints, trusted_until=until), ideal, mechanism_with(joints)).items():
         assert overlaps(drawn[0].get_figure(root=True)) == [], name
 
 
-def test_overlaps_are_found() -> None:
+def test_overlaps_are_found():
     """Contract: `overlaps` finds two texts at one place, and one outside the figure."""
     figure = Figure()
     for text in ("one", "two"):
@@ -289,7 +287,7 @@ def test_overlaps_are_found() -> None:
     assert overlaps(figure) == [("one", "two"), ("out", "edge")]
 
 
-def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
+def test_given_axes_are_used(run, ideal):
     """Contract: pictures are drawn into the given Axes only; a wrong number of Axes is refused."""
     figure = Figure()
     six = figure.subplots(3, 2)
@@ -302,7 +300,7 @@ def test_given_axes_are_used(run: xr.Dataset, ideal: xr.Dataset) -> None:
         force(run, ideal, axes=one)
 
 
-def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_every_legend_entry_looks_different(run, ideal, arm):
     """Contract: no two curves of one panel share colour, dash, marker and width."""
     for name, drawn in figures(run, ideal, arm).items():
         for axes in drawn:
@@ -317,7 +315,7 @@ def test_every_legend_entry_looks_different(run: xr.Dataset, ideal: xr.Dataset, 
             assert len(looks) == len([handle for handle in handles if isinstance(handle, Patch | Line2D)]), (name, labels)
 
 
-def test_one_sample() -> None:
+def test_one_sample():
     """Limit: a run of one sample is drawn, with one point per curve."""
     short = made_up().isel(time=[0])
     drawn = figures(short, None, mechanism_with(("A",)))
@@ -331,7 +329,7 @@ def test_one_sample() -> None:
 
 
 @pytest.mark.parametrize("name", [r"$\frac{$", "a $ b", "[/red]pin", "\x1b[31m\x00m", r"$\alpha$", r"a\$b", "{x}^_%"])
-def test_names_are_text(name: str, run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_names_are_text(name, run, arm):
     """Contract: a joint's name is drawn as text, not as a formula; a control character as its code."""
     joints = tuple(dataclasses.replace(joint, name=name) if joint.name == "A" else joint for joint in arm.joints)
     named = run.assign_coords(joint=[name if old == "A" else old for old in run["joint"].values.tolist()])
@@ -345,7 +343,7 @@ def test_names_are_text(name: str, run: xr.Dataset, arm: sd.Mechanism) -> None:
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])
-def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
+def test_draw_all(format, run, ideal, arm, tmp_path):
     """Contract: all pictures, in a created folder, in the given format, with the same bytes each time, and nothing else."""
     first = draw_all(run, ideal, tmp_path / "a" / "b", arm, format)
     second = draw_all(run, ideal, tmp_path / "c", arm, format=format)
@@ -357,13 +355,13 @@ def test_draw_all(format: str, run: xr.Dataset, ideal: xr.Dataset, arm: sd.Mecha
         assert one.read_bytes() == other.read_bytes()
 
 
-def test_draw_all_of_an_ideal_run(ideal: xr.Dataset, tmp_path: Path) -> None:
+def test_draw_all_of_an_ideal_run(ideal, tmp_path):
     """Limit: without clearance joints and drives there are no pictures of forces, orbits and torques."""
     free = ideal.drop_vars("drive_torque")
     assert [path.stem for path in draw_all(free, None, tmp_path, mechanism_with(()))] == ["response", "energy", "structure"]
 
 
-def test_failed_writes_leave_no_files(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
+def test_failed_writes_leave_no_files(run, arm, tmp_path):
     """Contract: an unknown format writes nothing, and a file that cannot be replaced leaves no parts."""
     with pytest.raises(sd.InputError, match=r"did you mean 'png'\?"):
         draw_all(run, None, tmp_path / "new", arm, "pgn")
@@ -377,7 +375,7 @@ def test_failed_writes_leave_no_files(run: xr.Dataset, arm: sd.Mechanism, tmp_pa
         draw_all(run, None, tmp_path / "file", arm)
 
 
-def test_no_pyplot() -> None:
+def test_no_pyplot():
     """Contract: drawing never loads pyplot, with its windows and global state."""
     import subprocess
     import sys
@@ -386,7 +384,7 @@ def test_no_pyplot() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_terms_of_the_energy_picture(run: xr.Dataset) -> None:
+def test_terms_of_the_energy_picture(run):
     """Contract: work of motors, energy of springs and losses of dampers are drawn by name, unless they are zero."""
     more = run.assign(
         motor_work=2.0 * run["drive_work"],
@@ -401,7 +399,7 @@ def test_terms_of_the_energy_picture(run: xr.Dataset) -> None:
     assert losses.get_ylabel() == "losses [J]"
 
 
-def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> None:
+def test_joints_are_chosen_by_the_peaks_of_their_contacts(run):
     """Contract: joints are ranked by located peaks, also between samples; figures give the number of omitted joints."""
     names = [f"joint {k}" for k in range(8)]
     force_ = np.tile(np.linspace(1.0, 8.0, 8), (run.sizes["time"], 1))
@@ -425,7 +423,7 @@ def test_joints_are_chosen_by_the_peaks_of_their_contacts(run: xr.Dataset) -> No
     assert force(many, joint="joint 1")[0].get_figure(root=True).get_supxlabel() == ""
 
 
-def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
+def test_largest_torque_is_the_located_one(run):
     """Contract: the mark is at the maximum that the run located between its samples, if it is in the window."""
     spike = xr.Dataset({"peak_drive_torque": ("drive", [2e5]), "peak_drive_torque_time": ("drive", [0.01234])})
     located = run.merge(spike.assign_coords(drive=["unit 1/bar 1"]))
@@ -439,7 +437,7 @@ def test_largest_torque_is_the_located_one(run: xr.Dataset) -> None:
     assert not [line for line in late.lines if line.get_label() == "largest"]
 
 
-def test_round_off_of_a_constant_speed_is_not_drawn() -> None:
+def test_round_off_of_a_constant_speed_is_not_drawn():
     """Limit: the acceleration of a crank at constant speed is drawn as zero; the slider's is not."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=20.0)
     run = sd.simulate(crank, until=0.1, samples=51)
@@ -450,12 +448,12 @@ def test_round_off_of_a_constant_speed_is_not_drawn() -> None:
 
 
 @pytest.fixture(scope="module")
-def tracked() -> xr.Dataset:
+def tracked():
     crank = sd.slider_crank().with_clearance("slider pin", sd.Clearance(2e-4)).track("pin", "rod", "end", TOLERANCE)
     return sd.simulate(crank.controlled(sd.PID(30.0, 0.5, limit=2.0), reference=sd.Cycloidal(0.0, 2.0, 0.05)), until=0.1)
 
 
-def test_picture_of_a_deviation(tracked: xr.Dataset) -> None:
+def test_picture_of_a_deviation(tracked):
     """Contract: the curve reaches the located maximum, and the dotted line is the tolerance; a window has its part."""
     (axes,) = sd.plot.track(tracked)
     lines = {line.get_label(): line for line in axes.lines}
@@ -470,7 +468,7 @@ def test_picture_of_a_deviation(tracked: xr.Dataset) -> None:
         sd.plot.track(plain)
 
 
-def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
+def test_torque_shades_its_limit(tracked):
     """Contract: the shaded intervals last as long as the summary says, and lines mark the limit."""
     (axes,) = sd.plot.torque(tracked)
     shaded = [patch for patch in axes.patches if patch.get_label() == "at the limit"]
@@ -482,7 +480,7 @@ def test_torque_shades_its_limit(tracked: xr.Dataset) -> None:
     assert {abs(limit) for limit in limits} == {2.0}
 
 
-def test_position_of_payloads_and_panels() -> None:
+def test_position_of_payloads_and_panels():
     """Contract: a payload is centred at its point and a panel between its two points, at every sample."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
     arm = sd.with_panels(sd.with_payload(arm, "unit 2/bar 1.end", 12.0), "unit 1/bar 2", 1.0)

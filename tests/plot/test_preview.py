@@ -8,10 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from tests.build import EXAMPLES
 
 import scissordyn as sd
@@ -35,17 +32,17 @@ LIFT = EXAMPLES / "lift.toml"  # Case file of a scissor lift
 PAPER = str(EXAMPLES / "paper.toml")  # Case file of the paper's array
 
 
-def names_in(axes: Axes) -> list[Text]:
+def names_in(axes):
     """Return the names in a drawing, without the text of its scale bar."""
     return [text for text in axes.texts if text.get_text() and text.get_gid() != SCALE_BAR]
 
 
-def written(texts: list[Text]) -> list[str]:
+def written(texts):
     """Return the texts that are not empty, with escaped dollar signs restored."""
     return [text.get_text().replace(r"\$", "$") for text in texts if text.get_text()]
 
 
-def on_rings(axes: Axes) -> list[str]:
+def on_rings(axes):
     """Return names that touch the circle of a clearance joint."""
     figure = axes.get_figure(root=True)
     renderer, found = FigureCanvasAgg(figure).get_renderer(), []
@@ -58,7 +55,7 @@ def on_rings(axes: Axes) -> list[str]:
     return found
 
 
-def test_long_names_keep_off_clearance_joints() -> None:
+def test_long_names_keep_off_clearance_joints():
     """Contract: in a flat array with twelve long names no name touches a joint."""
     mechanism = sd.read_case(EXAMPLES / "solar_array.toml", []).mechanism
     axes = sd.preview(mechanism.replace("A.clearance", 2e-4))
@@ -67,7 +64,7 @@ def test_long_names_keep_off_clearance_joints() -> None:
 
 
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
-def test_names_of_all_parts(case: Path) -> None:
+def test_names_of_all_parts(case):
     """Contract: all parts of every example have their names, without overlap, off clearance joints and inside the frame."""
     mechanism = sd.read_case(case, []).mechanism
     axes = sd.preview(mechanism)
@@ -96,7 +93,7 @@ def test_names_of_all_parts(case: Path) -> None:
     assert all(frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1 for box in boxes)
 
 
-def hostile() -> sd.Mechanism:
+def hostile():
     """Return a slider-crank whose names are markup, formulas and control characters."""
     plain = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     names = {"crank pin": r"$\frac{$", "slider pin": "<script>alert(1)</script>"}
@@ -105,7 +102,7 @@ def hostile() -> sd.Mechanism:
     return dataclasses.replace(plain, joints=joints).driven(speed=1.0)
 
 
-def test_names_are_text() -> None:
+def test_names_are_text():
     """Contract: names are drawn letter by letter, and an SVG is well-formed without a script."""
     shown = written(names_in(sd.preview(hostile())))
     assert r"$\frac{$" in shown
@@ -120,7 +117,7 @@ def test_names_are_text() -> None:
     figure.draw_without_rendering()
 
 
-def test_omitted_names_are_counted() -> None:
+def test_omitted_names_are_counted():
     """Contract: a long array keeps the most important names, and gives the number of omitted ones."""
     long = sd.scissor(units=40).with_clearance("unit 33/pivot", sd.Clearance(1e-4)).driven(speed=1.0)
     axes = sd.preview(long)
@@ -130,7 +127,7 @@ def test_omitted_names_are_counted() -> None:
     assert int(answer.split()[0]) == len(long.bodies) + len(long.joints) + len(long.guides) + 1 - len(shown)
 
 
-def test_transmission_angle_of_a_four_bar() -> None:
+def test_transmission_angle_of_a_four_bar():
     """Closed form: cos mu = (c^2 + r^2 - g^2 - k^2 + 2 g k cos th) / (2 c r), by the law of cosines in both triangles."""
     ground, crank, coupler, rocker = 0.2, 0.06, 0.18, 0.12
     ideal = sd.ideal_kinematics(
@@ -141,7 +138,7 @@ def test_transmission_angle_of_a_four_bar() -> None:
     assert np.allclose(ideal["transmission_angle"].sel(dyad="rocker pin").values, np.arccos(np.abs(cosine)), atol=1e-8)
 
 
-def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_extremes_over_many_turns(capsys, tmp_path):
     """Closed form: the smallest transmission angle over 100 turns, reactions of one turn, and a warning of coarse instants."""
     crank = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=sd.rpm(6000))
     turn, turns = (sd.ideal_kinematics(crank, until=until) for until in (0.01, 1.0))
@@ -154,14 +151,14 @@ def test_extremes_over_many_turns(capsys: pytest.CaptureFixture[str], tmp_path: 
     assert "bodies rotate by up to 7.2 deg between two instants, so that peaks are missed" in answer
 
 
-def test_transmission_angle_of_a_slider_crank() -> None:
+def test_transmission_angle_of_a_slider_crank():
     """Closed form: the cosine of the transmission angle is the sine of the rod's inclination, k sin(th)/l."""
     ideal = sd.ideal_kinematics(sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), until=6.0)
     th = ideal["angle"].sel(body="crank").values
     assert np.allclose(np.cos(ideal["transmission_angle"].values[:, 0]), np.abs(0.05 * np.sin(th)) / 0.12, atol=1e-8)
 
 
-def test_every_body_of_an_array_is_in_a_dyad() -> None:
+def test_every_body_of_an_array_is_in_a_dyad():
     """Contract: an array of N units has N dyads behind its driven bar, also with a jack at the slider; a ring has none."""
     for units in (1, 2, 5):
         assert len(dyads(plan(sd.scissor(units=units).driven(speed=1.0)))) == units
@@ -170,7 +167,7 @@ def test_every_body_of_an_array_is_in_a_dyad() -> None:
     assert not dyads(plan(sd.hoberman_ring(units=6).driven(speed=1.0)))
 
 
-def test_range_of_motion() -> None:
+def test_range_of_motion():
     """Closed form: a double rocker locks at the angles of the law of cosines, a lift with upright bars."""
     linkage = sd.four_bar(ground=0.2, crank=0.15, coupler=0.12, rocker=0.1).driven(speed=1.0)
     angle = math.acos((0.2**2 + 0.15**2 - 0.22**2) / (2.0 * 0.2 * 0.15))
@@ -183,7 +180,7 @@ def test_range_of_motion() -> None:
     assert all(map(math.isnan, motion_range(plan(crank))[:2]))
 
 
-def test_ideal_kinematics_marks_singular_positions() -> None:
+def test_ideal_kinematics_marks_singular_positions():
     """Closed form: the paper's array at 250 rpm is flat after 40 ms, with transmission angle zero and a mark."""
     case = sd.read_case(Path(PAPER), ["drive.speed='250 rpm'"])
     ideal = sd.ideal_kinematics(case.mechanism, until=case.run.until)
@@ -195,7 +192,7 @@ def test_ideal_kinematics_marks_singular_positions() -> None:
         assert any(np.allclose(line.get_xdata(), 40.0) for line in axes.lines if line.get_label() == "change point")
 
 
-def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_preview_command(tmp_path, capsys):
     """Contract: the command prints its findings and writes the requested files."""
     picture, curves = tmp_path / "picture.svg", tmp_path / "curves.png"
     assert status_of(["preview", PAPER, "-o", str(picture), "--curves", str(curves), "--set", "drive.speed='250 rpm'"]) == 0
@@ -210,7 +207,7 @@ def test_preview_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.parametrize("command", ["preview", "check"])
-def test_torque_of_a_servo_before_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+def test_torque_of_a_servo_before_a_run(tmp_path, capsys, command):
     """Cross-check: the torque equals that of a drive on the reference; a limit below it gives a warning."""
     assert status_of(["new", "scissor", "--with", "servo"]) == 0
     case = tmp_path / "servo.toml"
@@ -226,7 +223,7 @@ def test_torque_of_a_servo_before_a_run(tmp_path: Path, capsys: pytest.CaptureFi
     assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
 
 
-def test_preview_reports_assembly(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_preview_reports_assembly(tmp_path, capsys):
     """Contract: a press with its ram 2 mm too low is assembled, and the preview reports the moved bodies."""
     text = (EXAMPLES / "press.toml").read_text().replace("60, -150.788 mm", "60, -152.788 mm")
     case = tmp_path / "moved.toml"
@@ -238,18 +235,18 @@ def test_preview_reports_assembly(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 @pytest.fixture(scope="module")
-def lift() -> sd.Mechanism:
+def lift():
     """Return the lift, whose gravity points along -x, without clearance."""
     return sd.read_case(LIFT, []).mechanism.ideal()
 
 
 @pytest.fixture(scope="module")
-def start(lift: sd.Mechanism) -> xr.Dataset:
+def start(lift):
     return sd.simulate(lift, until=1e-9, samples=2)
 
 
 @pytest.mark.parametrize("turns", [1, 2, 3])
-def test_scene_is_turned_as_a_whole(lift: sd.Mechanism, start: xr.Dataset, turns: int) -> None:
+def test_scene_is_turned_as_a_whole(lift, start, turns):
     """Cross-check: every point is that of the scene with gravity downwards, rotated about the origin."""
     plain = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi), np.array([0, 1]), [])
     standing = scene_of(start, dataclasses.replace(lift, gravity_direction=-0.5 * math.pi * (1 + turns)), np.array([0, 1]), [])
@@ -264,7 +261,7 @@ def test_scene_is_turned_as_a_whole(lift: sd.Mechanism, start: xr.Dataset, turns
     assert np.allclose([standing.low, standing.high], [corners.min(axis=0), corners.max(axis=0)], atol=1e-12)
 
 
-def test_lift_stands_upright(lift: sd.Mechanism, start: xr.Dataset) -> None:
+def test_lift_stands_upright(lift, start):
     """Contract: the three units are above each other; the scale bar shows the directions of the axes of the case."""
     for axes in (sd.preview(lift, start=start), structure(start, lift, times=1)[0]):
         [scale] = [text.get_text() for text in axes.texts if text.get_gid() == SCALE_BAR]
@@ -276,14 +273,14 @@ def test_lift_stands_upright(lift: sd.Mechanism, start: xr.Dataset) -> None:
         assert np.allclose(height, np.repeat(np.array([1, 3, 5]) * 0.5 * math.sqrt(1.0 - 0.9397**2), 2), atol=1e-9)
 
 
-def test_oblique_gravity_turns_nothing(lift: sd.Mechanism) -> None:
+def test_oblique_gravity_turns_nothing(lift):
     """Limit: a picture is rotated by multiples of 90 degrees only, and not without gravity."""
     assert upright_turns(lift) == 1
     assert upright_turns(dataclasses.replace(lift, gravity_direction=math.radians(200.0))) == 0
     assert upright_turns(dataclasses.replace(lift, gravity=0.0)) == 0
 
 
-def test_drag_follows_the_pointer_in_the_turned_picture() -> None:
+def test_drag_follows_the_pointer_in_the_turned_picture():
     """Contract: an upward pointer in the rotated picture moves the joint along the x axis of the case."""
     drag = Drag(open_case(LIFT), "pin", "unit 1/upper")
     reach = 0.03 * drag.size
@@ -297,7 +294,7 @@ RADIUS, RING = 4.1, 5.5
 
 
 @pytest.fixture(scope="module")
-def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+def anchored():
     """Return box, joint and other clearance joints of each name in a still of the ring [pt]."""
     case = sd.read_case(LIFT.with_name("ring.toml"))
     run = sd.simulate(case.mechanism, until=0.25, samples=4)
@@ -312,7 +309,7 @@ def anchored() -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     ]
 
 
-def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]) -> None:
+def test_names_are_with_their_joints(anchored):
     """Contract: a name is nearest to its own joint, or has a leader that passes no other clearance joint."""
     assert len(anchored) == 3
     for low, high, place, others in anchored:
@@ -326,7 +323,7 @@ def test_names_are_with_their_joints(anchored: list[tuple[np.ndarray, np.ndarray
             assert away < np.linalg.norm(np.clip(others, low, high) - others, axis=1).min()
 
 
-def test_names_of_a_preview_keep_off_lines() -> None:
+def test_names_of_a_preview_keep_off_lines():
     """Contract: no name in the previews of two examples covers a bar or a symbol."""
     for example in ("ring", "periodic"):
         axes = sd.preview(sd.read_case(LIFT.with_name(f"{example}.toml")).mechanism)
@@ -340,7 +337,7 @@ def test_names_of_a_preview_keep_off_lines() -> None:
             assert not np.any(np.all((points > box.p0) & (points < box.p1), axis=1)), (example, text.get_text())
 
 
-def test_names_of_a_film_keep_off_lines() -> None:
+def test_names_of_a_film_keep_off_lines():
     """Contract: in every frame of half a revolution of a crank, no name covers a joint, a bar or another name."""
     angle = np.linspace(0.0, math.pi, 60)
     crank = 0.2 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -370,7 +367,7 @@ def test_names_of_a_film_keep_off_lines() -> None:
     assert np.all(jumps <= 3)
 
 
-def test_names_of_crowded_joints() -> None:
+def test_names_of_crowded_joints():
     """Contract: names of six joints drawn two letters apart never overlap."""
     names = [f"unit {k}/pivot" for k in range(2, 8)]
     high = np.linspace(0.1, 0.4, 24)[:, None] * np.arange(1, 7)
@@ -384,7 +381,7 @@ def test_names_of_crowded_joints() -> None:
             assert not np.any(np.all(apart < 2.0 * half, axis=2) & ~np.eye(6, dtype=bool))
 
 
-def test_names_of_a_still_film() -> None:
+def test_names_of_a_still_film():
     """Limit: without motion names do not move, for any number of instants up to the number of frames."""
     joints = np.tile([[[0.0, 0.0], [0.3, 0.1]]], (40, 1, 1))
     region = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
@@ -394,7 +391,7 @@ def test_names_of_a_still_film() -> None:
         assert np.all(found == found[0])
 
 
-def test_rings_leave_room_between_joints() -> None:
+def test_rings_leave_room_between_joints():
     """Closed form: rings are half the distance of neighbours, within bounds; coinciding joints count once."""
     line = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
     assert ring_size(line[None], 10.0, 8.0) == 5.0
@@ -403,7 +400,7 @@ def test_rings_leave_room_between_joints() -> None:
     assert ring_size(line[None], 100.0, 8.0) == ring_size(line[None, :1], 10.0, 8.0) == 8.0
 
 
-def test_names_stay_with_their_joints_and_in_the_picture() -> None:
+def test_names_stay_with_their_joints_and_in_the_picture():
     """Contract: in an array that closes, each name is nearest to its own joint and inside the picture."""
     gap = np.linspace(1.0, 0.25, 30)
     joints = np.stack([np.stack([k * gap, 0.0 * gap], axis=1) for k in range(3)], axis=1)
@@ -420,6 +417,6 @@ def test_names_stay_with_their_joints_and_in_the_picture() -> None:
             assert np.all(low >= scale * region[0])
 
 
-def test_placement_without_names() -> None:
+def test_placement_without_names():
     """Limit: without names the result is empty."""
     assert name_offsets([], np.empty((3, 0, 2)), [], np.empty((3, 0, 2)), (np.zeros(2), np.ones(2))).shape == (3, 0, 2)

@@ -1,12 +1,10 @@
 """Pictures for journals and slides: sizes, letters, legends, LaTeX."""
 
 import inspect
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -22,14 +20,14 @@ KINDS = ("response", "force", "torque", "orbit", "energy", "track")  # Kinds of 
 
 
 @pytest.fixture(scope="module")
-def run() -> xr.Dataset:
+def run():
     """Return a run of an array with a tracked point."""
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(-150.0))
     return sd.simulate(arm.track("tip", "unit 2/bar 1", "end", 1e-3), until=0.02, samples=201)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_size_of_pictures_for_a_column(run: xr.Dataset, kind: str) -> None:
+def test_size_of_pictures_for_a_column(run, kind):
     """Contract: 90 mm wide, labels of 8 pt, ticks of 7 pt, and no overlapping labels of y axes."""
     with sd.style("single-column"):
         drawn = getattr(sd.plot, kind)(run)
@@ -47,7 +45,7 @@ def test_size_of_pictures_for_a_column(run: xr.Dataset, kind: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def many() -> dict[str, xr.Dataset]:
+def many():
     """Return runs for every kind of picture: many clearance joints and an actuator, bending bars, an oil film."""
     arm = sd.scissor(units=2, angle=sd.degrees(60.0)).with_clearance("all", sd.Clearance(0.5e-3))
     servo = arm.controlled(sd.PID(proportional=5e4, derivative=3e3), speed=-0.1)
@@ -63,7 +61,7 @@ def many() -> dict[str, xr.Dataset]:
 
 
 @pytest.mark.parametrize("kind", sorted(sd.plot.__all__))
-def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: str) -> None:
+def test_nothing_of_a_narrow_picture_is_cut(many, kind):
     """Contract: in a page column no text leaves the figure, and no panel is narrower than a fifth of it."""
     run = many[kind]
     with sd.style("single-column"):
@@ -84,7 +82,7 @@ def test_nothing_of_a_narrow_picture_is_cut(many: dict[str, xr.Dataset], kind: s
         assert axes.get_window_extent(renderer).width > 0.2 * figure.bbox.width
 
 
-def test_style_ends_with_its_block(run: xr.Dataset) -> None:
+def test_style_ends_with_its_block(run):
     """Contract: a style changes no parameter after its block, and pictures use the parameters of matplotlib."""
     before, kept = figure_of(sd.plot.torque(run)[0]).get_size_inches(), {name: mpl.rcParams[name] for name in NAMES}
     for name in STYLES:
@@ -99,7 +97,7 @@ def test_style_ends_with_its_block(run: xr.Dataset) -> None:
         assert axes.xaxis.get_ticklabels()[0].get_fontsize() == pytest.approx(12.0)
 
 
-def test_position_of_a_legend(run: xr.Dataset) -> None:
+def test_position_of_a_legend(run):
     """Contract: the legend is inside narrow Axes of a user's figure; in wide ones the names are next to the curves."""
     figure = Figure(figsize=(9.0, 3.0))
     first, second, third = figure.subplots(1, 3)
@@ -116,7 +114,7 @@ def test_position_of_a_legend(run: xr.Dataset) -> None:
     assert beside.get_window_extent(renderer).x0 >= wide.get_window_extent(renderer).x1 - 1.0
 
 
-def test_names_of_curves_keep_apart() -> None:
+def test_names_of_curves_keep_apart():
     """Contract: names are in the order of the curves' right ends, inside the panel, and no two are on one place."""
     axes = Figure(figsize=(6.0, 3.0)).subplots()
     ends = {"low": 0.0, "near": 0.01, "nearer": 0.011, "high": 1.0}
@@ -128,7 +126,7 @@ def test_names_of_curves_keep_apart() -> None:
     assert 0.0 <= heights[0] < heights[-1] <= 1.0
 
 
-def test_pictures_of_a_run_share_their_arguments() -> None:
+def test_pictures_of_a_run_share_their_arguments():
     """Contract: each picture of a run takes the run first, and the start and end of a window."""
     for kind in (*KINDS, "film", "structure", "bending"):
         arguments = list(inspect.signature(getattr(sd.plot, kind)).parameters)
@@ -136,7 +134,7 @@ def test_pictures_of_a_run_share_their_arguments() -> None:
         assert {"start", "end"} <= set(arguments)
 
 
-def test_latex_escapes() -> None:
+def test_latex_escapes():
     """Closed form: each character with a meaning in LaTeX is escaped."""
     with mpl.rc_context({"text.usetex": True}):
         assert literal("peak_force < 5 % & $A^2{#}~") == (
@@ -146,7 +144,7 @@ def test_latex_escapes() -> None:
     assert literal("peak_force < 5 %, 3 $") == r"peak_force < 5 %, 3 \$"
 
 
-def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
+def test_texts_of_pictures_of_a_run_are_safe_for_latex(run):
     """Contract: no text of a picture has an unescaped special character."""
     with sd.style("single-column", text_usetex=True):
         for kind in KINDS:
@@ -156,14 +154,14 @@ def test_texts_of_pictures_of_a_run_are_safe_for_latex(run: xr.Dataset) -> None:
                 assert not set("%&#_") & set(bare)
 
 
-def test_long_labels_take_several_lines() -> None:
+def test_long_labels_take_several_lines():
     """Closed form: letters of 5 pt, 0.58 as wide as high, are 24 to the inch."""
     assert wrap_text("angular velocity [rad/s]", 1.0, 5.0) == "angular velocity [rad/s]"
     assert wrap_text("angular velocity [rad/s]", 0.9, 5.0) == "angular velocity\n[rad/s]"
     assert wrap_text("acceleration", 0.1, 5.0) == "acceleration"
 
 
-def test_plot_command_with_a_style(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plot_command_with_a_style(run, tmp_path, monkeypatch):
     """Contract: a PDF of 90 mm, the same file each time; an unknown style or parameter gets a suggestion."""
     monkeypatch.chdir(tmp_path)
     sd.save(run, "run.nc")

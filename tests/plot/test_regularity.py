@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 
@@ -27,7 +26,7 @@ from .made_up import made_up, overlaps
 SIGNAL = np.sin(0.9 * np.arange(600)) + 0.3 * np.sin(2.1 * np.arange(600))  # Made-up signal with two frequencies
 
 
-def diagram() -> xr.Dataset:
+def diagram():
     """Return a diagram of the logistic map in the form of a clearance study, with one failed value."""
     r = np.linspace(2.8, 4.0, 120)
     x, rows = np.full(120, 0.3), []
@@ -46,7 +45,7 @@ def diagram() -> xr.Dataset:
     )
 
 
-def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
+def pictures(run, ideal):
     """Return all pictures of regularity by name."""
     strobe = sd.stroboscopic(run, period=1e-3)
     return {
@@ -61,7 +60,7 @@ def pictures(run: xr.Dataset, ideal: xr.Dataset) -> dict[str, list[Axes]]:
     }
 
 
-def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
+def test_all_can_be_read(run, ideal):
     """Contract: texts do not overlap or leave the figure, and every axis has a label."""
     for name, drawn in pictures(run, ideal).items():
         figure = drawn[0].get_figure(root=True)
@@ -70,7 +69,7 @@ def test_all_can_be_read(run: xr.Dataset, ideal: xr.Dataset) -> None:
         assert all(axes.get_xlabel() and axes.get_ylabel() for axes in drawn), name
 
 
-def test_stroboscopic_map(run: xr.Dataset) -> None:
+def test_stroboscopic_map(run):
     """Contract: one dot per sample in the units of the labels; those beyond the predictability horizon are grey."""
     strobe = sd.stroboscopic(run, period=1e-3)
     (axes,) = stroboscopic_map(strobe.assign_attrs(trusted_until=0.02), y="slider_acceleration")
@@ -91,7 +90,7 @@ def test_stroboscopic_map(run: xr.Dataset) -> None:
         stroboscopic_map(strobe, x="eccentricity", joint="O")
 
 
-def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
+def test_scatter_shows_both_runs(run, ideal):
     """Contract: the run's samples are dots, the ideal mechanism's a line."""
     dots, line = velocity_acceleration(scatter(run), scatter(ideal))[0].lines
     assert (dots.get_linestyle(), line.get_linestyle()) == ("None", "-")
@@ -99,7 +98,7 @@ def test_scatter_shows_both_runs(run: xr.Dataset, ideal: xr.Dataset) -> None:
     np.testing.assert_array_equal(line.get_ydata(), ideal["slider_acceleration"])
 
 
-def test_spectrum_names_its_peaks() -> None:
+def test_spectrum_names_its_peaks():
     """Contract: logarithmic density, with marks and values at the dominant frequencies."""
     found = sd.spectrum(SIGNAL, spacing=0.01, unit="m/s")
     (axes,) = power_spectrum(found)
@@ -109,7 +108,7 @@ def test_spectrum_names_its_peaks() -> None:
     assert [text.get_text() for text in axes.texts] == [f"{value:.4g}" for value in found["dominant_frequency"].values]
 
 
-def test_bifurcation_shows_every_cycle() -> None:
+def test_bifurcation_shows_every_cycle():
     """Contract: every stored cycle is a dot; variable and joint can be chosen, and wrong ones are refused by name."""
     data = diagram()
     (axes,) = bifurcation(data)
@@ -124,7 +123,7 @@ def test_bifurcation_shows_every_cycle() -> None:
         bifurcation(data, variable="peak_force", joint="B")
 
 
-def test_zero_one_and_recurrence_show_their_numbers() -> None:
+def test_zero_one_and_recurrence_show_their_numbers():
     """Contract: p against q, the histogram of all angles, the median, and every pair of samples."""
     test = sd.zero_one_test(SIGNAL)
     plane, spread = zero_one(test)
@@ -136,7 +135,7 @@ def test_zero_one_and_recurrence_show_their_numbers() -> None:
     np.testing.assert_array_equal(axes.images[0].get_array(), found["recurrent"])
 
 
-def test_large_recurrence_plot_is_averaged() -> None:
+def test_large_recurrence_plot_is_averaged():
     """Limit: of 2400 samples a pixel averages 3 by 3."""
     found = recurrence(np.tile([0.0, 1.0, 2.0, 3.0], 600), threshold=0.5)
     (axes,) = recurrence_plot(found)
@@ -146,7 +145,7 @@ def test_large_recurrence_plot_is_averaged() -> None:
     assert float(np.mean(shown)) == pytest.approx(0.25, rel=1e-12)
 
 
-def test_distribution_counts_every_contact(run: xr.Dataset, two_joints: xr.Dataset) -> None:
+def test_distribution_counts_every_contact(run, two_joints):
     """Contract: the bars count all contacts of the joint; the axis is logarithmic for a wide range."""
     (axes,) = distribution(run)
     assert sum(bar.get_height() for bar in axes.patches) == run.sizes["contact"]

@@ -5,13 +5,10 @@ import dataclasses
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
-from matplotlib.axes import Axes
 from scipy.io import loadmat
 
 import scissordyn as sd
@@ -32,7 +29,7 @@ AVAILABLE_PICTURES = [kind for kind in KINDS if kind not in ("film", "track", "b
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def stored(tmp_path_factory):
     """Return two saved runs of the paper's array, with clearances of 0.5 and 0.2 mm."""
     folder = tmp_path_factory.mktemp("runs")
     for name, clearance in (("a", 0.5e-3), ("b", 0.2e-3)):
@@ -41,7 +38,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return folder / "a.nc", folder / "b.nc"
 
 
-def columns(path: Path) -> pd.DataFrame:
+def columns(path):
     """Return the columns of a CSV file as text."""
     with path.open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -49,11 +46,11 @@ def columns(path: Path) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def saved(stored: tuple[Path, Path]) -> xr.Dataset:
+def saved(stored):
     return sd.load(stored[0])
 
 
-def test_import_stays_light() -> None:
+def test_import_stays_light():
     """Contract: `import scissordyn` loads neither xarray nor matplotlib, and reading a run does not load matplotlib."""
     script = (
         "import sys, scissordyn as sd; assert not {'xarray', 'matplotlib', 'pandas'} & set(sys.modules); sd.load; "
@@ -62,14 +59,14 @@ def test_import_stays_light() -> None:
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False).stderr == ""
 
 
-def test_saved_run_has_all_pictures(saved: xr.Dataset) -> None:
+def test_saved_run_has_all_pictures(saved):
     """Contract: each kind of picture is drawn from a saved run, which also holds its mechanism."""
     for kind in AVAILABLE_PICTURES:
         assert getattr(sd.plot, kind)(saved)
     assert saved.scissordyn.mechanism.joint("A").clearance.clearance == 0.5e-3
 
 
-def test_window_of_a_run(saved: xr.Dataset) -> None:
+def test_window_of_a_run(saved):
     """Contract: the window has the samples in it and the contacts that overlap it."""
     part = select_window(saved, 2e-3, 6e-3)
     assert part["time"].values[0] >= 2e-3
@@ -82,12 +79,10 @@ def test_window_of_a_run(saved: xr.Dataset) -> None:
         select_window(saved, 5.01e-3, 5.02e-3)
 
 
-def test_commands_on_saved_runs_do_not_compute(
-    stored: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_on_saved_runs_do_not_compute(stored, tmp_path, monkeypatch):
     """Contract: all commands on saved runs work where a simulation would raise."""
 
-    def refuse(*given: object, **named: object) -> None:
+    def refuse(*given, **named):
         raise AssertionError("a run was computed")
 
     monkeypatch.setattr("scissordyn.run.trajectory.compute", refuse)
@@ -100,7 +95,7 @@ def test_commands_on_saved_runs_do_not_compute(
     assert (tmp_path / "comparison.svg").read_text().startswith("<?xml")
 
 
-def test_plot_of_chosen_pictures(stored: tuple[Path, Path], tmp_path: Path) -> None:
+def test_plot_of_chosen_pictures(stored, tmp_path):
     """Contract: only the given pictures of the given joint are drawn."""
     command = ["plot", str(stored[0]), "-o", str(tmp_path), "--only", "force,orbit", "--joint", "A", "--format", "svg"]
     assert status_of([*command, "--from", "2 ms", "--to", "8 ms"]) == 0
@@ -117,9 +112,7 @@ def test_plot_of_chosen_pictures(stored: tuple[Path, Path], tmp_path: Path) -> N
         (["--format", "gif"], "picture format 'gif'"),
     ],
 )
-def test_wrong_plot_options(
-    stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
-) -> None:
+def test_wrong_plot_options(stored, tmp_path, capsys, options, said):
     """Contract: status 2, one line with the option's value, and nothing is written."""
     assert status_of(["plot", str(stored[0]), "-o", str(tmp_path), *options]) == 2
     error = capsys.readouterr().err
@@ -128,7 +121,7 @@ def test_wrong_plot_options(
     assert not list(tmp_path.iterdir())
 
 
-def test_case_file_instead_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_case_file_instead_of_a_run(tmp_path, capsys):
     """Contract: a case file is refused with the command that runs it."""
     case = tmp_path / "case.toml"
     case.write_text('[structure]\nkind = "scissor"\n')
@@ -136,7 +129,7 @@ def test_case_file_instead_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert f"scissordyn run {case} -o case.nc" in capsys.readouterr().err
 
 
-def test_exports_are_exact(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+def test_exports_are_exact(saved, stored, tmp_path):
     """Identity: values in CSV, Parquet and MATLAB files are those of the run, bit for bit."""
     pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
     force = saved["normal_force"].sel(joint="A").values
@@ -157,7 +150,7 @@ def test_exports_are_exact(saved: xr.Dataset, stored: tuple[Path, Path], tmp_pat
     assert run["attributes"]["configuration"] == saved.attrs["configuration"]
 
 
-def test_exported_contacts(saved: xr.Dataset, stored: tuple[Path, Path], tmp_path: Path) -> None:
+def test_exported_contacts(saved, stored, tmp_path):
     """Contract: the table has one row per contact."""
     assert status_of(["export", str(stored[0]), str(tmp_path / "contacts.csv"), "--contacts"]) == 0
     table = columns(tmp_path / "contacts.csv")
@@ -165,7 +158,7 @@ def test_exported_contacts(saved: xr.Dataset, stored: tuple[Path, Path], tmp_pat
     assert len(contact_table(saved)) == saved.sizes["contact"]
 
 
-def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_export_replaces_only_its_own(stored, tmp_path, capsys):
     """Contract: an earlier table is replaced; another file with its name is kept."""
     table = tmp_path / "table.csv"
     for _ in range(2):
@@ -176,9 +169,7 @@ def test_export_replaces_only_its_own(stored: tuple[Path, Path], tmp_path: Path,
     assert table.read_text() == "names, marks\n"
 
 
-def test_comparison_of_cases(
-    stored: tuple[Path, Path], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_comparison_of_cases(stored, capsys, monkeypatch):
     """Contract: the differing values of both cases, and results of both runs."""
     assert status_of(["compare", *map(str, stored)]) == 0
     said = capsys.readouterr().out
@@ -203,7 +194,7 @@ def test_comparison_of_cases(
         assert [tuple(wanted)] == list(differences(left, right))
 
 
-def test_comparison_draws_both(stored: tuple[Path, Path]) -> None:
+def test_comparison_draws_both(stored):
     """Contract: each panel has the curves of both runs, in the same unit."""
     one, other = map(sd.load, stored)
     for axes, (_, pair) in zip(comparison(one, other), shared_curves([one, other]), strict=True):
@@ -217,26 +208,26 @@ SAMPLES = 41  # Number of samples of a coarse run
 
 
 @pytest.fixture(scope="module")
-def coarse() -> xr.Dataset:
+def coarse():
     """Return a run of a slider-crank whose contacts are shorter than the distance of its samples."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
     return sd.simulate(crank.driven(speed=sd.rpm(600)), until=0.2, samples=SAMPLES)
 
 
 @pytest.fixture(scope="module")
-def servo() -> xr.Dataset:
+def servo():
     """Return a run of a crank with a controller instead of a drive."""
     crank = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4)
     held = crank.controlled(sd.PID(proportional=10.0, limit=5.0), reference=sd.Cycloidal(0.4, 2.0, 0.05))
     return sd.simulate(held, until=0.1, samples=101)
 
 
-def line(axes: Axes, label: str) -> np.ndarray:
+def line(axes, label):
     """Return the points of the line with a label."""
     return np.asarray(next(each for each in axes.lines if each.get_label() == label).get_xydata())
 
 
-def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
+def test_line_of_a_force_reaches_its_peaks(coarse):
     """Contract: the line has every sample and each marked peak, which the samples alone miss."""
     (axes,) = force(coarse)
     drawn, peaks = line(axes, "force"), line(axes, "peak of a contact")
@@ -251,7 +242,7 @@ def test_line_of_a_force_reaches_its_peaks(coarse: xr.Dataset) -> None:
     assert np.all(np.diff(drawn[:, 0]) >= 0.0)
 
 
-def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
+def test_flights_between_contacts_have_no_force(coarse):
     """Contract: from the end of a contact to the start of the next one the line is zero."""
     curve, found = force_curve(coarse, "slider pin"), contact_times(coarse, "slider pin")
     for end, start in zip(found.end[:-1], found.start[1:], strict=True):
@@ -259,7 +250,7 @@ def test_flights_between_contacts_have_no_force(coarse: xr.Dataset) -> None:
         np.testing.assert_array_equal(curve.values[between], 0.0)
 
 
-def test_inserted_points() -> None:
+def test_inserted_points():
     """Closed form: at a sample the larger magnitude stays; points outside or not finite are left out."""
     time, values = insert_points(
         np.array([0.0, 1.0, 2.0]),
@@ -271,7 +262,7 @@ def test_inserted_points() -> None:
     assert values.tolist() == [0.0, 2.0, -4.0, 0.0]
 
 
-def test_largest_torque_is_on_its_line(coarse: xr.Dataset) -> None:
+def test_largest_torque_is_on_its_line(coarse):
     """Contract: the mark of the largest torque is the point of the line that is farthest from zero."""
     (axes,) = torque(coarse)
     drawn, (mark,) = line(axes, "with clearance"), line(axes, "largest")
@@ -279,7 +270,7 @@ def test_largest_torque_is_on_its_line(coarse: xr.Dataset) -> None:
     assert abs(mark[1]) == np.abs(drawn[:, 1]).max()
 
 
-def test_frames_of_a_film_have_the_peaks(coarse: xr.Dataset) -> None:
+def test_frames_of_a_film_have_the_peaks(coarse):
     """Contract: the largest force of all frames is that of all contacts, and each contact is in a frame."""
     mechanism = coarse.scissordyn.mechanism
     (joint,) = scene_of(coarse, mechanism, np.arange(0, SAMPLES, 4), ["slider pin"]).clearance_joints
@@ -289,7 +280,7 @@ def test_frames_of_a_film_have_the_peaks(coarse: xr.Dataset) -> None:
         assert joint.touched[np.searchsorted(frames, start)]
 
 
-def test_compared_forces_reach_their_peaks(coarse: xr.Dataset) -> None:
+def test_compared_forces_reach_their_peaks(coarse):
     """Contract: both lines of a comparison reach the largest contact force."""
     drawn = comparison(coarse, coarse)
     axes = next(each for each in drawn if "slider pin" in " ".join(each.get_ylabel().split()))
@@ -298,7 +289,7 @@ def test_compared_forces_reach_their_peaks(coarse: xr.Dataset) -> None:
         assert np.max(each.get_ydata()) == pytest.approx(factor * float(coarse["peak_force"].max()), rel=1e-12)
 
 
-def test_torque_of_a_controller_is_drawn(servo: xr.Dataset, tmp_path: Path) -> None:
+def test_torque_of_a_controller_is_drawn(servo, tmp_path):
     """Contract: a run without a drive has the picture of its controller's torque, and its work among the energies."""
     (axes,) = torque(servo)
     assert axes.get_ylabel().replace("\n", " ").startswith("torque of actuator of crank")

@@ -6,19 +6,17 @@ import itertools
 import json
 import re
 import subprocess
-from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
 from tests.explore.browser import chromium, missing
 
 import scissordyn as sd
 from scissordyn.plot.animation import Film
-from scissordyn.plot.animation_scene import Scene, outline, scene_of
+from scissordyn.plot.animation_scene import outline, scene_of
 from scissordyn.plot.canvas import page
 from scissordyn.plot.drawing import BAR_FILLS
 from scissordyn.plot.still import structure
@@ -31,13 +29,13 @@ FRAMES = np.array([0, 400, 401, 1500, INSTANTS - 1])  # Indices of the samples t
 
 
 @pytest.fixture(scope="module")
-def scene(run: xr.Dataset, arm: sd.Mechanism) -> Scene:
+def scene(run, arm):
     """Return the scene of a made-up run with a spring from the ground to the slider."""
     sprung = dataclasses.replace(arm, components=(sd.Spring("rope", ("ground", "origin"), ("slider", "centre")),))
     return scene_of(run, sprung, FRAMES, ["A"])
 
 
-def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: sd.Mechanism, scene: Scene) -> None:
+def test_positions_of_bodies_and_pins(run, arm, scene):
     """Cross-check: each frame equals the placement of the static pictures."""
     shapes = {shape.name: shape for shape in scene.shapes}
     for frame, sample in enumerate(FRAMES.tolist()):
@@ -55,7 +53,7 @@ def test_positions_of_bodies_and_pins(run: xr.Dataset, arm: sd.Mechanism, scene:
         np.testing.assert_allclose(shapes["rope"].points[frame, [0, -1]], [[0.0, 0.0], placed.centre("slider")[0]], atol=1e-13)
 
 
-def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: sd.Mechanism, scene: Scene) -> None:
+def test_bars_have_the_colours_of_stills(run, arm, scene):
     """Cross-check: each bar of a film and of a page has its colour in a still of the same run."""
     still = structure(run, arm)[0]
     where = {tuple(line.get_xydata()[0].round(9)): line.get_color() for line in still.lines if line.get_color() in BAR_FILLS}
@@ -69,14 +67,14 @@ def test_bars_have_the_colours_of_stills(run: xr.Dataset, arm: sd.Mechanism, sce
     assert bars == len(where) >= 2
 
 
-def test_everything_stays_inside_the_picture(scene: Scene) -> None:
+def test_everything_stays_inside_the_picture(scene):
     """Contract: every point of a body, pin or spring is inside the corners."""
     for shape in scene.shapes:
         if shape.kind != "guide":
             assert np.all((shape.points >= scene.low) & (shape.points <= scene.high))
 
 
-def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> None:
+def test_journals_are_magnified_by_one_factor(run, scene):
     """Closed form: drawn eccentricity over drawn clearance is eccentricity over clearance; the path ends at the journal."""
     joint = scene.clearance_joints[0]
     eccentricity = run["eccentricity"].sel(joint="A").values
@@ -85,7 +83,7 @@ def test_journals_are_magnified_by_one_factor(run: xr.Dataset, scene: Scene) -> 
     assert joint.gain == pytest.approx(SIZES.magnified_clearance * 10e-3 / CLEARANCE, rel=1e-12)
 
 
-def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_contacts_between_frames_are_shown(run, arm):
     """Contract: with a frame every 8 ms and contacts of 0.3 ms, each frame has the largest force since the previous one."""
     frames = np.arange(0, INSTANTS, 320)
     joint = scene_of(run, arm, frames, ["A"]).clearance_joints[0]
@@ -97,7 +95,7 @@ def test_contacts_between_frames_are_shown(run: xr.Dataset, arm: sd.Mechanism) -
     assert not touching[frames].all()
 
 
-def test_film_moves_its_artists(scene: Scene) -> None:
+def test_film_moves_its_artists(scene):
     """Contract: the lines of a frame are the scene's, and the title gives the time."""
     film = Film(scene, 120.0)
     film.show(3)
@@ -110,7 +108,7 @@ def test_film_moves_its_artists(scene: Scene) -> None:
     assert film.axes.get_title(loc="left").startswith("t = 0 ms")
 
 
-def test_gif_has_every_frame(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
+def test_gif_has_every_frame(run, arm, tmp_path):
     """Contract: number and duration of frames, and pictures that differ."""
     path = sd.animate(run, arm, tmp_path / "film.gif", seconds=0.4, rate=10)
     with Image.open(path) as film:
@@ -123,7 +121,7 @@ def test_gif_has_every_frame(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path)
 
 
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="no ffmpeg on this machine: apt-get install ffmpeg")
-def test_mp4_is_a_film(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
+def test_mp4_is_a_film(run, arm, tmp_path):
     """Contract: ffmpeg reads back codec, rate and duration."""
     path = sd.animate(run, arm, tmp_path / "film.mp4", seconds=0.4, rate=10)
     report = subprocess.run(["ffmpeg", "-i", str(path)], capture_output=True, text=True, check=False, timeout=60).stderr
@@ -133,9 +131,7 @@ def test_mp4_is_a_film(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> No
     assert "Duration: 00:00:00.40" in report
 
 
-def test_mp4_without_ffmpeg_is_refused(
-    run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_mp4_without_ffmpeg_is_refused(run, arm, tmp_path, monkeypatch):
     """Contract: the error says what is missing and what to do."""
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
     with pytest.raises(sd.InputError, match=r"the program ffmpeg is not installed.*film\.html"):
@@ -143,7 +139,7 @@ def test_mp4_without_ffmpeg_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-def test_failing_ffmpeg(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> None:
+def test_failing_ffmpeg(run, arm, tmp_path):
     """Contract: an ffmpeg that ends with an error gives one line and leaves no file."""
     broken = tmp_path / "bin" / "ffmpeg"
     broken.parent.mkdir()
@@ -154,7 +150,7 @@ def test_failing_ffmpeg(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path) -> N
     assert [found.name for found in tmp_path.iterdir()] == ["bin"]
 
 
-def test_pages_are_self_contained(run: xr.Dataset, scene: Scene) -> None:
+def test_pages_are_self_contained(run, scene):
     """Contract: nothing is fetched, the page is reproducible, and every point is there in single precision."""
     text = page(scene, run, 6.0)
     assert text == page(scene, run, 6.0)
@@ -168,7 +164,7 @@ def test_pages_are_self_contained(run: xr.Dataset, scene: Scene) -> None:
         np.testing.assert_allclose(points, np.broadcast_to(shape.points, points.shape), rtol=1e-6, atol=1e-7)
 
 
-def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
+def test_names_cannot_break_a_page(run):
     """Contract: a joint named like the end of a script is text."""
     name = "</script><b>&"
     arm = mechanism_with(())
@@ -184,7 +180,7 @@ def test_names_cannot_break_a_page(run: xr.Dataset) -> None:
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing())
-def test_browser_shows_a_frame(run: xr.Dataset, scene: Scene, tmp_path: Path) -> None:
+def test_browser_shows_a_frame(run, scene, tmp_path):
     """Contract: a page opened at a frame shows its time and draws it without an error."""
     (tmp_path / "film.html").write_text(page(scene, run, 6.0), encoding="utf-8")
     with chromium() as browser:
@@ -207,7 +203,7 @@ def test_browser_shows_a_frame(run: xr.Dataset, scene: Scene, tmp_path: Path) ->
         ("film.html", {"rate": 0}, "rate >= 1"),
     ],
 )
-def test_refused_films(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path, name: str, options: dict, says: str) -> None:
+def test_refused_films(run, arm, tmp_path, name, options, says):
     """Contract: wrong arguments give an error of one line, and no file."""
     with pytest.raises(sd.InputError) as caught:
         sd.animate(run, arm, tmp_path / name, **options)
@@ -215,9 +211,7 @@ def test_refused_films(run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path, name:
     assert not list(tmp_path.iterdir())
 
 
-def test_runs_without_clearance_joints_and_short_ones(
-    ideal: xr.Dataset, run: xr.Dataset, arm: sd.Mechanism, tmp_path: Path
-) -> None:
+def test_runs_without_clearance_joints_and_short_ones(ideal, run, arm, tmp_path):
     """Limit: a film without clearance joints, of two samples, and of one sample, which is refused."""
     path = sd.animate(ideal.isel(time=[0, -1]), mechanism_with(()), tmp_path / "film.html", seconds=2.0)
     film = data_of(path.read_text(encoding="utf-8"))
@@ -226,7 +220,7 @@ def test_runs_without_clearance_joints_and_short_ones(
         sd.animate(run.isel(time=[0]), arm, tmp_path / "short.html")
 
 
-def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
+def test_page_shows_all_clearance_joints(tmp_path):
     """Contract: every clearance joint has a ring and a magnified view, the chosen ones first."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
@@ -236,7 +230,7 @@ def test_page_shows_all_clearance_joints(tmp_path: Path) -> None:
     assert [joint["name"] for joint in data_of(chosen)["joints"]] == ["A", "unit 1/pivot"]
 
 
-def test_film_names_its_joints_and_counts_the_others() -> None:
+def test_film_names_its_joints_and_counts_the_others():
     """Contract: names follow their joints in each frame; a film of fewer joints gives the number of omitted ones."""
     names = ("unit 1/pivot", "A")
     many, mechanism = made_up(names), mechanism_with(names)
@@ -249,7 +243,7 @@ def test_film_names_its_joints_and_counts_the_others() -> None:
     assert film.figure.get_supxlabel() == "1 more clearance joint with smaller forces"
 
 
-def test_notebook_shows_the_scene_of_a_run() -> None:
+def test_notebook_shows_the_scene_of_a_run():
     """Contract: the notebook frame has the page of a film with every joint, and the other run as a ghost."""
     linkage = sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).driven(speed=sd.rpm(60))
     run = sd.simulate(linkage.with_clearance("slider pin", sd.Clearance(5e-4)), until=1e-2, samples=11)

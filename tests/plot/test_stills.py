@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.colors import to_rgba
 
 import scissordyn as sd
@@ -19,7 +18,7 @@ from scissordyn.warning import LISTED_MAX
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, magnified, mechanism_with
 
 
-def test_positions_of_bars(run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_positions_of_bars(run, arm):
     """Closed form: bar 1 goes from the origin to L (cos th, sin th), bar 2 from the slider to its mirror image."""
     axes = structure(run, arm, times=[0.025])[0]
     theta = math.pi / 6 + 5.0 * math.pi * 0.025
@@ -32,7 +31,7 @@ def test_positions_of_bars(run: xr.Dataset, arm: sd.Mechanism) -> None:
     assert len(axes.patches) == 3  # slider, and the two parts of the ground pin
 
 
-def test_turned_frame(run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_turned_frame(run, arm):
     """Closed form: a quarter turn of a body rotates its points about its mass centre."""
     placed = Placement.at(arm, run, [0])
     turned = placed.angles.copy()
@@ -45,7 +44,7 @@ def test_turned_frame(run: xr.Dataset, arm: sd.Mechanism) -> None:
     np.testing.assert_array_equal(quarter.place(("ground", "origin")), [[0.0, 0.0]])
 
 
-def test_outlines() -> None:
+def test_outlines():
     """Contract: a bar is the line between its extreme points, a bent body a polygon, a point mass a point."""
     np.testing.assert_array_equal(outline(sd.bar("b", length=2.0, mass=1.0)), [[0.0, 0.0], [2.0, 0.0]])
     np.testing.assert_array_equal(outline(sd.point_mass("p", mass=1.0)), [[0.0, 0.0]])
@@ -55,7 +54,7 @@ def test_outlines() -> None:
     assert corners[start:] + corners[:start] == [[0.0, 0.0], [1.0, -0.5], [2.0, 0.0], [1.0, 0.5]]
 
 
-def test_magnified_joint(run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_magnified_joint(run, arm):
     """Closed form: in units of R_J the clearance is 0.35, so that a journal in contact overlaps the bearing by delta only."""
     sample = int(np.argmax(run["normal_force"].sel(joint="A").values))
     axes = magnified(run, arm, sample, "A")
@@ -73,7 +72,7 @@ def test_magnified_joint(run: xr.Dataset, arm: sd.Mechanism) -> None:
         structure(run, arm, joint="O")
 
 
-def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: sd.Mechanism) -> None:
+def test_instants_are_numbered_on_the_orbit(run, arm):
     """Contract: each number's mark is at the journal's place at its instant, and a turned picture turns it with the bars."""
     samples = [100, 900, 1700]
     drawn = structure(run, arm, times=[float(run["time"][k]) for k in samples])
@@ -91,7 +90,7 @@ def test_instants_are_numbered_on_the_orbit(run: xr.Dataset, arm: sd.Mechanism) 
 
 
 @pytest.mark.parametrize("joint", ["A", None])
-def test_rings_of_stills_show_contact(run: xr.Dataset, arm: sd.Mechanism, joint: str | None) -> None:
+def test_rings_of_stills_show_contact(run, arm, joint):
     """Contract: the ring of a joint in a still has the colour of `in_contact` at its sample."""
     touched = run["in_contact"].sel(joint="A").values.astype(bool)
     samples = [int(np.argmax(touched)), int(np.argmin(touched))]
@@ -104,7 +103,7 @@ def test_rings_of_stills_show_contact(run: xr.Dataset, arm: sd.Mechanism, joint:
     assert rings == [VERMILION, SKY]
 
 
-def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
+def test_structure_at_chosen_instants(two_joints):
     """Contract: one panel per instant and clearance joint, with the same axes for all structures."""
     drawn = structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=[0.0, 0.0300004])
     assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
@@ -114,7 +113,7 @@ def test_structure_at_chosen_instants(two_joints: xr.Dataset) -> None:
         structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 
 
-def test_stills_name_the_joints_that_they_magnify() -> None:
+def test_stills_name_the_joints_that_they_magnify():
     """Contract: the clearance joints with the largest forces are magnified and named, the others have a ring only."""
     arm = sd.scissor(units=4)
     names = [joint.name for joint in arm.joints]
@@ -130,7 +129,7 @@ def test_stills_name_the_joints_that_they_magnify() -> None:
     assert figure.get_supxlabel() == f"{len(names) - LISTED_MAX} more clearance joints with smaller forces"
 
 
-def test_height_of_wide_structures() -> None:
+def test_height_of_wide_structures():
     """Contract: structures of six and twenty units are at least 0.7 in high, with titles inside the figure."""
     for units in (6, 20):
         arm = sd.scissor(units=units, bar_length=2.0, bar_mass=5.68, slider_mass=5.0, angle=math.radians(30.0))

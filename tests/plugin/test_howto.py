@@ -16,7 +16,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md").read_t
 
 
 @pytest.fixture
-def case(tmp_path: Path) -> Path:
+def case(tmp_path):
     """Write the page's files and its case."""
     for name, code in re.findall(r"^```python\n# (\w+\.py)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL):
         (tmp_path / name).write_text(code, encoding="utf-8")
@@ -25,7 +25,7 @@ def case(tmp_path: Path) -> Path:
     return tmp_path / "case.toml"
 
 
-def test_case_of_the_page(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_case_of_the_page(case, capsys):
     """Cross-check: the user's elements give the motion of the package's; the saved run is run again from the files."""
     assert status_of(["check", str(case)]) == 0
     assert "my clutch brake." in capsys.readouterr().out.lower()
@@ -48,7 +48,7 @@ def test_case_of_the_page(case: Path, capsys: pytest.CaptureFixture[str]) -> Non
     np.testing.assert_array_equal(again["first"], run["first"])
 
 
-def test_line_counts_of_the_page() -> None:
+def test_line_counts_of_the_page():
     """Contract: the page gives the numbers of lines of its files and of the package's."""
     code = dict(re.findall(r"^```python\n# (\w+\.py)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
     for name, lines in re.findall(r"^\| .* \| `(\w+\.py)` \| (\d+) \| \d+ \|$", PAGE, re.MULTILINE):
@@ -90,7 +90,7 @@ class Centrifugal:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_guard_on_a_speed(method: str) -> None:
+def test_guard_on_a_speed(method):
     """Closed form: under a torque of 4 sin t the brake engages and releases at the speeds of two linear phases."""
     inertia, amplitude = 0.5, 4.0
     rotor = sd.Body("rotor", 1.0, inertia, {"hub": (0.0, 0.0)})

@@ -132,7 +132,7 @@ start = "in-contact"
 
 
 @pytest.fixture
-def case(tmp_path: Path) -> Path:
+def case(tmp_path):
     """Write a case file and the user's file next to it."""
     (tmp_path / "mine.py").write_text(MINE, encoding="utf-8")
     (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
@@ -145,7 +145,7 @@ def simulated(path: Path, **changed: object) -> object:
     return sd.simulate(read.mechanism, **{**read.run.keywords, **changed})
 
 
-def test_case_file_and_its_run(case: Path) -> None:
+def test_case_file_and_its_run(case):
     """Second formulation: friction and torque follow from the recorded states, which scipy integrates for the same motion."""
     run = simulated(case, samples=20_001)
     assert run.attrs["status"] == "complete"
@@ -177,7 +177,7 @@ def test_case_file_and_its_run(case: Path) -> None:
     assert float(abs(run["filtered"]).max()) > 1e-4
 
 
-def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
+def test_replay_and_its_digest(case, tmp_path):
     """Contract: a saved run is run again bit for bit from the allowed file, and refused from an edited one."""
     run = simulated(case)
     loaded = sd.load(sd.save(run, tmp_path / "run.nc"))
@@ -191,7 +191,7 @@ def test_replay_and_its_digest(case: Path, tmp_path: Path) -> None:
         sd.replay(loaded, allow_code=tmp_path / "mine.py")
 
 
-def test_text_of_a_case(case: Path, tmp_path: Path) -> None:
+def test_text_of_a_case(case, tmp_path):
     """Contract: a case is written as it was read, and refused when the user's file has changed since."""
     read = sd.read_case(case)
     text = sd.write_case(read.mechanism, tmp_path / "again.toml", run=read.run).read_text(encoding="utf-8")
@@ -209,7 +209,7 @@ def test_text_of_a_case(case: Path, tmp_path: Path) -> None:
         sd.case_text(read.mechanism)
 
 
-def test_relative_file_becomes_absolute(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_relative_file_becomes_absolute(case, tmp_path, monkeypatch):
     """Contract: a file given relative to the working folder is written with its absolute path."""
     monkeypatch.chdir(tmp_path)
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4, stiffness=sd.law("stiffness", "mine.py:Rubber")(1e7)))
@@ -218,11 +218,11 @@ def test_relative_file_becomes_absolute(case: Path, tmp_path: Path, monkeypatch:
     assert written.replace("A.stiffness", arm.joint("A").clearance.stiffness) == arm
 
 
-def test_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_class_imported_in_python(case, tmp_path, monkeypatch):
     """Contract: an imported class is known by its file, so that its runs can be repeated and its cases written."""
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "mine", raising=False)
-    import mine  # type: ignore[import-not-found]
+    import mine
 
     arm = sd.read_case(case).mechanism
     own = arm.replace("A.friction", mine.TwoBristles(kinetic=0.2)).replace("components", ())
@@ -232,7 +232,7 @@ def test_class_imported_in_python(case: Path, tmp_path: Path, monkeypatch: pytes
     np.testing.assert_array_equal(again["friction_force"], run["friction_force"])
 
 
-def test_class_in_no_file(tmp_path: Path) -> None:
+def test_class_in_no_file(tmp_path):
     """Contract: for a class of a program or notebook, saving a run and writing a case say what to do."""
 
     def force(slip_speed, normal_force):
@@ -257,7 +257,7 @@ def test_class_in_no_file(tmp_path: Path) -> None:
         sd.replay(loaded)
 
 
-def test_checkpoint_depends_on_the_code(case: Path, tmp_path: Path) -> None:
+def test_checkpoint_depends_on_the_code(case, tmp_path):
     """Contract: a checkpoint is used until the user's file is edited, and refused afterwards."""
     checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", keep=True)
     read = sd.read_case(case)
@@ -275,7 +275,7 @@ def largest_friction(mechanism: sd.Mechanism) -> float:
     return float(sd.simulate(mechanism, until=1e-3, samples=11, start="in-contact")["friction_force"].max())
 
 
-def test_batches_and_processes(case: Path) -> None:
+def test_batches_and_processes(case):
     """Identity: the cases of a batch equal single runs, in threads and in other processes."""
     read = sd.read_case(case)
     kinetic, options = [0.1, 0.3], {"until": 4e-3, "start": "in-contact"}
@@ -289,7 +289,7 @@ def test_batches_and_processes(case: Path) -> None:
     assert future.result() == largest_friction(read.mechanism) > 0.0
 
 
-def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
+def test_fields_of_the_explorer(case, tmp_path):
     """Contract: parameters of user-defined elements are fields of the explorer, with units, and can be changed."""
     opened = open_case(case, [tmp_path / "mine.py"])
     fields = opened.fields
@@ -314,7 +314,7 @@ def test_fields_of_the_explorer(case: Path, tmp_path: Path) -> None:
     assert any(key.endswith("friction.soft") for key in again)
 
 
-def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands(case, tmp_path, capsys, monkeypatch):
     """Contract: `check`, `laws` and `controllers` accept a class in a file as one of the package."""
     monkeypatch.chdir(tmp_path)
     assert status_of(["check", "case.toml"]) == 0
@@ -328,7 +328,7 @@ def test_commands(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert sd.controller("mine.py:FilteredRate")(1.0).filter_time == 0.01
 
 
-def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> None:
+def test_steady_sliding_without_a_kernel_for_it(case, tmp_path):
     """Closed form: a law with states and no kernel of steady sliding settles at mu_k."""
     from scissordyn.laws.experiment import steady_coefficient
     from scissordyn.plot.law import DEFAULT_JOINT
@@ -347,17 +347,17 @@ def test_steady_sliding_without_a_kernel_for_it(case: Path, tmp_path: Path) -> N
         ({"slot": "friction", "froce": 1}, r"unknown keyword 'froce' of a friction law \(did you mean 'force'\?\)"),
     ],
 )
-def test_wrong_declaration(options: dict[str, object], message: str) -> None:
+def test_wrong_declaration(options, message):
     """Contract: a wrong declaration is refused where the class is defined, in one line."""
 
     def force():
         return 0.0
 
     with pytest.raises(sd.InputError, match=message):
-        sd.element(force=force, **options)(type("Own", (), {}))  # type: ignore[arg-type]
+        sd.element(force=force, **options)(type("Own", (), {}))
 
 
-def test_kernel_with_an_unknown_argument() -> None:
+def test_kernel_with_an_unknown_argument():
     """Contract: an argument that is neither an input, a state nor a parameter is refused with the nearest name."""
 
     def force(slip_sped):
@@ -369,14 +369,14 @@ def test_kernel_with_an_unknown_argument() -> None:
         sd.element(slot="friction", force=force)(type("Own", (), {}))
 
 
-def test_class_of_another_slot(case: Path) -> None:
+def test_class_of_another_slot(case):
     """Contract: a controller given as a friction law is refused in one line."""
     case.write_text(CASE.replace("mine.py:TwoBristles", "mine.py:FilteredRate"), encoding="utf-8")
     with pytest.raises(sd.InputError, match=r"FilteredRate' is not a friction law"):
         sd.read_case(case)
 
 
-def test_pulling_stiffness_is_refused_before_a_run() -> None:
+def test_pulling_stiffness_is_refused_before_a_run():
     """Contract: a user-defined stiffness that pulls is refused before the run, in one line."""
 
     @sd.element(slot="stiffness", force=lambda indentation: -1e7 * indentation)

@@ -1,10 +1,8 @@
 """Newton's law for each body at each sample, from the reported forces of joints, films, drives, components and bending bars."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-import xarray as xr
 
 import scissordyn as sd
 from scissordyn.components.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
@@ -12,7 +10,7 @@ from scissordyn.components.port import ACTUATOR, AXIS, FRAME, HINGE, LINE, POINT
 BESIDE = 1e-12  # [bar lengths] distance from a cross-section at which the force on either side of it is evaluated
 
 
-def rotated(vector: Any, angle: Any) -> np.ndarray:
+def rotated(vector, angle):
     cos, sin = np.cos(angle), np.sin(angle)
     x, y = np.moveaxis(np.asarray(vector, float), -1, 0)
     return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
@@ -21,24 +19,24 @@ def rotated(vector: Any, angle: Any) -> np.ndarray:
 class Places:
     """Positions of the bodies of a run and of their points over time; the ground is a body at rest."""
 
-    def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
+    def __init__(self, run, mechanism):
         self.run, self.mechanism, self.count = run, mechanism, run.sizes["time"]
         self.place = {name: self.over("position", body=name) for name in run["body"].values}
         self.angle = {name: np.nan_to_num(run["angle"].sel(body=name).values) for name in run["body"].values}
         self.place["ground"], self.angle["ground"] = np.zeros((self.count, 2)), np.zeros(self.count)
 
-    def over(self, name: str, **where: str) -> np.ndarray:
+    def over(self, name, **where):
         """Return a vector over time."""
         return self.run[name].sel(where).transpose("time", "axis").values
 
-    def at(self, body: str, local: Any) -> np.ndarray:
+    def at(self, body, local):
         """Return the position of a point [m], given by name or by its coordinates in the body's frame."""
         if isinstance(local, str):
             local = dict(self.mechanism.ground)[local] if body == "ground" else self.mechanism.body(body).points[local]
         local = np.subtract(local, (0.0, 0.0) if body == "ground" else self.mechanism.body(body).centre)
         return self.place[body] + rotated(np.tile(local, (self.count, 1)), self.angle[body])
 
-    def output(self, part: Any, name: str) -> np.ndarray:
+    def output(self, part, name):
         """Return a reported quantity of a component."""
         section = part.declaration.section
         values = self.run[f"{section}_{name}"].sel({section: part.name})
@@ -51,7 +49,7 @@ class Balance(Places):
     Moments of bodies without inertia count only where a guide keeps their angle.
     """
 
-    def __init__(self, run: xr.Dataset, mechanism: sd.Mechanism) -> None:
+    def __init__(self, run, mechanism):
         super().__init__(run, mechanism)
         down = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
         self.force, self.moment = {}, {}
@@ -91,7 +89,7 @@ class Balance(Places):
         for bar in self.bars:
             self._bar(bar)
 
-    def _transmission(self, coupling: sd.Coupling) -> None:
+    def _transmission(self, coupling):
         """Add the reported force at its point to the bodies of output and input, and the torque of a screw."""
         first, second = (
             end.point[0] if isinstance(end, sd.Slide) else end.body if isinstance(end, sd.RelativeAngle) else None
@@ -105,7 +103,7 @@ class Balance(Places):
             torque = self.run["coupling_input_force"].sel(coupling=coupling.name).values
             self.turn(coupling.input.body, torque, coupling.input.base)
 
-    def _coordinate(self, coordinate: Any, force: np.ndarray) -> None:
+    def _coordinate(self, coordinate, force):
         if isinstance(coordinate, sd.RelativeAngle):
             self.turn(coordinate.body, force, coordinate.base)
         elif isinstance(coordinate, sd.Slide):
@@ -118,7 +116,7 @@ class Balance(Places):
             self.push(coordinate.end[0], end, along)
             self.push(coordinate.start[0], start, -along)
 
-    def push(self, body: str, where: np.ndarray, force: np.ndarray) -> None:
+    def push(self, body, where, force):
         """Add a force at a position [m]."""
         self.scale = max(self.scale, float(np.nanmax(np.abs(force), initial=0.0)))
         if body != "ground":
@@ -126,25 +124,25 @@ class Balance(Places):
             self.force[body] = self.force[body] + force
             self.turn(body, arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])
 
-    def pair(self, first: str, second: str, where: np.ndarray, force: np.ndarray) -> None:
+    def pair(self, first, second, where, force):
         """Add a force and its reaction at a position."""
         self.push(first, where, force)
         self.push(second, where, -force)
 
-    def turn(self, body: str, torque: np.ndarray, against: str = "ground") -> None:
+    def turn(self, body, torque, against="ground"):
         """Add a torque and its reaction."""
         self.largest_moment = max(self.largest_moment, float(np.nanmax(np.abs(torque), initial=0.0)))
         for name, sign in ((body, 1.0), (against, -1.0)):
             if name != "ground":
                 self.moment[name] = self.moment[name] + sign * torque
 
-    def _joints(self) -> None:
+    def _joints(self):
         for joint in self.mechanism.joints:
             journal, bearing = joint.journal[0], joint.bearing[0]
             self.pair(journal, bearing, self.at(*joint.journal), self.over("reaction", joint=joint.name))
             self.turn(journal, self.run["reaction_moment"].sel(joint=joint.name).values, bearing)
 
-    def _guides(self) -> None:
+    def _guides(self):
         for guide in self.mechanism.guides:
             follower, where = guide.follower[0], self.at(*guide.follower)
             self.pair(follower, guide.body, where, self.over("reaction", joint=guide.name))
@@ -153,7 +151,7 @@ class Balance(Places):
             self.pair(weld.start[0], weld.end[0], self.at(*weld.start), self.over("weld_force", weld=weld.name))
             self.turn(weld.start[0], self.run["weld_moment"].sel(weld=weld.name).values, weld.end[0])
 
-    def _component(self, part: Any) -> None:
+    def _component(self, part):
         port = part.declaration.port
         if port is LINE:
             start, end = self.at(*part.start), self.at(*part.end)
@@ -179,7 +177,7 @@ class Balance(Places):
             self.pair(part.end[0], start, self.at(*part.end), force)
             self.turn(part.end[0], self.output(part, "torque"), start)
 
-    def _bar(self, bar: Any) -> None:
+    def _bar(self, bar):
         """Add the internal forces on both sides of each cross-section of a bending bar."""
         along = (np.array(bar.places) - bar.places[0]) / bar.length
         for place, section in zip(along, bar.sections, strict=True):
@@ -194,7 +192,7 @@ class Balance(Places):
                 self.push(section, self.place[section], force)
                 self.turn(section, side * moment)
 
-    def residual(self) -> tuple[float, float]:
+    def residual(self):
         """Return the largest residuals of m a and of J alpha of a body, relative to the largest force and moment.
 
         NaN marks a reaction that is not determined.

@@ -11,7 +11,7 @@ Point = tuple[float, float]
 class Frame:
     """Frame of straight members that share nodes; a pinned member has a separate rotation at each node."""
 
-    def __init__(self, axial_stiffness: float, bending_stiffness: float, parts: int = 8) -> None:
+    def __init__(self, axial_stiffness, bending_stiffness, parts=8):
         self.axial, self.bending, self.parts = axial_stiffness, bending_stiffness, parts
         self.elements: list[tuple[np.ndarray, float, float]] = []
         self.nodes: dict[str, list[int]] = {}
@@ -19,11 +19,11 @@ class Frame:
         self.loads: dict[int, float] = {}
         self.count = 0
 
-    def _new(self, number: int) -> list[int]:
+    def _new(self, number):
         self.count += number
         return list(range(self.count - number, self.count))
 
-    def member(self, places: list[tuple[str, Point]], pinned: bool = False, weight: float = 0.0) -> dict[str, int]:
+    def member(self, places, pinned=False, weight=0.0):
         """Add a member through named nodes in a line with a weight [N/m], and return its rotations there."""
         rotations = {}
         for name, _ in places:
@@ -45,7 +45,7 @@ class Frame:
                 before = after
         return rotations
 
-    def factors(self, count: int = 1) -> np.ndarray:
+    def factors(self, count=1):
         """Return the smallest positive factors of the loads, or an empty array."""
         stiffness, geometric = np.zeros((2, self.count, self.count))
         parts = []

@@ -91,7 +91,7 @@ class Scissor:
         return self._place(at, angle, 1) * acceleration + self._place(at, angle, 2) * speed**2
 
 
-def cycloidal(start: float, end: float, duration: float, t: float) -> tuple[float, float, float]:
+def cycloidal(start, end, duration, t):
     """Return angle, angular velocity and angular acceleration of a move from rest to rest."""
     turn, phase = end - start, 2.0 * np.pi * min(t / duration, 1.0)
     if t >= duration:

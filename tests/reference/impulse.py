@@ -49,7 +49,7 @@ class Chain:
         return row
 
 
-def plastic_impact(chain: Chain, before: np.ndarray, drives: dict[int, float], latch: tuple[int, int]) -> tuple[float, float]:
+def plastic_impact(chain, before, drives, latch):
     """Return the loss (of kinetic energy and drive work together) and the drive work [J].
 
     `before` are velocities, shape (3 bars,); `drives` are angular velocities of bars relative to the ground; `latch` are two

@@ -13,15 +13,15 @@ from reference.marching import ClearanceJoint, Load, Minimal, Relative
 TimeFunction = Callable[[float], tuple[float, float, float]]  # Angle [rad], angular velocity and angular acceleration at a time
 
 
-def constant_speed(angle: float, speed: float) -> TimeFunction:
+def constant_speed(angle, speed):
     """Return the motion theta_0 + w t."""
     return lambda t: (angle + speed * t, speed, 0.0)
 
 
-def harmonic(mean: float, amplitude: float, frequency: float) -> TimeFunction:
+def harmonic(mean, amplitude, frequency):
     """Return the motion theta_m + theta_a sin(W t)."""
 
-    def motion(t: float) -> tuple[float, float, float]:
+    def motion(t):
         oscillation = amplitude * math.sin(frequency * t)
         return mean + oscillation, amplitude * frequency * math.cos(frequency * t), -(frequency**2) * oscillation
 

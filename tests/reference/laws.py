@@ -11,23 +11,23 @@ STEEL_MODULUS = 207e9 / (2.0 * (1.0 - 0.3**2))  # [Pa] contact modulus E* of ste
 Elastic = Callable[[float], float]
 
 
-def liu(clearance: float, length: float, modulus: float = STEEL_MODULUS) -> Elastic:
+def liu(clearance, length, modulus=STEEL_MODULUS):
     """Return the improved elastic foundation (Liu, Zhang, Yang 2007): force [N] of an indentation [m]."""
     return lambda depth: 0.5 * math.pi * length * modulus * depth**1.5 / math.sqrt(2.0 * (clearance + depth))
 
 
-def hertz(clearance: float, journal_radius: float, modulus: float = STEEL_MODULUS) -> Elastic:
+def hertz(clearance, journal_radius, modulus=STEEL_MODULUS):
     """Return the force of a sphere in a spherical socket (Hertz)."""
     stiffness = 4.0 / 3.0 * modulus * math.sqrt((journal_radius + clearance) * journal_radius / clearance)
     return lambda depth: stiffness * depth**1.5
 
 
-def flores(restitution: float) -> float:
+def flores(restitution):
     """Return the damping factor xi (doi:10.1007/s11044-010-9237-4)."""
     return 1.6 * (1.0 / restitution - 1.0)
 
 
-def lankarani_nikravesh(restitution: float) -> float:
+def lankarani_nikravesh(restitution):
     """Return the damping factor xi (doi:10.1115/1.2912617)."""
     return 0.75 * (1.0 - restitution) * (1.0 + restitution)
 

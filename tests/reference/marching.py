@@ -69,19 +69,19 @@ class Model(Protocol):
     size: int
     """Number of coordinates."""
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self):
         """Return coordinates and rates at t = 0 with concentric journals."""
 
-    def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
+    def relative(self, t, q, v):
         """Return the position of each journal in its bearing."""
 
-    def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
+    def accelerate(self, t, q, v, loads):
         """Return accelerations, drive torque [N m] and drive power [W]."""
 
-    def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    def energy(self, t, q, v):
         """Return kinetic and potential energy together [J]."""
 
-    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def settle(self, t, q, v):
         """Return the nearest state without constraint drift."""
 
 
@@ -92,13 +92,13 @@ class Minimal:
     size = 2
 
     @property
-    def joints(self) -> tuple[ClearanceJoint, ...]:
+    def joints(self):
         return (self.joint,)
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self):
         return np.zeros(2), np.zeros(2)
 
-    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def settle(self, t, q, v):
         """Return the state: minimal coordinates do not drift."""
         return q, v
 
@@ -144,7 +144,7 @@ class Samples:
     friction_loss: np.ndarray
 
 
-def touch(joint: ClearanceJoint, at: Relative, approach: float, bristle: float) -> Touch:
+def touch(joint, at, approach, bristle):
     """Return the forces of a joint in contact, docs/theory (C1) to (C3)."""
     e = math.hypot(at.ex, at.ey)
     nx, ny = at.ex / e, at.ey / e
@@ -337,7 +337,7 @@ class March:
         return Samples(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def march_in_steps(model: Model, until: float, step: float) -> list[Contact]:
+def march_in_steps(model, until, step):
     """Return the contacts of the only joint of a frictionless model, by Dormand and Prince's steps of one size without events.
 
     A contact begins with a step that ends inside, and ends with one that ends outside.

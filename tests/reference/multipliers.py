@@ -3,21 +3,17 @@
 Of the package only the description of a mechanism is used: names, numbers, and points that are pinned together.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from reference.laws import LuGre, flores, hertz, lankarani_nikravesh, liu
-from reference.marching import ClearanceJoint, Load, Relative
+from reference.marching import ClearanceJoint, Relative
 
 GROUND = "ground"  # Name of the fixed frame
 
 
-def clearance_joint(clearance: Any) -> ClearanceJoint:
+def clearance_joint(clearance):
     """Return the laws of a described clearance, by their names."""
     c, radius, length = clearance.clearance, clearance.journal_radius, clearance.bearing_length
     faces = clearance.material, clearance.bearing_material or clearance.material
@@ -40,7 +36,7 @@ class Multipliers:
         Drives of constant speed or harmonic ones.
     """
 
-    def __init__(self, mechanism: Any) -> None:
+    def __init__(self, mechanism):
         self.mechanism = mechanism
         self.bodies = mechanism.bodies
         self.index = {body.name: i for i, body in enumerate(self.bodies)}
@@ -69,7 +65,7 @@ class Multipliers:
         direction = mechanism.gravity_direction
         self.weight = mechanism.gravity * np.array([math.cos(direction), math.sin(direction), 0.0])
 
-    def point_list(self, references: Sequence[tuple[str, str]]) -> tuple[np.ndarray, np.ndarray]:
+    def point_list(self, references):
         """Return body numbers and points in the bodies' frames, relative to their mass centres."""
         numbers, places = [], []
         for name, point in references:
@@ -82,24 +78,24 @@ class Multipliers:
                 places.append(np.array(body.points[point]) - np.array(body.centre))
         return np.array(numbers, int), np.array(places).reshape(-1, 2)
 
-    def ends(self, joints: Sequence[Any]) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    def ends(self, joints):
         """Return the journal points and the bearing points of joints."""
         return self.point_list([joint.journal for joint in joints]), self.point_list([joint.bearing for joint in joints])
 
-    def spread(self, q: np.ndarray) -> np.ndarray:
+    def spread(self, q):
         """Return three columns per body from the unknowns, shape (bodies + 1, 3)."""
         full = np.zeros(3 * len(self.bodies) + 3)
         full[self.active] = q
         return full.reshape(-1, 3)
 
-    def arms(self, moved: np.ndarray, points: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    def arms(self, moved, points):
         """Return vectors from the mass centres to the points, in the fixed frame."""
         numbers, places = points
         angle = self.angle[numbers] + moved[numbers, 2]
         c, s = np.cos(angle), np.sin(angle)
         return np.stack([c * places[:, 0] - s * places[:, 1], s * places[:, 0] + c * places[:, 1]], axis=1)
 
-    def motion(self, k: int, t: float) -> tuple[float, float, float]:
+    def motion(self, k, t):
         """Return angle, angular velocity and angular acceleration of drive k."""
         described = self.mechanism.drives[k].motion
         if type(described).__name__ == "ConstantSpeed":
@@ -113,9 +109,7 @@ class Multipliers:
         )
         return described.mean + oscillation, turn, -(described.angular_frequency**2) * oscillation
 
-    def conditions(
-        self, t: float, q: np.ndarray, v: np.ndarray, pins: Any
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def conditions(self, t, q, v, pins):
         """Return residuals of position and rate, gradients, and g, for some pins, guides and drives."""
         moved, rates = self.spread(q), self.spread(v)
         journal, bearing = pins
@@ -149,7 +143,7 @@ class Multipliers:
             row += 1
         return position, gradient @ rates.ravel() - prescribed, gradient[:, self.active], g
 
-    def close(self, t: float, q: np.ndarray, v: np.ndarray, pins: Any) -> tuple[np.ndarray, np.ndarray]:
+    def close(self, t, q, v, pins):
         """Return the nearest state that satisfies the constraints: positions by Newton's method, then rates."""
         for _ in range(30):
             position, _, gradient, _ = self.conditions(t, q, v, pins)
@@ -162,15 +156,15 @@ class Multipliers:
         _, rate, gradient, _ = self.conditions(t, q, v, pins)
         return q, v - np.linalg.lstsq(gradient, rate, rcond=None)[0]
 
-    def start(self) -> tuple[np.ndarray, np.ndarray]:
+    def start(self):
         """Return the start of the ideal mechanism with concentric journals."""
         return self.close(0.0, np.zeros(self.size), np.zeros(self.size), self.all_pins)
 
-    def settle(self, t: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def settle(self, t, q, v):
         """Remove drift."""
         return self.close(t, q, v, self.pins)
 
-    def relative(self, t: float, q: np.ndarray, v: np.ndarray) -> list[Relative]:
+    def relative(self, t, q, v):
         """Return the positions of the journals in their bearings."""
         moved, rates = self.spread(q), self.spread(v)
         (j, _), (b, _) = self.clearance_pins
@@ -182,14 +176,14 @@ class Multipliers:
         u = rates[j, :2] - rates[b, :2] + turn
         return [Relative(*row) for row in np.column_stack([e, u, w_j, w_b]).tolist()]
 
-    def accelerate(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, float, float]:
+    def accelerate(self, t, q, v, loads):
         """Return accelerations, the first drive's torque and the power of all drives."""
         a, forces = self.solve(t, q, v, loads)
         torques = forces[forces.size - len(self.driven) :]
         power = sum(torque * self.motion(k, t)[1] for k, torque in enumerate(torques.tolist()))
         return a, float(torques[0]) if torques.size else 0.0, power
 
-    def solve(self, t: float, q: np.ndarray, v: np.ndarray, loads: Sequence[Load]) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, t, q, v, loads):
         """Return accelerations, and forces of ideal joints (on the journal, x and y), guides and drives."""
         moved = self.spread(q)
         applied = (self.mass.reshape(-1, 3) * self.weight).copy()
@@ -207,7 +201,7 @@ class Multipliers:
         found = np.linalg.solve(matrix, right)
         return found[:n], -found[n:]
 
-    def energy(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
+    def energy(self, t, q, v):
         moved, rates, mass = self.spread(q), self.spread(v), self.mass.reshape(-1, 3)
         height = (self.centre + moved[:, :2]) @ self.weight[:2]
         return float(0.5 * np.sum(mass * rates**2) - mass[:, 0] @ height)

@@ -20,6 +20,6 @@ until = "{until}"
 """
 
 
-def paper_case(until: str) -> str:
+def paper_case(until):
     """Return the text of the case, simulated up to a time with its unit."""
     return TEXT.format(until=until)

@@ -24,23 +24,23 @@ class System(Protocol):
     friction: float
     restitution: np.ndarray
 
-    def mass(self, q: np.ndarray) -> np.ndarray:
+    def mass(self, q):
         """Return the mass matrix of the coordinates."""
 
-    def force(self, time: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def force(self, time, q, v):
         """Return all forces that are not impulses, with terms of the velocities."""
 
-    def slopes(self, time: float, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, time, q, v):
         """Return derivatives of the force by coordinates and velocities, as far as Newton's method uses them."""
 
-    def gaps(self, q: np.ndarray) -> np.ndarray:
+    def gaps(self, q):
         """Return the gaps of all contacts [m]."""
 
-    def gradients(self, q: np.ndarray) -> np.ndarray:
+    def gradients(self, q):
         """Return gradients of normal and tangential velocities of each contact in turn, shape (2 contacts, coordinates)."""
 
 
-def by_enumeration(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
+def by_enumeration(w, b, friction):
     """Return impulses by trying open, stick and both directions of sliding for every contact."""
     best, found = np.inf, np.zeros(len(b))
     for modes in itertools.product(range(4), repeat=len(b) // 2):
@@ -72,10 +72,10 @@ def by_enumeration(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
     return found
 
 
-def sweeps(tolerance: float, most: int = 2000) -> Solver:
+def sweeps(tolerance, most=2000):
     """Return a solver by Gauss-Seidel iteration over contacts, which ends if the residual of the cone's projection is small."""
 
-    def solve(w: np.ndarray, b: np.ndarray, friction: float) -> np.ndarray:
+    def solve(w, b, friction):
         z = np.zeros(len(b))
         for _ in range(most):
             for n in range(0, len(b), 2):
@@ -104,24 +104,13 @@ def sweeps(tolerance: float, most: int = 2000) -> Solver:
     return solve
 
 
-def _end(
-    system: System,
-    time: float,
-    step: float,
-    q: np.ndarray,
-    v: np.ndarray,
-    guess: np.ndarray,
-    active: np.ndarray,
-    approach: np.ndarray,
-    solver: Solver,
-    tolerance: float,
-) -> tuple[np.ndarray, np.ndarray]:
+def _end(system, time, step, q, v, guess, active, approach, solver, tolerance):
     """Return coordinates and velocities at the end of a step, before positions are corrected; `guess` starts the velocities."""
     rows = np.sort(np.concatenate([2 * active, 2 * active + 1]))
     before = system.force(time, q, v)
     new, end = guess, q + 0.5 * step * (v + guess)
 
-    def balance() -> np.ndarray:
+    def balance():
         return system.mass(end) @ (new - v) - 0.5 * step * (before + system.force(time + step, end, new))
 
     rest, impulse = balance(), np.zeros_like(v)
@@ -142,7 +131,7 @@ def _end(
     return end, new
 
 
-def free(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) -> np.ndarray:
+def free(system, q, v, step, count):
     """Return states without projection; a contact is active if its gap would be closed half a step later."""
     kept = [np.concatenate([q, v])]
     for k in range(count):
@@ -153,7 +142,7 @@ def free(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) 
     return np.array(kept)
 
 
-def direct(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int) -> np.ndarray:
+def direct(system, q, v, step, count):
     """Return states with negative gaps projected onto zero after each step.
 
     A contact becomes active at a gap of 1 um, and inactive beyond 0.1 um when it opens; the records apply this rule twice.
@@ -173,7 +162,7 @@ def direct(system: System, q: np.ndarray, v: np.ndarray, step: float, count: int
     return np.array(kept)
 
 
-def _complementary(w: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _complementary(w, b):
     """Return the solution z of 0 <= W z + b, z >= 0, z (W z + b) = 0 with the fewest contacts."""
     for chosen in sorted(itertools.product((False, True), repeat=len(b)), key=sum):
         on, z = np.array(chosen), np.zeros(len(b))
@@ -187,9 +176,7 @@ def _complementary(w: np.ndarray, b: np.ndarray) -> np.ndarray:
     raise ValueError("no solution")
 
 
-def combined(
-    system: System, q: np.ndarray, v: np.ndarray, step: float, count: int, solver: Solver, tolerance: float = 1e-6
-) -> np.ndarray:
+def combined(system, q, v, step, count, solver, tolerance=1e-6):
     """Return states with contacts added to a step until none closes; active gaps are projected onto zero.
 
     A gap that is closed at the start makes a contact active for the step; the step is solved again with each added contact. The

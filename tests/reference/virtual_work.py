@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
-import xarray as xr
 from scipy.interpolate import make_interp_spline
 
-import scissordyn as sd
 from reference.balance import Places, rotated
 from scissordyn.components.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
@@ -17,7 +14,7 @@ from scissordyn.components.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 class VirtualWork:
     """Cumulated work of all forces along a stroke; positions are splines of fifth degree over the instants."""
 
-    def __init__(self, forces: xr.Dataset, mechanism: sd.Mechanism) -> None:
+    def __init__(self, forces, mechanism):
         self.forces, self.mechanism, self.time = forces, mechanism, forces["time"].values
         self.places = Places(forces, mechanism)
         self.at, self.angle = self.places.at, self.places.angle
@@ -35,27 +32,27 @@ class VirtualWork:
         self.work["weight"] = self._of_energy(weight)
 
     @property
-    def largest(self) -> float:
+    def largest(self):
         """Return the largest work of a single force [J]."""
         return max(float(np.abs(work).max()) for work in self.work.values())
 
-    def imbalance(self) -> float:
+    def imbalance(self):
         """Return the largest sum of all works, over the largest of them."""
         return float(np.abs(sum(self.work.values())).max()) / self.largest
 
-    def _of_energy(self, energy: np.ndarray) -> np.ndarray:
+    def _of_energy(self, energy):
         return energy - energy[0]
 
-    def _along(self, force: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def _along(self, force, place):
         """Return the work of a force or torque along a coordinate."""
         rate = make_interp_spline(self.time, place, k=5).derivative()(self.time)
         work: np.ndarray = make_interp_spline(self.time, force * rate, k=5).antiderivative()(self.time)
         return work - work[0]
 
-    def _at_point(self, force: np.ndarray, place: np.ndarray) -> np.ndarray:
+    def _at_point(self, force, place):
         return self._along(force[:, 0], place[:, 0]) + self._along(force[:, 1], place[:, 1])
 
-    def _drives(self) -> None:
+    def _drives(self):
         forces, mechanism = self.forces, self.mechanism
         held = dict(zip(forces["prescribed"].values.tolist(), forces["input"].values.T, strict=True))
         torques = forces["drive_torques"].values.T if "drive_torques" in forces else forces.get("drive_torque")
@@ -70,7 +67,7 @@ class VirtualWork:
             force = forces["coordinate_drive_force"].sel(coordinate_drive=drive.name).values
             self.work[drive.name] = self._along(force, held[drive.name])
 
-    def _component(self, part: Any) -> np.ndarray:
+    def _component(self, part):
         port, output = part.declaration.port, partial(self.places.output, part)
         if port is LINE:
             return self._along(-output("force"), np.linalg.norm(self.at(*part.end) - self.at(*part.start), axis=1))

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import scissordyn as sd
 from scissordyn.run.measure import MEASURES
@@ -34,14 +33,14 @@ OVER = {
 
 
 @pytest.fixture(scope="module", params=["frictionless", "lugre", "hard"])
-def case(request: pytest.FixtureRequest) -> tuple[sd.Mechanism, xr.Dataset]:
+def case(request):
     """Return a mechanism and its batch on one thread."""
     laws = {"lugre": {"friction": sd.LuGre(0.05)}, "hard": {"friction": sd.Ambrosio(0.05), "contact": "hard"}}
     mechanism = arm(**laws.get(request.param, {}))
     return mechanism, sd.simulate_many(mechanism, OVER, until=0.02, measures=ACCUMULATED, threads=1)
 
 
-def test_case_equals_a_single_run(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+def test_case_equals_a_single_run(case):
     """Identity: every measure is that of `simulate`, bit for bit, independent of earlier cases on the thread."""
     mechanism, batch = case
     for k in range(CASES):
@@ -67,7 +66,7 @@ def test_case_equals_a_single_run(case: tuple[sd.Mechanism, xr.Dataset]) -> None
 
 
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
-def test_pressure_times_sliding_distance(contact: Any) -> None:
+def test_pressure_times_sliding_distance(contact):
     """Closed form: m g/(2 R L) omega R t for a rotor that rests in its bearing; the integral over samples where it bounces."""
     gap = sd.Clearance(1e-4, contact=contact)
     rotor = sd.Body("rotor", mass=3.0, inertia=0.01, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
@@ -83,7 +82,7 @@ def test_pressure_times_sliding_distance(contact: Any) -> None:
     assert falling["pressure_distance"].item() == pytest.approx(expected, rel=1e-2)
 
 
-def test_threads_and_order_of_cases(case: tuple[sd.Mechanism, xr.Dataset]) -> None:
+def test_threads_and_order_of_cases(case):
     """Identity: two threads, and the cases in another order, give the same values bit for bit."""
     mechanism, batch = case
     order = np.random.default_rng(1).permutation(CASES)
@@ -94,7 +93,7 @@ def test_threads_and_order_of_cases(case: tuple[sd.Mechanism, xr.Dataset]) -> No
         np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
 
 
-def test_failed_case() -> None:
+def test_failed_case():
     """Contract: a failed case has its cause and NaN, and does not affect the others."""
     batch = sd.simulate_many(arm(), {"A.clearance": [1e-4, 2e-4, -1.0, 3e-4]}, until=0.01, threads=2)
     assert batch["status"].values.tolist() == ["complete", "complete", "failed", "complete"]
@@ -105,7 +104,7 @@ def test_failed_case() -> None:
     assert "20 steps are not enough" in str(short["cause"].values[0])
 
 
-def test_interrupted_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_batch(monkeypatch):
     """Contract: an interrupted batch has its complete cases, and the others are pending."""
 
     def stop(done: int, total: int) -> None:
@@ -134,13 +133,13 @@ def test_interrupted_batch(monkeypatch: pytest.MonkeyPatch) -> None:
         ([{}], {}, r"over = \[\{\}\]; expected a mapping of parameter paths to values"),
     ],
 )
-def test_refused_batches(over: Any, options: Any, says: str) -> None:
+def test_refused_batches(over, options, says):
     """Contract: wrong arguments are refused before anything is computed."""
     with pytest.raises(sd.InputError, match=says):
         sd.simulate_many(arm(), over, until=0.01, **options)
 
 
-def test_fraction_in_contact() -> None:
+def test_fraction_in_contact():
     """Limit: the fraction in contact is that of many samples, and zero without contacts."""
     batch = sd.simulate_many(arm(), {"A.clearance": [2e-4]}, until=0.05)
     run = sd.simulate(arm().replace("A.clearance", 2e-4), until=0.05, samples=20_001)
@@ -151,7 +150,7 @@ def test_fraction_in_contact() -> None:
     assert math.isinf(float(early["first_contact"][0, 0]))
 
 
-def test_deployment_time() -> None:
+def test_deployment_time():
     """Closed form: a bar at constant speed turns by 0.5 rad until its latch locks; the time is infinite if it does not lock."""
     one = sd.Body("bar", 1.0, 0.1, points={"pin": (0.0, 0.0)}, angular_velocity=2.0)
     swinging = sd.Mechanism(

@@ -1,15 +1,10 @@
 """Warning of bristles in ideal pins and guides that recoil faster than the Stribeck speed."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
-from pathlib import Path
-from typing import Any
 
 import pytest
-import xarray as xr
 from tests.build import on_pin
 
 import scissordyn as sd
@@ -19,7 +14,7 @@ from scissordyn.cli.main import status_of
 G, KINETIC, STATIC, STRIBECK = 9.81, 0.2, 0.3, 0.01
 
 
-def _block(stiffness: float, slope: float = 0.0, speed: float = 0.0, **friction: float) -> sd.Mechanism:
+def _block(stiffness, slope=0.0, speed=0.0, **friction):
     """Return a block of 2 kg on an incline."""
     angle = math.atan(slope)
     along = speed * math.cos(angle), speed * math.sin(angle)
@@ -30,11 +25,11 @@ def _block(stiffness: float, slope: float = 0.0, speed: float = 0.0, **friction:
     return sd.Mechanism((block,), guides=(guide,), components=(bristles,), ground=(("O", (0.0, 0.0)),), gravity=G)
 
 
-def _recoils(run: xr.Dataset) -> list[dict[str, Any]]:
+def _recoils(run):
     return [item["numbers"] for item in json.loads(run.attrs["warning_data"]) if item["kind"] == "recoil"]
 
 
-def _brief(mechanism: sd.Mechanism) -> xr.Dataset:
+def _brief(mechanism):
     return sd.simulate(mechanism, until=1e-5, samples=2)
 
 
@@ -43,7 +38,7 @@ LIMIT = G * (STATIC / STRIBECK) ** 2
 
 
 @pytest.mark.parametrize(("factor", "warned"), [(0.25, True), (1.0 - 1e-6, True), (1.0 + 1e-6, False), (4.0, False)])
-def test_limit_of_a_block(factor: float, warned: bool) -> None:
+def test_limit_of_a_block(factor, warned):
     """Closed form: the warning begins where the recoil speed is the Stribeck speed."""
     found = _recoils(_brief(_block(factor * LIMIT)))
     assert bool(found) == warned
@@ -51,7 +46,7 @@ def test_limit_of_a_block(factor: float, warned: bool) -> None:
         assert found[0]["recoil"] == pytest.approx(STRIBECK / math.sqrt(factor), rel=1e-6)
 
 
-def test_recoil_of_a_pin() -> None:
+def test_recoil_of_a_pin():
     """Closed form: a pendulum's inertia I on a journal of radius R moves as the mass I/R^2."""
     radius, stiffness = 0.05, 1e3
     bar = sd.bar("bar", length=1.0, mass=3.0, angle=-math.pi / 2)
@@ -61,7 +56,7 @@ def test_recoil_of_a_pin() -> None:
     assert found["recoil"] == pytest.approx(STATIC * math.sqrt(3.0 * G / (stiffness * mass)), rel=1e-6)
 
 
-def test_recoil_in_a_linkage() -> None:
+def test_recoil_in_a_linkage():
     """Second formulation: the mass that moves along the guide of a slider-crank is 2 T/v^2 of the whole mechanism."""
     stiffness = 1e3
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G, angle=0.8)
@@ -75,7 +70,7 @@ def test_recoil_in_a_linkage() -> None:
     assert found["recoil"] == pytest.approx(STATIC * math.sqrt(force / (stiffness * mass)), rel=1e-5)
 
 
-def test_advised_stiffness_holds() -> None:
+def test_advised_stiffness_holds():
     """Limit: soft bristles lose a load between both coefficients that begins suddenly, those of the advice hold it."""
     slope = 0.5 * (KINETIC + STATIC)
     soft = sd.simulate(_block(0.1 * LIMIT, slope), until=2.0, samples=201)
@@ -87,12 +82,12 @@ def test_advised_stiffness_holds() -> None:
 
 
 @pytest.mark.parametrize(("friction", "speed"), [({"static": 0.0}, 0.0), ({"static": KINETIC}, 0.0), ({}, 3.0 * STRIBECK)])
-def test_no_warning_where_static_friction_does_not_act(friction: dict[str, float], speed: float) -> None:
+def test_no_warning_where_static_friction_does_not_act(friction, speed):
     """Contract: equal coefficients and a block that slides have nothing to lose."""
     assert not _recoils(_brief(_block(0.1 * LIMIT, speed=speed, **friction)))
 
 
-def test_check_warns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_warns(tmp_path, capsys):
     """Contract: `check` gives the warning of the run before it."""
     case = tmp_path / "case.toml"
     case.write_text(sd.case_text(_block(0.25 * LIMIT)))

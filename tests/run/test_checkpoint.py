@@ -77,7 +77,7 @@ def numbers(run: xr.Dataset) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("changes", [(), ("run.method=rodas5p",)])
 @pytest.mark.parametrize("name", CASES)
-def test_driver_continues_bit_for_bit(name: str, changes: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_driver_continues_bit_for_bit(name, changes, monkeypatch):
     """Identity: another driver that continues from any step ends with the arrays of an undisturbed run."""
     mechanism, options = case(name, *changes)
     monkeypatch.setattr(driver_module, "FIRST_STEPS", 3)
@@ -113,7 +113,7 @@ def stopped(mechanism: sd.Mechanism, checkpoint: sd.Checkpoint, after: int, **op
         if calls[0] == after:
             raise KeyboardInterrupt
 
-    return sd.simulate(mechanism, checkpoint=checkpoint, progress=told, **options)  # type: ignore[arg-type]
+    return sd.simulate(mechanism, checkpoint=checkpoint, progress=told, **options)
 
 
 def rubbing() -> sd.Mechanism:
@@ -141,9 +141,7 @@ def hard() -> sd.Mechanism:
         (hard, 50, {"until": 0.02, "step": 1e-5}),
     ],
 )
-def test_interrupted_run_continues(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: Callable[[], sd.Mechanism], slices: int, options: dict[str, Any]
-) -> None:
+def test_interrupted_run_continues(tmp_path, monkeypatch, made, slices, options):
     """Identity: a run interrupted several times, also while it is repeated, is the same bit for bit; the file is removed."""
     monkeypatch.setattr(driver_module, "FIRST_STEPS", slices)
     monkeypatch.setattr(loop_module, "SLICE_STEPS_MAX", slices)
@@ -158,7 +156,7 @@ def test_interrupted_run_continues(
     assert numbers(part) == numbers(expected)
 
 
-def test_replay_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> None:
+def test_replay_with_checkpoints(tmp_path, clearance_run):
     """Contract: `replay` writes checkpoints, too; with `keep` the file stays, and another run ends at once."""
     checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0, keep=True)
     assert numbers(sd.replay(clearance_run, checkpoint=checkpoint)) == numbers(clearance_run)
@@ -168,7 +166,7 @@ def test_replay_with_checkpoints(tmp_path: Path, clearance_run: xr.Dataset) -> N
     assert not list(tmp_path.iterdir())
 
 
-def test_other_runs_are_refused(tmp_path: Path, clearance_array: sd.Mechanism) -> None:
+def test_other_runs_are_refused(tmp_path, clearance_array):
     """Contract: another description, option, version or kind of file, and a damaged file, are refused with the difference."""
     checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint", every=0.0)
     options = sd.Options(0.01)
@@ -200,7 +198,7 @@ def test_other_runs_are_refused(tmp_path: Path, clearance_array: sd.Mechanism) -
     assert "is not overwritten" in refused(clearance_array, options)
 
 
-def test_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, clearance_array: sd.Mechanism) -> None:
+def test_full_disk_does_not_end_the_run(tmp_path, monkeypatch, clearance_array):
     """Contract: a run without room for checkpoints continues with a warning; a missing folder is refused."""
     expected = sd.simulate(clearance_array, until=5e-3, samples=11)
 
@@ -216,9 +214,7 @@ def test_full_disk_does_not_end_the_run(tmp_path: Path, monkeypatch: pytest.Monk
         sd.simulate(clearance_array, until=5e-3, checkpoint=sd.Checkpoint(tmp_path / "none" / "run.checkpoint"))
 
 
-def test_state_of_another_size_is_refused(
-    tmp_path: Path, clearance_array: sd.Mechanism, frictional_array: sd.Mechanism
-) -> None:
+def test_state_of_another_size_is_refused(tmp_path, clearance_array, frictional_array):
     """Contract: arrays of the wrong shape are refused, even if the file claims to belong to this run."""
     checkpoint = sd.Checkpoint(tmp_path / "run.checkpoint")
     keeper = Keeper(checkpoint, {})
@@ -237,7 +233,7 @@ def softening(length, rate, stiffness):
     return -0.5 * stiffness * length, 0.25 * stiffness * length**2, 0.0
 
 
-def test_edited_kernels_are_refused(tmp_path: Path) -> None:
+def test_edited_kernels_are_refused(tmp_path):
     """Contract: a component whose Python kernel differs belongs to another run, though its fields are the same."""
     checkpoint, options = sd.Checkpoint(tmp_path / "run.checkpoint"), sd.Options(1e-3, samples=2)
     arms = []
@@ -264,9 +260,7 @@ def test_edited_kernels_are_refused(tmp_path: Path) -> None:
 CASE = ("run", str(EXAMPLES / "paper.toml"), "--set", "run.until=10 ms")  # Command that runs the paper's array for 10 ms
 
 
-def test_ctrl_c_keeps_run_and_checkpoint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_ctrl_c_keeps_run_and_checkpoint(tmp_path, monkeypatch, capsys):
     """Contract: Ctrl-C leaves both files; the same command continues, and its run is the undisturbed one."""
     whole, target = tmp_path / "whole.nc", tmp_path / "run.nc"
     assert status_of([*CASE, "-o", str(whole)]) == 0
@@ -301,9 +295,7 @@ def test_ctrl_c_keeps_run_and_checkpoint(
         (("-o", "other", "--checkpoint", "1 s"), "'other.checkpoint' exists and is not a NetCDF file of scissordyn"),
     ],
 )
-def test_refused_checkpoint_options(
-    arguments: tuple[str, ...], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_refused_checkpoint_options(arguments, says, tmp_path, monkeypatch, capsys):
     """Contract: wrong options give one line and status 2 before anything is computed."""
     monkeypatch.chdir(tmp_path)
     Path("other.checkpoint").write_text("notes\n")
@@ -347,7 +339,7 @@ def killed(target: Path, until: str, writes: int, delay: float) -> bool:
 
 
 @pytest.mark.slow
-def test_twenty_real_kills(tmp_path: Path) -> None:
+def test_twenty_real_kills(tmp_path):
     """Contract: after twenty kills at random moments the run is that of an undisturbed process."""
     until, draw, kills = "1 s", random.Random(4), 0
     undisturbed, target = tmp_path / "undisturbed.nc", tmp_path / "run.nc"
@@ -432,7 +424,7 @@ SLOWLY = [pytest.param(first, 250, marks=pytest.mark.slow) for first in range(0,
 
 
 @pytest.mark.parametrize(("first", "count"), [(0, 25), *SLOWLY])
-def test_damaged_checkpoints(first: int, count: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_damaged_checkpoints(first, count, tmp_path, capfd):
     """Contract: any content of a checkpoint gives status 0 with the same results, or 2 or 3 with one line."""
     statuses = fuzzed(first, first + count, tmp_path, capfd)
     assert len(statuses) == count

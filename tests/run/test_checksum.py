@@ -1,7 +1,5 @@
 """Checksums of saved runs: changes are noticed, and other programs can read the file."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import re
@@ -20,7 +18,7 @@ from scissordyn.file.netcdf import chunk_options
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(tmp_path_factory):
     """Return a small file with numbers, truth values, texts and an empty variable."""
     values = {
         "position": (("time", "axis"), np.linspace(0.1, 0.9, 6).reshape(3, 2), {"units": "m"}),
@@ -32,13 +30,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return sd.save(run, tmp_path_factory.mktemp("whole") / "run.nc")
 
 
-def flipped(content: bytes, bit: int) -> bytes:
+def flipped(content, bit):
     """Return a content with one bit changed."""
     byte = content[bit // 8] ^ 1 << bit % 8
     return content[: bit // 8] + bytes([byte]) + content[bit // 8 + 1 :]
 
 
-def test_flipped_bits_are_noticed(whole: Path, tmp_path: Path) -> None:
+def test_flipped_bits_are_noticed(whole, tmp_path):
     """Contract: the file is refused, or has no checksum if the bit is in the marker of the checksum line."""
     content, target, unmarked = whole.read_bytes(), tmp_path / "run.nc", set[int]()
     for byte in range(len(content)):
@@ -50,7 +48,7 @@ def test_flipped_bits_are_noticed(whole: Path, tmp_path: Path) -> None:
     assert unmarked == set(range(len(content) - LINE_BYTES, len(content) - 65))
 
 
-def test_damaged_run_is_refused(whole: Path, tmp_path: Path) -> None:
+def test_damaged_run_is_refused(whole, tmp_path):
     """Contract: `load` and the explorer refuse a damaged file in one line."""
     content, damaged = whole.read_bytes(), tmp_path / "damaged.nc"
     damaged.write_bytes(flipped(content, 8 * content.index(np.float64(0.1).tobytes())))
@@ -59,7 +57,7 @@ def test_damaged_run_is_refused(whole: Path, tmp_path: Path) -> None:
             read(damaged)
 
 
-def test_run_without_checksum(whole: Path, tmp_path: Path) -> None:
+def test_run_without_checksum(whole, tmp_path):
     """Contract: files of other programs are read with a warning; saved again they have a checksum."""
     other = tmp_path / "other.nc"
     sd.load(whole).to_netcdf(other, engine="h5netcdf")
@@ -69,13 +67,13 @@ def test_run_without_checksum(whole: Path, tmp_path: Path) -> None:
     xr.testing.assert_identical(sd.load(other), sd.load(whole))
 
 
-def by_hdf5(path: Path) -> tuple[float, np.ndarray]:
+def by_hdf5(path):
     """Return an attribute and a variable, read by HDF5."""
     with h5py.File(path) as file:
         return float(file.attrs["end"][0]), np.asarray(file["position"])
 
 
-def test_other_programs_read_the_file(whole: Path, tmp_path: Path) -> None:
+def test_other_programs_read_the_file(whole, tmp_path):
     """Contract: xarray and HDF5 read it; HDF5's own checksums refuse a flipped bit in a variable or attribute."""
     with xr.open_dataset(whole, engine="h5netcdf") as other:
         xr.testing.assert_identical(other.load(), sd.load(whole))
@@ -86,7 +84,7 @@ def test_other_programs_read_the_file(whole: Path, tmp_path: Path) -> None:
             by_hdf5(damaged)
 
 
-def test_file_changed_by_another_program(whole: Path, tmp_path: Path) -> None:
+def test_file_changed_by_another_program(whole, tmp_path):
     """Contract: HDF5 removes the checksum line when it changes a file, so that the change is not taken for damage."""
     changed = Path(shutil.copy(whole, tmp_path / "changed.nc"))
     with h5py.File(changed, "r+") as file:
@@ -94,14 +92,14 @@ def test_file_changed_by_another_program(whole: Path, tmp_path: Path) -> None:
     assert not verify_checksum(changed)
 
 
-def test_checksum_of_common_tools(whole: Path) -> None:
+def test_checksum_of_common_tools(whole):
     """Cross-check: `head -c -N run.nc | sha256sum` gives the digits of the last line."""
     content = whole.read_bytes()
     assert content[-65:-1].decode() == hashlib.sha256(content[:-LINE_BYTES]).hexdigest()
 
 
 @pytest.mark.parametrize("rows", [1, CHUNK_BYTES // 16, CHUNK_BYTES // 16 + 1, 10 * CHUNK_BYTES // 16 + 7])
-def test_chunks_are_small_and_full(rows: int) -> None:
+def test_chunks_are_small_and_full(rows):
     """Limit: no chunk exceeds HDF5's cache, and unused rows are fewer than chunks."""
     first, *rest = chunk_options(np.broadcast_to(0.0, (rows, 2)))["chunks"]
     count = -(-rows // first)

@@ -29,7 +29,7 @@ SOURCES = {
 
 
 @pytest.mark.parametrize("part", SOURCES)
-def test_every_declared_source_is_in_the_bibliography(part: str) -> None:
+def test_every_declared_source_is_in_the_bibliography(part):
     """Contract: each publication of a law or controller is found by its DOI, or by first author and year."""
     source = SOURCES[part]
     found = references(source)
@@ -39,7 +39,7 @@ def test_every_declared_source_is_in_the_bibliography(part: str) -> None:
     assert {doi.lower() for doi in named} <= {each.doi.lower() for each in found}
 
 
-def test_components_and_methods_are_in_the_bibliography() -> None:
+def test_components_and_methods_are_in_the_bibliography():
     """Contract: every reference of a component's description is found, and one for every method of integration."""
     from scissordyn.record.citations import _of_docstring
 
@@ -50,7 +50,7 @@ def test_components_and_methods_are_in_the_bibliography() -> None:
     assert set(CITED.values()) <= set(bibliography())
 
 
-def test_two_spellings_find_the_same() -> None:
+def test_two_spellings_find_the_same():
     """Contract: accents, umlauts, particles and the form of co-authors make no difference."""
     (astrom,) = references("Astrom and Hagglund 1995, PID Controllers, ISBN 1-55617-516-7")
     assert references("Åström, Hägglund 1995") == (astrom,)
@@ -59,7 +59,7 @@ def test_two_spellings_find_the_same() -> None:
     assert references("definition") == references("") == references("the user") == ()
 
 
-def test_unknown_publications_are_cited_as_given() -> None:
+def test_unknown_publications_are_cited_as_given():
     """Contract: the source of a user's law is neither lost nor taken for another publication."""
     (own,) = references("Doe 2031, doi:10.1000/xyz123")
     assert (own.doi, own.year) == ("10.1000/xyz123", 2031)
@@ -69,7 +69,7 @@ def test_unknown_publications_are_cited_as_given() -> None:
     assert "My thesis" in other.text
 
 
-def test_bibliography_is_sound() -> None:
+def test_bibliography_is_sound():
     """Contract: keys, years and DOIs find one entry each; text and BibTeX are complete, with balanced braces."""
     known = bibliography().values()
     dois = [each.doi.lower() for each in known if each.doi]
@@ -89,7 +89,7 @@ def run_of(name: str) -> object:
     return sd.simulate(case.mechanism, **case.run.keywords | {"until": 1e-3, "samples": 2})
 
 
-def test_citations_of_a_run() -> None:
+def test_citations_of_a_run():
     """Contract: a run cites its mechanism, laws, coordinates and method, and nothing else."""
     found = citations(run_of("paper"))
     uses = {each.reference.key: each.uses for each in found}
@@ -107,7 +107,7 @@ def test_citations_of_a_run() -> None:
     assert len(found) == len(uses)
 
 
-def test_components_controllers_and_starts_are_cited() -> None:
+def test_components_controllers_and_starts_are_cited():
     """Contract: an end stop, a controller's source, a static start, and the handbook of materials are cited."""
     lift = {each.reference.key: each.uses for each in citations(run_of("lift"))}
     assert "travel stop" in lift["flores2011"]
@@ -118,7 +118,7 @@ def test_components_controllers_and_starts_are_cited() -> None:
     assert any(found and found[0].key == "asm1990" for found in sources)
 
 
-def test_law_without_a_publication(tmp_path: Path) -> None:
+def test_law_without_a_publication(tmp_path):
     """Contract: a law without a publication is listed as such, also when its file is gone."""
     file = tmp_path / "my_laws.py"
     law = "def soft(indentation, stiffness):\n    return stiffness * indentation**1.5\n"
@@ -133,7 +133,7 @@ def test_law_without_a_publication(tmp_path: Path) -> None:
     assert "liu2007" not in {each.reference.key for each in found}
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command(tmp_path, capsys):
     """Contract: text and BibTeX of a saved run; bad input gives one line and status 2."""
     saved = tmp_path / "run.nc"
     sd.save(run_of("paper"), saved)

@@ -35,7 +35,7 @@ class Case:
     expected: list[Event]
 
 
-def _case(mechanism: sd.Mechanism, first: float, rng: np.random.Generator, places: list[Event]) -> Case:
+def _case(mechanism, first, rng, places):
     """Return a case with random speed and stroke, and the positions that it meets up to the first limit."""
     speed, turn = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.5, 8.0)), float(rng.uniform(1.0, 6.2))
     met = [
@@ -49,7 +49,7 @@ def _case(mechanism: sd.Mechanism, first: float, rng: np.random.Generator, place
     return Case(mechanism.driven(speed=speed), turn / abs(speed), speed, first, met[: locks[0] + 1] if locks else met)
 
 
-def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
+def four_bar(rng, gap):
     """Return a four-bar, which closes while the distance d of crank pin and rocker pivot is between |b - c| and b + c.
 
     At 180 deg d = g + a, at 0 deg d = |g - a|; sin(th/2)^2 = (d^2 - (g - a)^2) / (4 g a). If d just reaches a limit there,
@@ -67,11 +67,8 @@ def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
         distance = math.sqrt(ground**2 + crank**2 - 2.0 * ground * crank * math.cos(first))
         if abs(coupler - rocker) + 0.05 < distance < coupler + rocker - 0.05:
             break
-    places: list[Event] = []
-    misses = {
-        math.pi: (coupler + rocker) - (ground + crank),
-        0.0: abs(ground - crank) - abs(coupler - rocker),
-    }
+    places = []
+    misses = {math.pi: (coupler + rocker) - (ground + crank), 0.0: abs(ground - crank) - abs(coupler - rocker)}
     for at, miss in misses.items():
         if abs(miss) < 1e-14:
             places.append((CHANGE_KIND, at, 0.0))
@@ -89,7 +86,7 @@ def four_bar(rng: np.random.Generator, gap: float | None) -> Case:
     return _case(linkage, first, rng, places)
 
 
-def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
+def slider_crank(rng, gap):
     """Return a slider-crank: it closes for crank |sin(th)| <= rod; at equal lengths slider and pin meet at 90 deg."""
     while True:
         crank = float(rng.uniform(0.05, 0.3))
@@ -98,7 +95,7 @@ def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
         if abs(math.sin(first)) < ratio - 0.05:
             break
     rod = ratio * crank
-    places: list[Event] = []
+    places = []
     if rod >= crank:
         places += [(NEAR_KIND if rod > crank else CHANGE_KIND, at, rod - crank) for at in (0.5 * math.pi, -0.5 * math.pi)]
     else:
@@ -107,7 +104,7 @@ def slider_crank(rng: np.random.Generator, gap: float | None) -> Case:
     return _case(sd.slider_crank(crank=crank, rod=rod, angle=first), first, rng, places)
 
 
-def scissor(rng: np.random.Generator, _gap: float | None) -> Case:
+def scissor(rng, _gap):
     """Return an array: its rhombi are flat at each multiple of 90 deg; a single unit can branch at those of 180 deg."""
     units, first = int(rng.integers(1, 7)), float(rng.uniform(0.1, 1.47))
     every = [0.0, math.pi] + ([0.5 * math.pi, -0.5 * math.pi] if units > 1 else [])
@@ -120,14 +117,14 @@ WARNED_MISS = 3e-4  # [mechanism sizes] a change point that is missed by no more
 Generator = Callable[[np.random.Generator, float | None], Case]
 
 
-def found(mechanism: sd.Mechanism, until: float) -> list[tuple[str, float]]:
+def found(mechanism, until):
     """Return kinds and times of the singular positions."""
     path = path_of(plan(mechanism), until)
     times = [(each.kind, time) for each in path.singular for time in instants(path, until, each.place)]
     return sorted(times, key=lambda each: each[1])
 
 
-def check(case: Case) -> None:
+def check(case):
     """Compare kinds and times found with the closed form."""
     expected = [(kind, (angle - case.first) / case.speed, miss) for kind, angle, miss in case.expected]
     wide = [time for kind, time, miss in expected if kind == NEAR_KIND and miss > WARNED_MISS]
@@ -147,13 +144,13 @@ KINDS = [*((make, gap) for make in (four_bar, slider_crank) for gap in (None, *G
 
 
 @pytest.mark.parametrize(("make", "gap"), KINDS, ids=lambda each: getattr(each, "__name__", str(each)))
-def test_random_mechanisms(make: Generator, gap: float | None) -> None:
+def test_random_mechanisms(make, gap):
     """Closed form: limits of a crank, change points and near ones, in both directions, by gap to the change point."""
     for seed in range(10 if gap is None else 2):
         check(make(np.random.default_rng(seed), gap))
 
 
-def test_change_point_in_the_last_step() -> None:
+def test_change_point_in_the_last_step():
     """Closed form: an array that passes its flat position between the last two positions of the path."""
     for beyond in np.linspace(0.002, 0.06, 12).tolist():
         array = sd.scissor(units=5, angle=0.5).driven(speed=1.0)
@@ -163,14 +160,14 @@ def test_change_point_in_the_last_step() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("make", [four_bar, slider_crank, scissor], ids=lambda make: make.__name__)
-def test_many_random_mechanisms(make: Generator) -> None:
+def test_many_random_mechanisms(make):
     """Closed form: 600 mechanisms of a kind, a third of them random and the rest near a change point."""
     gaps = (None,) * 6 + GAPS
     for seed in range(600):
         check(make(np.random.default_rng(1000 + seed), gaps[seed % len(gaps)]))
 
 
-def test_every_kind_is_drawn() -> None:
+def test_every_kind_is_drawn():
     """Contract: the figure of the kinematics has a line style for each kind of singular position."""
     assert set(SINGULAR_LINE_STYLES) == {CHANGE_KIND, LOCKING_KIND, NEAR_KIND}
     passing = sd.four_bar(ground=1.0, crank=0.4, coupler=0.9, rocker=0.5001, angle=1.0).driven(speed=3.0)
@@ -179,7 +176,7 @@ def test_every_kind_is_drawn() -> None:
     assert any(NEAR_KIND in axis.get_legend_handles_labels()[1] for axis in kinematics(ideal))
 
 
-def test_drive_that_stands_still() -> None:
+def test_drive_that_stands_still():
     """Limit: without a stroke there is no singular position, with one drive or two."""
     assert found(sd.scissor(units=3, angle=0.6).driven(speed=0.0), 1.0) == []
     apart = math.acos(0.25)  # two cranks of 1 m at right angles to the ground of 1 m, and bars of 2 m between their ends
@@ -200,7 +197,7 @@ def test_drive_that_stands_still() -> None:
     assert found(both.driven(speed=0.0, body="left").driven(speed=0.0, body="right"), 1.0) == []
 
 
-def test_limit_of_a_crossed_linkage() -> None:
+def test_limit_of_a_crossed_linkage():
     """Closed form: the crank of a crossed four-bar stops at 0.335789 s, by the law of cosines."""
     ground, crank, coupler, rocker = 0.928733221455456, 1.4086743568308764, 1.4037555938140915, 0.8597264873214747
     angle, speed = 1.4745982380091176, 3.4290116702167057
@@ -211,7 +208,7 @@ def test_limit_of_a_crossed_linkage() -> None:
     assert time == pytest.approx((limit - angle) / speed, abs=1e-9)
 
 
-def test_either_side_of_a_change_point() -> None:
+def test_either_side_of_a_change_point():
     """Closed form: a rocker longer by 1e-4 passes and is reported as near; one shorter by 1e-5 locks before."""
     common = {"ground": 1.0, "crank": 0.4, "coupler": 0.9, "angle": 1.0}
     passing = sd.four_bar(**common, rocker=0.5001).driven(speed=3.0)
@@ -225,7 +222,7 @@ def test_either_side_of_a_change_point() -> None:
     ]
 
 
-def test_loose_linkage_forced_beyond_its_limit() -> None:
+def test_loose_linkage_forced_beyond_its_limit():
     """Contract: a linkage with clearance driven beyond its limit gives a warning with position and time."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4) - math.pi / 3
@@ -237,7 +234,7 @@ def test_loose_linkage_forced_beyond_its_limit() -> None:
     assert not [text for text in warnings_of(before) if "locking" in text]
 
 
-def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
+def test_drive_that_is_beyond_its_limit_between_two_samples():
     """Contract: a drive that exceeds the limit between two samples only is warned of."""
     linkage = sd.four_bar(ground=1.0, crank=1.2, coupler=0.7, rocker=0.8).with_clearance("rocker pin", sd.Clearance(1e-3))
     limit = math.acos((1.0 + 1.44 - 2.25) / 2.4)
@@ -251,7 +248,7 @@ def test_drive_that_is_beyond_its_limit_between_two_samples() -> None:
         assert bool(said) is expected, (said, run.attrs["warnings"])
 
 
-def test_journal_pressed_in_far_from_any_limit() -> None:
+def test_journal_pressed_in_far_from_any_limit():
     """Contract: journals pressed deep into a small clearance give no warning of a singular position."""
     for angle, until in ((0.5, 0.04), (1.2, 0.08)):
         linkage = sd.slider_crank(crank=0.3, rod=1.0, angle=angle).driven(speed=60.0)

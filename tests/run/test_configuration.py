@@ -105,7 +105,7 @@ def exact(plain: Any) -> Any:
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(mechanisms())
-def test_random_mechanisms(mechanism: sd.Mechanism) -> None:
+def test_random_mechanisms(mechanism):
     """Identity: a mechanism, its case file, and the mechanism read from it are the same to the last bit."""
     text = write_configuration(mechanism)
     again = read_configuration(dataset(text)).build_mechanism()
@@ -115,7 +115,7 @@ def test_random_mechanisms(mechanism: sd.Mechanism) -> None:
 
 
 @pytest.mark.parametrize("which", [*FILES, *sd.zoo], ids=lambda which: getattr(which, "stem", which))
-def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
+def test_examples_and_the_zoo(which, tmp_path):
     """Identity: every mechanism with its laws, controllers and run options is read back to the last bit."""
     case = sd.zoo[which].case if isinstance(which, str) else sd.read_case(which)
     text = write_configuration(case.mechanism, case.run)
@@ -128,7 +128,7 @@ def test_examples_and_the_zoo(which: Path | str, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def own_run(array: sd.Mechanism, tmp_path: Path) -> xr.Dataset:
+def own_run(array, tmp_path):
     """Return a saved run with a law in a user's file."""
     file = tmp_path / "laws.py"
     file.write_text(LAWS)
@@ -137,7 +137,7 @@ def own_run(array: sd.Mechanism, tmp_path: Path) -> xr.Dataset:
     return sd.load(sd.save(run, tmp_path / "run.nc"))
 
 
-def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path) -> None:
+def test_functions_of_the_user_need_consent(own_run, tmp_path):
     """Contract: a run with a law in a file is run again only from an allowed file with the same content."""
     file = tmp_path / "laws.py"
     with pytest.raises(sd.InputError, match=r"'soft' of 'laws.py'.*--allow-code laws.py"):
@@ -155,7 +155,7 @@ def test_functions_of_the_user_need_consent(own_run: xr.Dataset, tmp_path: Path)
         sd.replay(own_run, allow_code=[tmp_path / "none.py"])
 
 
-def test_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_function_without_a_digest_is_refused(own_run, tmp_path, monkeypatch):
     """Contract: an empty digest would fit any file; it is refused, whether files are allowed or not."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.py").write_text(f"open('done', 'w').write('')\n{LAWS}")
@@ -172,7 +172,7 @@ def test_function_without_a_digest_is_refused(own_run: xr.Dataset, tmp_path: Pat
     assert not (tmp_path / "done").exists()
 
 
-def test_description_is_read_without_code(own_run: xr.Dataset) -> None:
+def test_description_is_read_without_code(own_run):
     """Contract: analysis of a run reads the description without executing the user's functions."""
     mechanism = read_configuration(own_run).mechanism
     assert [joint.name for joint in mechanism.joints if joint.clearance is not None] == ["A"]
@@ -183,7 +183,7 @@ def test_description_is_read_without_code(own_run: xr.Dataset) -> None:
     assert sd.contact_statistics(own_run).attrs["arc_frame"] == "bearing"
 
 
-def test_only_runs_are_run_again(array: sd.Mechanism) -> None:
+def test_only_runs_are_run_again(array):
     """Contract: a map or diagram is not run again as a run."""
     text = write_configuration(array, sd.Options(0.4))
     with pytest.raises(sd.InputError, match="scissordyn cycles"):
@@ -211,14 +211,14 @@ def test_only_runs_are_run_again(array: sd.Mechanism) -> None:
         ('{"mechanism": {}}', "is not valid TOML"),
     ],
 )
-def test_invalid_configurations(text: str, says: str) -> None:
+def test_invalid_configurations(text, says):
     """Contract: the error names the place and its content."""
     with pytest.raises(sd.InputError) as caught:
         read_configuration(dataset(text)).build_mechanism()
     assert says in str(caught.value)
 
 
-def test_points_may_have_any_name() -> None:
+def test_points_may_have_any_name():
     """Identity: a run keeps points whose names do not fit "BODY.POINT", and names with half a surrogate pair."""
     body = sd.Body("b", 1.0, 0.1, points={"kind": (1.0, 2.0), "a.b, c": (0.0, 0.0), "[x]\n[run]": (3.0, 0.0)})
     pins = sd.Revolute("pin", ("b", "a.b, c"), ("ground", "O.1"))
@@ -229,7 +229,7 @@ def test_points_may_have_any_name() -> None:
     assert read_configuration(dataset(text)).mechanism_text == write_configuration(mechanism).rstrip()
 
 
-def test_digest_of_a_function_has_its_closure() -> None:
+def test_digest_of_a_function_has_its_closure():
     """Contract: values that a Python function refers to are part of its digest."""
 
     def made(factor: float) -> Callable[..., Any]:
@@ -343,7 +343,7 @@ def tampered(text: str, dice: random.Random) -> str:
 
 
 @pytest.fixture(scope="module")
-def originals(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+def originals(tmp_path_factory):
     """Return configurations of all examples, and of one with a user's law."""
     folder = tmp_path_factory.mktemp("laws")
     (folder / "laws.py").write_text(LAWS)
@@ -367,7 +367,7 @@ def read(run: xr.Dataset | Path, watch: Watch, offered: Path) -> bool:
 
 
 @pytest.mark.parametrize("count", [250, pytest.param(1000, marks=pytest.mark.slow)])
-def test_tampered_documents(originals: list[str], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tampered_documents(originals, count, tmp_path, monkeypatch):
     """Contract: no tampered document makes the reader execute or write anything; errors have one line.
 
     One Python file lies where names could find it, and another one is allowed.
@@ -387,7 +387,7 @@ def test_tampered_documents(originals: list[str], count: int, tmp_path: Path, mo
     assert 0.02 * count < accepted < 0.5 * count  # some changes are harmless, most are not
 
 
-def test_watch_notices_execution_and_writing() -> None:
+def test_watch_notices_execution_and_writing():
     """Contract: executing code and writing files are recorded."""
     watch = Watch()
     with watch.watching():
@@ -397,7 +397,7 @@ def test_watch_notices_execution_and_writing() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*has no checksum")
-def test_tampered_files(originals: list[str], array: sd.Mechanism, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tampered_files(originals, array, tmp_path, monkeypatch):
     """Contract: 20 NetCDF files with changed attributes, title or length make the reader execute and write nothing."""
     monkeypatch.chdir(tmp_path)
     whole = sd.save(sd.simulate(array, until=0.001, samples=3), "whole.nc").read_bytes()

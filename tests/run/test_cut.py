@@ -1,11 +1,7 @@
 """Runs that end early: contacts and peaks of a cut run, and Ctrl-C in a part of a larger computation."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,12 +27,12 @@ ENDS = ("peak_force", "peak_time", "impulse", "contact_damping_loss", "contact_f
 
 
 @pytest.fixture(scope="module")
-def arm() -> sd.Mechanism:
+def arm():
     """Return the array with friction in its clearance joint."""
     return sd.scissor().with_clearance("A", sd.Clearance(2e-4, friction=sd.LuGre(0.1))).driven(speed=sd.rpm(150))
 
 
-def test_contact_open_at_the_end(arm: sd.Mechanism) -> None:
+def test_contact_open_at_the_end(arm):
     """Cross-check: peak and impulse of an open contact are those of a longer run's samples up to that instant."""
     whole = sd.simulate(arm, until=0.03, samples=30001, rtol=1e-9, atol=1e-9)
     k = int(np.argmax(whole["peak_force"].values))
@@ -60,7 +56,7 @@ def test_contact_open_at_the_end(arm: sd.Mechanism) -> None:
 DEVIATIONS = ("peak_track_deviation", "peak_track_deviation_time", "rms_track_deviation", "settling_time")
 
 
-def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def undefined_from(whole, last, monkeypatch):
     """Make accelerations undefined after a sample."""
     evaluate = motion.record
 
@@ -72,7 +68,7 @@ def undefined_from(whole: xr.Dataset, last: int, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(motion, "record", undefined_after)
 
 
-def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cut_run_is_the_run_up_to_there(arm, monkeypatch):
     """Contract: a run cut within a contact has the events, peaks and integrals of a run that ends there."""
     tracked = arm.track("tip", "unit 2/bar 1", "end", 1e-3)
     whole = sd.simulate(tracked, until=0.03, samples=3001)
@@ -98,13 +94,13 @@ def test_cut_run_is_the_run_up_to_there(arm: sd.Mechanism, monkeypatch: pytest.M
         assert np.isfinite(short_of_it[name].values).all()
 
 
-def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_writers_do_not_simulate(arm, monkeypatch):
     """Contract: a Dataset is made from a trajectory without advancing a mechanism."""
     options = sd.Options(until=2e-3, samples=11)
     path = trajectory.compute(plan(arm), options)
     path, record = trajectory.record_trajectory(path.plan, options, path)
 
-    def refuse(*arguments: object, **named: object) -> None:
+    def refuse(*arguments, **named):
         raise AssertionError("simulated")
 
     monkeypatch.setattr(loop, "advance", refuse)
@@ -114,14 +110,14 @@ def test_writers_do_not_simulate(arm: sd.Mechanism, monkeypatch: pytest.MonkeyPa
     assert not [module.__name__ for module in modules if {"compute", "Driver", "simulate"} & set(vars(module))]
 
 
-def interrupted(*_: object, **__: object) -> xr.Dataset:
+def interrupted(*_, **__):
     """Return the result of an interrupted run."""
     values = {"status": "interrupted", "cause": "stopped at t = 0 s of 1 s: interrupted"}
     return xr.Dataset({"value": ("value", np.zeros(1)), "status": ("value", ["pending"])}, attrs=values)
 
 
 # Parts of a result that Ctrl-C may interrupt: module, function, and function that uses it
-PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
+PARTS = {
     "the torque of the ideal mechanism": (
         "scissordyn.run.inverse_dynamics",
         "simulate",
@@ -139,7 +135,7 @@ PARTS: dict[str, tuple[str, str, Callable[[Path], object]]] = {
 
 
 @pytest.mark.parametrize("part", PARTS)
-def test_interrupted_part(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_part(part, tmp_path, monkeypatch):
     """Contract: an interrupted part raises KeyboardInterrupt, so that the rest does not continue."""
     module, name, whole = PARTS[part]
     monkeypatch.setattr(import_module(module), name, interrupted)
@@ -147,11 +143,11 @@ def test_interrupted_part(part: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
         whole(tmp_path)
 
 
-def test_interrupted_paper_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_interrupted_paper_command(tmp_path, monkeypatch, capsys):
     """Contract: the command says where finished runs are, and starts no other run."""
     began = []
 
-    def stopped(*given: object, **options: object) -> xr.Dataset:
+    def stopped(*given, **options):
         began.append(given)
         return interrupted()
 
@@ -165,12 +161,12 @@ def test_interrupted_paper_command(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     ("steps", "seconds", "most", "expected"),
     [(20, 0.01, 2000, 40), (20, 60.0, 2000, 1), (1000, 0.2, 2000, 500), (2000, 1e-6, 2000, 2000), (0, 0.0, 2000, 1)],
 )
-def test_length_of_slices(steps: int, seconds: float, most: int, expected: int) -> None:
+def test_length_of_slices(steps, seconds, most, expected):
     """Closed form: as many steps as fit into a tenth of a second, at most twice as many as before, and at least one."""
     assert next_slice(steps, seconds, most) == expected
 
 
-def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slices_change_nothing(monkeypatch):
     """Identity: a run in slices of one step is bit for bit the run in large ones, with events, friction and cycles."""
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(0.1)))
     driven, swung = arm.driven(speed=sd.rpm(150)), arm.driven(sd.Harmonic(0.8, 0.2, 60.0))
@@ -182,7 +178,7 @@ def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         assert one.equals(other)
 
 
-def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_the_ideal_mechanism_is_simulated(monkeypatch):
     """Contract: an interrupt during the run of the ideal mechanism ends the run for which it is computed."""
     from scissordyn.run import ideal_path
 

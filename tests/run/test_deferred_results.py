@@ -1,7 +1,5 @@
 """Results that are computed when they are first read."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pickle
@@ -21,11 +19,11 @@ UNTIL = 2e-3  # [s] end of the run
 
 
 @pytest.fixture(scope="module")
-def array() -> sd.Mechanism:
+def array():
     return sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
 
 
-def attributes() -> Attributes:
+def attributes():
     return Attributes({"first": 1, "late": Deferred(lambda: "text", threading.RLock()), "last": 3})
 
 
@@ -54,14 +52,14 @@ COMPUTED = {"first": 1, "late": "text", "last": 3}  # Content of a mapping whose
         lambda found: eval(repr(found)),
     ],
 )
-def test_every_way_to_read_attributes_gives_the_computed_value(read: object) -> None:
+def test_every_way_to_read_attributes_gives_the_computed_value(read):
     """Contract: deferred attributes are those of a dictionary, however they are read, in the same order."""
-    found = read(attributes())  # type: ignore[operator]
+    found = read(attributes())
     assert found == COMPUTED
     assert list(found) == list(COMPUTED)
 
 
-def test_attributes_that_are_absent_are_those_of_a_dictionary() -> None:
+def test_attributes_that_are_absent_are_those_of_a_dictionary():
     """Contract: a missing name raises KeyError or gives the default."""
     found = attributes()
     assert found.get("none") is None
@@ -71,7 +69,7 @@ def test_attributes_that_are_absent_are_those_of_a_dictionary() -> None:
         found.pop("none")
 
 
-def test_configuration_and_warnings_are_computed_when_they_are_read(array: sd.Mechanism) -> None:
+def test_configuration_and_warnings_are_computed_when_they_are_read(array):
     """Contract: a run makes neither its text nor its warnings until they are read; then they are the usual ones."""
     run = sd.simulate(array, until=UNTIL)
     stored = dict.__getitem__
@@ -80,7 +78,7 @@ def test_configuration_and_warnings_are_computed_when_they_are_read(array: sd.Me
     assert json.loads(run.attrs["warnings"]) == [str(item) for item in warnings_of(run)]
 
 
-def test_a_text_that_a_case_file_cannot_hold_is_refused_before_the_run() -> None:
+def test_a_text_that_a_case_file_cannot_hold_is_refused_before_the_run():
     """Contract: a mechanism that cannot be written raises when it is simulated, not when its results are read."""
     rod = sd.Rod("rod", ("ground", "P"), ("bar", "end"), motion=sd.ConstantSpeed(0.1))
     bar = sd.bar("bar", length=0.4, mass=1.0, angle=0.3)
@@ -90,7 +88,7 @@ def test_a_text_that_a_case_file_cannot_hold_is_refused_before_the_run() -> None
         sd.simulate(lever, until=UNTIL)
 
 
-def test_changes_of_a_result_do_not_reach_others(array: sd.Mechanism) -> None:
+def test_changes_of_a_result_do_not_reach_others(array):
     """Contract: what a user writes into an array does not change results that are computed later."""
     run, changed = (sd.simulate(array, until=UNTIL) for _ in range(2))
     for name in ("position", "acceleration", "angle", "normal_force", "energy_residual", "peak_force"):
@@ -100,7 +98,7 @@ def test_changes_of_a_result_do_not_reach_others(array: sd.Mechanism) -> None:
     assert run.attrs["warnings"] == changed.attrs["warnings"]
 
 
-def test_the_order_of_reading_does_not_matter(array: sd.Mechanism) -> None:
+def test_the_order_of_reading_does_not_matter(array):
     """Identity: results are the same bit for bit whatever is read first, and by several threads at once."""
     bent = sd.with_bending(
         sd.scissor(units=2).driven(speed=sd.rpm(150)), section="tube 60x60x1.56 mm", material="steel", modes=2
@@ -120,7 +118,7 @@ def test_the_order_of_reading_does_not_matter(array: sd.Mechanism) -> None:
             assert run.attrs["warnings"] == text
 
 
-def test_deferred_variables_are_variables_of_xarray(array: sd.Mechanism) -> None:
+def test_deferred_variables_are_variables_of_xarray(array):
     """Contract: shape and type are known before the array; copies, pickles, selections and files hold the values."""
     run, read = (sd.simulate(array, until=UNTIL) for _ in range(2))
     for name in read.variables:

@@ -1,7 +1,5 @@
 """Integrals of powers where the drives alone determine the motion, so that no error of a state shows theirs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -14,7 +12,7 @@ UNTIL = 1.0
 
 
 @pytest.fixture(scope="module")
-def stopped() -> sd.Mechanism:
+def stopped():
     """Return an array that swings against an end stop, three times in `UNTIL`."""
     swinging = array(angle=sd.degrees(45)).driven(sd.Harmonic(sd.degrees(45), sd.degrees(10), 18.0))
     stop = sd.TravelStop("stop", "slider.centre", 0.5 * math.pi, 1.5488, stiffness=1e6)

@@ -1,7 +1,5 @@
 """Steps and contacts: fixed steps notice contacts late; with located or crossed events no contact is missed."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -25,13 +23,13 @@ JOINT = sd.Clearance(5e-4)  # Clearance of joint A
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))  # Driven array with ideal joints
 
 
-def run(step: float | None, until: float = 3e-3, joint: sd.Clearance = JOINT, **options: object) -> object:
+def run(step, until=3e-3, joint=JOINT, **options):
     """Return a run of the paper's array."""
-    return sd.simulate(ARM.with_clearance("A", joint), until=until, step=step, **options)  # type: ignore[arg-type]
+    return sd.simulate(ARM.with_clearance("A", joint), until=until, step=step, **options)
 
 
 @pytest.mark.parametrize("step", [1e-5, 3e-5])
-def test_onset_of_contact_with_fixed_steps(step: float) -> None:
+def test_onset_of_contact_with_fixed_steps(step):
     """Cross-check: the contact begins at the end of a step with position and speed of a free flight with more clearance."""
     late = run(step, method="dopri5")
     start = step * np.ceil(EXACT / step)
@@ -46,7 +44,7 @@ def test_onset_of_contact_with_fixed_steps(step: float) -> None:
 
 
 @pytest.mark.parametrize("driven_bar", ["pinned", "slider"])
-def test_fixed_steps_by_lagrange(driven_bar: str) -> None:
+def test_fixed_steps_by_lagrange(driven_bar):
     """Second formulation: Lagrange's equations with steps of order five and contacts that switch between steps, 12 ms."""
     step, angle = 2e-5, math.radians(30.0)
     array = Array(
@@ -62,7 +60,7 @@ def test_fixed_steps_by_lagrange(driven_bar: str) -> None:
         assert found[name].values == pytest.approx([getattr(one, name) for one in expected], rel=1e-6, nan_ok=True)
 
 
-def test_fixed_steps_converge_to_located_contacts() -> None:
+def test_fixed_steps_converge_to_located_contacts():
     """Order of convergence: the error of the first peak force is proportional to the delay of the contact."""
     exact = run(None)["peak_normal_force"].values[0]
     for step in (1e-5, 1e-6):
@@ -70,7 +68,7 @@ def test_fixed_steps_converge_to_located_contacts() -> None:
         assert late["peak_normal_force"].values[0] == pytest.approx(exact, rel=2e3 * step)
 
 
-def test_warning_of_fixed_steps() -> None:
+def test_warning_of_fixed_steps():
     """Contract: a run and a batch warn of contacts at the ends of steps, unless nothing can touch."""
     many = sd.simulate_many(ARM.with_clearance("A", JOINT), {"A.clearance": [4e-4]}, until=1e-3, step=1e-4)
     for text in (run(1e-4, 1e-3).attrs["warnings"], str(many["warnings"].values[0])):
@@ -78,12 +76,12 @@ def test_warning_of_fixed_steps() -> None:
     assert "with steps of" not in sd.simulate(ARM, until=1e-3, step=1e-4).attrs["warnings"]
 
 
-def test_horizon_of_fixed_steps() -> None:
+def test_horizon_of_fixed_steps():
     """Contract: the horizon of a run with fixed steps is that of its step, which misses the impacts."""
     assert run(5e-5, 0.01, method="dopri5", trust=True).attrs["trusted_until"] < 0.01
 
 
-def test_slip_of_contact_points() -> None:
+def test_slip_of_contact_points():
     """Closed form: e'.t delta/|e|, without the rotation of the bodies; a hard contact refuses it."""
     rough = dataclasses.replace(JOINT, friction=sd.Ambrosio(kinetic=0.1), slip="contact-points")
     found = run(None, 1.6e-3, rough, samples=160_001)
@@ -98,7 +96,7 @@ def test_slip_of_contact_points() -> None:
         sd.Clearance(5e-4, slip="contact-points", contact="hard")
 
 
-def fall(angle: float, one: float, other: float) -> sd.Mechanism:
+def fall(angle, one, other):
     """Return an array of two units that is released, with two lossless clearance joints."""
     array = sd.scissor(units=2, angle=sd.degrees(angle))
     for joint, clearance in (("A", one), ("unit 2/pivot", other)):
@@ -112,7 +110,7 @@ def fall(angle: float, one: float, other: float) -> sd.Mechanism:
     [(fall(40.888, 0.1137e-3, 0.2754e-3), 0.1, 1e-8), (fall(50.0, 0.2e-3, 0.2e-3), 0.12, 1e-6)],
     ids=["leaves and returns between two probes", "leaves and stays"],
 )
-def test_flight_stays_in_the_bearing(mechanism: sd.Mechanism, until: float, tolerance: float, events: str) -> None:
+def test_flight_stays_in_the_bearing(mechanism, until, tolerance, events):
     """Contract: a journal in free flight is inside its bearing, where it would otherwise leave it for 4 ms."""
     options = sd.Options(until, samples=20_001, rtol=tolerance, atol=tolerance, events=events)
     path = compute(plan(mechanism), options, record_steps=True)
@@ -120,7 +118,7 @@ def test_flight_stays_in_the_bearing(mechanism: sd.Mechanism, until: float, tole
     assert outside(path, *ends(*path.steps))[0] < SEEN
 
 
-def test_contact_agrees_with_another_method() -> None:
+def test_contact_agrees_with_another_method():
     """Cross-check: the stiff method takes short steps, which cannot skip a contact of 4 ms."""
     mechanism = fall(40.888, 0.1137e-3, 0.2754e-3)
     runs = [sd.simulate(mechanism, until=0.064, samples=101, method=method) for method in ("dop853", "rodas5p")]
@@ -134,14 +132,14 @@ def test_contact_agrees_with_another_method() -> None:
 
 @pytest.mark.parametrize("numbers", [range(2), pytest.param(range(CASES), marks=pytest.mark.slow)], ids=len)
 @pytest.mark.parametrize("kind", [*KINDS, RELEASED])
-def test_random_runs(kind: str, numbers: range) -> None:
+def test_random_runs(kind, numbers):
     """Contract: no random run misses a contact; `python -m benchmarks.missed_contacts` has all of them."""
     for number in numbers:
         found = judge(kind, number)
         assert max(found.sample, found.step) < SEEN, found
 
 
-def test_contact_that_shows_in_the_shorter_step_only() -> None:
+def test_contact_that_shows_in_the_shorter_step_only():
     """Contract: a touch of 0.1 ms is found, which the dense output shows only after the step is shortened to its event."""
     found = judge("slider-crank", 33)
     assert max(found.sample, found.step) < SEEN, found

@@ -1,13 +1,10 @@
 """Results and reports of runs with hard contact: estimated forces, impulses, immobile contacts, failed models."""
 
-from __future__ import annotations
-
 import io
 import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
@@ -23,26 +20,26 @@ from scissordyn.record.summary import summary_of
 from scissordyn.run.trajectory import make_driver, model_failure
 
 
-def array(contact: str) -> sd.Mechanism:
+def array(contact):
     """Return two units whose slider pin has clearance."""
-    joint = sd.Clearance(5e-4, damping=sd.Flores(0.7), contact=contact)  # type: ignore[arg-type]
+    joint = sd.Clearance(5e-4, damping=sd.Flores(0.7), contact=contact)
     return sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
 
 
 @pytest.fixture(scope="module")
-def run() -> xr.Dataset:
+def run():
     """Return a run with some impacts at one hard joint."""
     return sd.simulate(array("hard"), until=0.01, samples=101)
 
 
-def printed(run: xr.Dataset) -> str:
+def printed(run):
     """Return the text that the command line prints about a run."""
     out = io.StringIO()
     show_run(run, 5, to=TextConsole(file=out, width=200))
     return out.getvalue()
 
 
-def test_largest_force_is_an_estimate(run: xr.Dataset) -> None:
+def test_largest_force_is_an_estimate(run):
     """Contract: the largest of estimated impact forces and sampled lasting forces, called an estimate everywhere."""
     largest = max(float(run["peak_force_estimate"].max()), float(run["normal_force"].sel(joint="A").max()))
     answer = summary_of(run).force
@@ -55,7 +52,7 @@ def test_largest_force_is_an_estimate(run: xr.Dataset) -> None:
     assert next(cards(summary_of(run)))["detail"].endswith(", an estimate")
 
 
-def test_unknown_forces_of_hard_contacts(run: xr.Dataset) -> None:
+def test_unknown_forces_of_hard_contacts(run):
     """Limit: without estimates and samples the answer is the lasting force of ideal joints."""
     nothing = run.assign(peak_force_estimate=run["peak_force_estimate"] * math.nan, normal_force=run["normal_force"] * math.nan)
     force = summary_of(nothing).force
@@ -65,7 +62,7 @@ def test_unknown_forces_of_hard_contacts(run: xr.Dataset) -> None:
     assert "no largest force, as contact is hard" in printed(nothing)
 
 
-def test_tables_show_impulses(run: xr.Dataset) -> None:
+def test_tables_show_impulses(run):
     """Contract: tables in the terminal and in the explorer have the run's impulses, and no NaN."""
     text = printed(run)
     assert "impulse" in text
@@ -75,7 +72,7 @@ def test_tables_show_impulses(run: xr.Dataset) -> None:
     assert np.array_equal(shown["impulse [N s]"], run["impulse"].values)
 
 
-def test_tables_of_both_kinds_of_contact(run: xr.Dataset) -> None:
+def test_tables_of_both_kinds_of_contact(run):
     """Contract: with hard and compliant contacts the tables have impulses and peak forces."""
     one = run["contact"] == 0
     both = run.assign(peak_force=run["peak_force"].where(~one, 321.0), peak_time=run["peak_time"].where(~one, 1e-4))
@@ -86,7 +83,7 @@ def test_tables_of_both_kinds_of_contact(run: xr.Dataset) -> None:
     assert {"impulse [N s]", "peak force [N]"} <= {column["title"] for column in contact_table(both)["columns"]}
 
 
-def test_compliant_contact_has_no_estimates() -> None:
+def test_compliant_contact_has_no_estimates():
     """Contract: the force of a compliant contact is not an estimate."""
     run = sd.simulate(array("compliant"), until=0.01, samples=101)
     answer = summary_of(run).force
@@ -98,7 +95,7 @@ def test_compliant_contact_has_no_estimates() -> None:
 
 
 @pytest.mark.parametrize("kinds", [("hard",), ("compliant",), ("compliant", "hard")])
-def test_default_measures_of_a_batch(kinds: tuple[str, ...]) -> None:
+def test_default_measures_of_a_batch(kinds):
     """Identity: a batch has the largest forces of each kind of contact in the mechanism, equal to those of the run."""
     mechanism = array(kinds[0])
     if "hard" in kinds[1:]:
@@ -120,7 +117,7 @@ def test_default_measures_of_a_batch(kinds: tuple[str, ...]) -> None:
         assert np.any(np.isfinite(found))
 
 
-def test_refused_uses_of_hard_contact() -> None:
+def test_refused_uses_of_hard_contact():
     """Contract: an FMU, and a requirement on peak forces, are refused."""
     with pytest.raises(sd.InputError, match="joint 'A' has hard contact, which an FMU does not support"):
         fmu(array("hard"), sd.Options(until=0.01), sources_only=True)
@@ -133,7 +130,7 @@ def test_refused_uses_of_hard_contact() -> None:
 GAP, PUSH = 1e-3, 5.0  # Clearance of the pins [m] and force on the last mass [N]
 
 
-def sliders(count: int, angle: float, **laws: object) -> sd.Mechanism:
+def sliders(count, angle, **laws):
     """Return masses of 1 kg on a line, each in a hard loose pin of the previous one or the ground, pushed apart."""
     along = math.cos(angle), math.sin(angle)
     bodies = tuple(sd.Body(f"m{i}", 1.0, None, {"c": (0.0, 0.0)}) for i in range(count))
@@ -151,7 +148,7 @@ def sliders(count: int, angle: float, **laws: object) -> sd.Mechanism:
 
 @pytest.mark.parametrize("angle", [0.0, 0.5])
 @pytest.mark.parametrize("friction", [{}, {"friction": sd.LuGre(kinetic=0.3)}])
-def test_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, object]) -> None:
+def test_slider_in_a_pin_comes_to_rest(angle, friction):
     """Closed form: the impacts of a ball with e = 1/2 under F/m; friction across the line does no work."""
     run = sd.simulate(sliders(1, angle, **friction), until=0.1, start="concentric", step=2e-5)
     first = math.sqrt(2.0 * GAP / PUSH)
@@ -164,7 +161,7 @@ def test_slider_in_a_pin_comes_to_rest(angle: float, friction: dict[str, object]
 
 
 @pytest.mark.parametrize("count", [3, 5])
-def test_train_of_sliders_comes_to_rest(count: int) -> None:
+def test_train_of_sliders_comes_to_rest(count):
     """Closed form: in the end every pin carries the push, and restitution has dissipated its work."""
     run = sd.simulate(sliders(count, 0.5), until=0.5, start="concentric")
     assert run.attrs["status"] == "complete"
@@ -179,7 +176,7 @@ def test_train_of_sliders_comes_to_rest(count: int) -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 @pytest.mark.parametrize("speed", [30.0, 300.0])
-def test_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
+def test_free_rotor_keeps_its_speed(speed, offset):
     """Identity: a body that rotates freely next to a hard contact keeps speed, energy and phase at the default step."""
     bodies = (
         sd.Body("rotor", 1.0, 0.01, {"o": (offset, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed),
@@ -196,7 +193,7 @@ def test_free_rotor_keeps_its_speed(speed: float, offset: float) -> None:
     assert float(np.abs(run["energy_residual"]).max()) < 2e-6 * float(run["kinetic_energy"][0])
 
 
-def test_estimate_of_an_impact_in_a_closed_contact() -> None:
+def test_estimate_of_an_impact_in_a_closed_contact():
     """Cross-check: a latch throws a closed contact; the estimate is near the force of compliant contact without damping."""
     case = sd.read_case(EXAMPLES / "self_deploying.toml")
     peaks, options = {}, {"until": 0.7105, "samples": 11}
@@ -215,7 +212,7 @@ def test_estimate_of_an_impact_in_a_closed_contact() -> None:
     assert 0.6 < np.max(peaks["hard"]) / np.max(peaks["compliant"]) < 1.5
 
 
-def test_warning_of_unresolved_losses() -> None:
+def test_warning_of_unresolved_losses():
     """Contract: the warning gives the losses of contacts that follow each other within three steps."""
     run = sd.simulate(sliders(5, 0.0), until=0.2, start="concentric")
     (said,) = [text for text in warnings_of(run) if "have not converged" in text]
@@ -232,7 +229,7 @@ def test_warning_of_unresolved_losses() -> None:
     assert "converged" not in located.attrs["warnings"]
 
 
-def test_runs_with_unsolved_steps() -> None:
+def test_runs_with_unsolved_steps():
     """Contract: one unsolved step in a thousand gives a warning, one in ten a failure."""
     driver, _, _ = make_driver(plan(sliders(1, 0.0)), sd.Options(0.1))
     driver.stepping.content.state.counts[solver.IMPULSIVE] = 1000
@@ -241,7 +238,7 @@ def test_runs_with_unsolved_steps() -> None:
         assert bool(model_failure(driver)) is failed
 
 
-def test_range_of_the_estimate() -> None:
+def test_range_of_the_estimate():
     """Cross-check: the force of compliant contact, which takes a latch's impulse in 1.5 ms, is in the estimated range."""
     case = sd.read_case(EXAMPLES / "self_deploying.toml")
     hard = case.mechanism

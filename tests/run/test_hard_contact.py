@@ -13,14 +13,14 @@ from scissordyn.laws.friction.coulomb import Coulomb
 GRAVITY = 9.81  # [m/s^2] gravitational acceleration
 
 
-def ball(restitution: float = 0.5, friction: object = None, *, velocity: tuple[float, float] = (0.0, 0.0)) -> sd.Mechanism:
+def ball(restitution=0.5, friction=None, *, velocity=(0.0, 0.0)):
     """Return a point mass in a bearing of 1 m clearance, through which it falls."""
     laws = {"friction": friction} if friction is not None else {}
     gap = sd.Clearance(1.0, journal_radius=1.1, damping=sd.LankaraniNikravesh(restitution), contact="hard", **laws)
     return in_bearing(gap, velocity=velocity)
 
 
-def block(*, velocity: tuple[float, float] = (0.0, 0.0), tilt: float = 0.0, angle: float = 0.0, **laws: object) -> sd.Mechanism:
+def block(*, velocity=(0.0, 0.0), tilt=0.0, angle=0.0, **laws):
     """Return a block of 0.1 m by 0.2 m and 1 kg in a wide, tilted channel; it starts on the lower surface."""
     half, side, gap, radius = 0.05, 0.1, 0.02, 1e-7
     inertia = (half**2 + side**2) / 3.0
@@ -100,23 +100,14 @@ def test_sliding_block_stops(events):
     """
     speed, mu = 0.5, 0.2
     laws = {"friction": Coulomb(mu), "damping": sd.LankaraniNikravesh(0.0), "stiffness": sd.law("stiffness", "linear")(1e12)}
-    run = sd.simulate(
-        block(velocity=(speed, 0.0), **laws),
-        until=0.4,
-        start="as-placed",
-        step=1e-4,
-        events=events,
-    )
+    run = sd.simulate(block(velocity=(speed, 0.0), **laws), until=0.4, start="as-placed", step=1e-4, events=events)
     x = run["position"].sel(body="block", axis="x").values
     assert x[-1] == pytest.approx(0.5 * speed**2 / (mu * GRAVITY), rel=1e-3)
     stopped = float(run["time"][np.argmax(x > x[-1] - 1e-9)])
     assert stopped == pytest.approx(speed / (mu * GRAVITY), abs=5e-4)
     assert float(run["friction_loss"][-1]) == pytest.approx(0.5 * speed**2, rel=1e-5)
     assert np.ptp(x[-200:]) < 1e-12
-    assert {name for name, part in counts_of(run)["sticking"].items() if part > 0.2} == {
-        "channel/corner 1",
-        "channel/corner 2",
-    }
+    assert {name for name, part in counts_of(run)["sticking"].items() if part > 0.2} == {"channel/corner 1", "channel/corner 2"}
 
 
 def test_block_on_an_incline():
@@ -186,7 +177,7 @@ def test_estimated_peak_force():
     assert float(found["peak_force_estimate"][0]) == pytest.approx(float(run["peak_force"][0]), rel=1e-3)
 
 
-def loose_array(units: int = 2) -> sd.Mechanism:
+def loose_array(units=2):
     """Return a driven array with hard contact at every joint."""
     arm = sd.scissor(units=units, bar_length=0.5, bar_mass=0.2, slider_mass=0.3, angle=sd.degrees(60), gravity=0.0)
     gap = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.LuGre(kinetic=0.1), contact="hard")
@@ -208,10 +199,7 @@ def test_hard_and_compliant_journals_in_series():
     """Closed form: a hard and a compliant journal in series carry the static load."""
     hard = sd.Clearance(1e-3, contact="hard", damping=sd.LankaraniNikravesh(0.0))
     soft = sd.Clearance(1e-3, stiffness=sd.law("stiffness", "linear")(1e5), damping=sd.law("damping", "kelvin-voigt")(100.0))
-    bodies = (
-        sd.Body("upper", 1.0, None, {"c": (0.0, 0.0)}),
-        sd.Body("lower", 1.0, None, {"c": (0.0, 0.0)}),
-    )
+    bodies = (sd.Body("upper", 1.0, None, {"c": (0.0, 0.0)}), sd.Body("lower", 1.0, None, {"c": (0.0, 0.0)}))
     joints = (sd.Revolute("A", ("upper", "c"), ("ground", "o"), hard), sd.Revolute("B", ("lower", "c"), ("upper", "c"), soft))
     run = sd.simulate(sd.Mechanism(bodies, joints=joints, ground=(("o", (0.0, 0.0)),)), until=0.5, start="as-placed", step=1e-5)
     assert run["normal_force"].values[-1].tolist() == pytest.approx([2.0 * GRAVITY, GRAVITY], rel=1e-3)
@@ -251,7 +239,7 @@ def test_method_and_contact_have_to_fit():
         sd.simulate(ball(), until=0.1, method="rodas5p")
 
 
-def test_number_of_steps_with_round_off_in_time() -> None:
+def test_number_of_steps_with_round_off_in_time():
     """Contract: round-off in the sum of steps adds no extra step."""
     until, found = 0.02, 0
     joint = sd.Clearance(1e-4, damping=sd.Flores(0.5), contact="hard")
@@ -269,7 +257,7 @@ def test_number_of_steps_with_round_off_in_time() -> None:
     assert found == 3
 
 
-def test_block_in_a_moving_channel_keeps_the_momentum() -> None:
+def test_block_in_a_moving_channel_keeps_the_momentum():
     """Identity: a block that tumbles with friction in the channel of a free body: both keep their angular momentum."""
     turn, place = 0.3, 0.3
     inside = (place * math.cos(turn), place * math.sin(turn))
@@ -288,7 +276,7 @@ def test_block_in_a_moving_channel_keeps_the_momentum() -> None:
     np.testing.assert_allclose(momentum, momentum[0], atol=1e-6)
 
 
-def test_compliant_block_slides_beside_a_hard_contact() -> None:
+def test_compliant_block_slides_beside_a_hard_contact():
     """Closed form: v = v_0 - mu g t on linear surfaces with steep friction, in a mechanism with a hard contact elsewhere."""
     stiffness, kinetic, speed = 5e4, 0.3, 0.1
     soft = {
@@ -309,7 +297,7 @@ def test_compliant_block_slides_beside_a_hard_contact() -> None:
 
 @pytest.mark.parametrize("step", [0.0101, 0.01, 0.005, 0.003, 1e-3, 0.1 / 13.0])
 @pytest.mark.parametrize("start", [0.0, 0.05])
-def test_a_central_impact_at_an_end_of_a_step(step: float, start: float) -> None:
+def test_a_central_impact_at_an_end_of_a_step(step, start):
     """A journal in a straight line can end a step, or start the run, at a gap of round-off from its bearing."""
     gap = sd.Clearance(0.05, journal_radius=0.1, damping=sd.LankaraniNikravesh(0.6), contact="hard")
     free = dataclasses.replace(in_bearing(gap, velocity=(0.5, 0.0), position=(start, 0.0)), gravity=0.0)

@@ -1,15 +1,10 @@
 """Every example with all contacts hard, or every other one: a short run of each, and the whole run as a slow test."""
 
-from __future__ import annotations
-
 import dataclasses
 import tomllib
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import EXAMPLES, counts_of, warnings_of
 
 import scissordyn as sd
@@ -23,7 +18,7 @@ FARTHEST = 2.0  # [clearances] largest allowed eccentricity
 PIECE = 0.02  # Fraction of the run of an example with both contact kinds, which takes longer because it resolves vibrations
 
 
-def hard(path: Path) -> sd.Case:
+def hard(path):
     """Return the case of an example with ``contact = "hard"`` in each clearance table."""
     tables = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = [f"clearance.{table['joint']}" for table in tables.get("clearance", [])]
@@ -31,7 +26,7 @@ def hard(path: Path) -> sd.Case:
     return sd.read_case(path, [f"{name}.contact=hard" for name in (*joints, *guides)])
 
 
-def alternate(path: Path) -> sd.Case | None:
+def alternate(path):
     """Return the case with every other clearance joint and guide hard, or None with fewer than two."""
     case = sd.read_case(path, [])
     mechanism = case.mechanism
@@ -43,7 +38,7 @@ def alternate(path: Path) -> sd.Case | None:
     return dataclasses.replace(case, mechanism=mechanism)
 
 
-def check(case: sd.Case, run: xr.Dataset) -> None:
+def check(case, run):
     """Check that a run is complete, inside the bearings and in balance to 1 %, and that impacts add no energy.
 
     The losses of all contacts sum up to the losses of the run.
@@ -61,7 +56,7 @@ def check(case: sd.Case, run: xr.Dataset) -> None:
         assert float(np.sum(run[f"contact_{name}"])) == pytest.approx(total, rel=1e-9, abs=1e-12 * scale), name
 
 
-def run_part(case: sd.Case, part: float) -> xr.Dataset:
+def run_part(case, part):
     """Return the run of an example up to a part of its time."""
     options = case.run.keywords | ({} if part == 1.0 else {"until": part * case.run.until, "samples": 51})
     return sd.simulate(case.mechanism, **options)
@@ -73,7 +68,7 @@ CASES = [*((hard, path, SHORT) for path in FILES), *((alternate, path, PIECE) fo
 
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("make", "path", "part"), CASES, ids=lambda value: getattr(value, "stem", None))
-def test_example_with_hard_contact(make: Callable[[Path], sd.Case], path: Path, part: float, whole: bool) -> None:
+def test_example_with_hard_contact(make, path, part, whole):
     """Limit: surfaces do not penetrate each other, alone or together with compliant ones."""
     case = make(path)
     kinds = {joint.clearance.contact for joint in case.mechanism.joints if joint.clearance is not None}
@@ -81,7 +76,7 @@ def test_example_with_hard_contact(make: Callable[[Path], sd.Case], path: Path, 
     check(case, run_part(case, 1.0 if whole else part))
 
 
-def test_latch_with_contacts_of_both_kinds() -> None:
+def test_latch_with_contacts_of_both_kinds():
     """Cross-check: where a latch throws journals across their bearings, final energies are those of compliant contacts."""
     path = EXAMPLES / "self_deploying.toml"
     mixed = alternate(path)
@@ -95,7 +90,7 @@ def test_latch_with_contacts_of_both_kinds() -> None:
     assert float(run["slider_position"][-1]) == pytest.approx(float(accurate["slider_position"][-1]), abs=1e-4)
 
 
-def test_batches_warn_of_steps_that_are_too_long() -> None:
+def test_batches_warn_of_steps_that_are_too_long():
     """Contract: a case of a batch has exactly the warnings of time stepping of its own run."""
     case = hard(EXAMPLES / "self_deploying.toml")
     options = {key: value for key, value in case.run.keywords.items() if key in ("until", "start")}

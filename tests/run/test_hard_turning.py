@@ -173,7 +173,7 @@ def run_of(one: sd.Mechanism, until: float, **how: Any) -> xr.Dataset:
     return run
 
 
-def test_bushing_decays_exponentially() -> None:
+def test_bushing_decays_exponentially():
     """Closed form: v = exp(-D t/m) v_0 + (1 - exp(-D t/m)) D^-1 m g, and the same for the angle, with second order."""
     damping, around, t = np.array([[800.0, 300.0], [300.0, 500.0]]), 0.6, 0.01
     bushing = sd.Bushing(
@@ -197,7 +197,7 @@ def test_bushing_decays_exponentially() -> None:
     assert far == pytest.approx(last * 1.2, rel=1e-2)  # steps of up to 60 times the time of decay
 
 
-def test_film_with_time_stepping() -> None:
+def test_film_with_time_stepping():
     """Cross-check: a journal sinks into its oil as with controlled error, with second order in the step."""
     oiled = sd.Revolute("oiled", ("shaft", "c"), ("ground", "o"), OIL)
     one = shaft(20.0, 0.0, joints=(oiled,))
@@ -216,7 +216,7 @@ def test_film_with_time_stepping() -> None:
     assert 3.5 < deviation[0] / deviation[1] < 4.5
 
 
-def test_film_and_hard_contact_at_the_default_step() -> None:
+def test_film_and_hard_contact_at_the_default_step():
     """Limit: smallest film and loss in a scissor mast agree with those of a step of a tenth."""
     arm = sd.scissor(units=3, bar_length=0.5, bar_mass=0.5, slider_mass=0.3, angle=sd.degrees(50), gravity=9.81)
     dry = sd.Clearance(1e-4, journal_radius=5e-3, damping=sd.Flores(0.7), friction=sd.Ambrosio(kinetic=0.1), contact="hard")

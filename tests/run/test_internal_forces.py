@@ -1,11 +1,7 @@
 """Internal forces, deflection and buckling of bending bars, by equilibrium and closed forms, and their measures."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,19 +17,19 @@ PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)  # Places along a bar, as fractions of
 RIGIDITY = 100.0  # [N m^2] bending stiffness of the bar
 
 
-def clamped(elements: int, *, gravity: float = 0.0, **options: object) -> sd.Mechanism:
+def clamped(elements, *, gravity=0.0, **options):
     """Return a bar of 1 m clamped at the origin."""
     given = options or {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7}
     mass = 7850.0 * 4e-4 if options else 1.0
     return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=mass), gravity=gravity), elements=elements, **given)
 
 
-def still(mechanism: sd.Mechanism) -> sd.simulate:
+def still(mechanism):
     """Return a run in static equilibrium."""
     return sd.simulate(mechanism, until=1e-6, samples=2, start="static")
 
 
-def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
+def by_modes(*loads, **options):
     """Return a bar of 1 m and 1 kg with modes, clamped at the origin by its drive."""
     given = {"bending_stiffness": RIGIDITY, "axial_stiffness": 1e7, "modes": 8} | options
     return sd.with_bending(on_pin(sd.bar("bar", length=1.0, mass=1.0), *loads), **given)
@@ -41,7 +37,7 @@ def by_modes(*loads: sd.Force, **options: float) -> sd.Mechanism:
 
 @pytest.mark.parametrize("modes", [2, 12])
 @pytest.mark.parametrize("axial", [1e5, 1e9])
-def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes: int, axial: float) -> None:
+def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes, axial):
     """Identity: N = P sin(angle), Q = P cos(angle), M = P (x_tip - x) for any EA and few modes, P L^2/EI = 10."""
     force = 10.0 * RIGIDITY
     made = by_modes(sd.Force("push", ("bar", "end"), (0.0, force)), modes=modes, axial_stiffness=axial).driven(speed=0.0)
@@ -57,7 +53,7 @@ def test_internal_forces_of_a_bar_by_modes_are_in_equilibrium(modes: int, axial:
 
 
 @pytest.mark.parametrize("force", [(1000.0, 0.0), (-1000.0, 0.0)])
-def test_axial_force_up_to_a_load(force: tuple[float, float]) -> None:
+def test_axial_force_up_to_a_load(force):
     """Closed form: the axial force is the load up to its point, and zero beyond."""
     made = by_modes(sd.Force("push", ("bar", "middle"), force)).driven(speed=0.0)
     found = sd.internal_forces(still(made), made, places=[0.0, 0.2, 0.499, 0.501, 1.0])["axial_force"].isel(time=0, bar=0)
@@ -65,7 +61,7 @@ def test_axial_force_up_to_a_load(force: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize("units", [1, 2])
-def test_free_ends_of_a_moving_array(units: int) -> None:
+def test_free_ends_of_a_moving_array(units):
     """Identity: free ends carry no force, pins no moment, and the driven end the reaction."""
     arm = sd.scissor(units=units).with_clearance("A", sd.Clearance(0.5e-3))
     made = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=4).driven(speed=sd.rpm(150))
@@ -81,7 +77,7 @@ def test_free_ends_of_a_moving_array(units: int) -> None:
 
 
 @pytest.mark.parametrize("load", [0.1, 10.0])
-def test_internal_forces_of_a_chain_of_elements(load: float) -> None:
+def test_internal_forces_of_a_chain_of_elements(load):
     """Identity: M = P (x_tip - x), N = P sin(angle), Q = P cos(angle) along a bar that bends far."""
     made = clamped(4)
     push = sd.Force("push", ("bar/4", "end"), (0.0, RIGIDITY * load))
@@ -98,7 +94,7 @@ def test_internal_forces_of_a_chain_of_elements(load: float) -> None:
     assert float(run["bar_largest_bending_moment_place"].item()) == 0.0
 
 
-def test_deflection_of_a_bar_on_two_pins() -> None:
+def test_deflection_of_a_bar_on_two_pins():
     """Closed form: deflection 5 w L^4/(384 EI), moment w L^2/8 and its stress at the middle, shear force w L/2 at the ends."""
     slot = sd.Guide("end", ("bar", "end"), (0.0, 0.0), 0.0)
     made = on_pin(sd.bar("bar", length=1.0, mass=7850.0 * 4e-4), guides=(slot,), gravity=9.81)
@@ -119,7 +115,7 @@ def test_deflection_of_a_bar_on_two_pins() -> None:
     assert run["bar_largest_utilisation"].item() == pytest.approx(run["bar_largest_stress"].item() / 235e6)
 
 
-def test_heated_bars_bend_without_forces() -> None:
+def test_heated_bars_bend_without_forces():
     """Closed form: an arc of curvature alpha dT/h without stress; the deflection is its sagitta."""
     made = clamped(2, section="solid 20x20 mm", material="steel", temperature_difference=30.0).driven(speed=0.0)
     found = sd.internal_forces(still(made), made, places=[0.25, 0.5]).isel(time=0, bar=0)
@@ -129,7 +125,7 @@ def test_heated_bars_bend_without_forces() -> None:
     assert np.all(np.abs(found["bending_moment"].values) < 1e-8)
 
 
-def test_moments_of_an_array_end_at_pins() -> None:
+def test_moments_of_an_array_end_at_pins():
     """Identity: a pin at a bar's end carries no moment; the largest values of the run are found at 17 points."""
     arm = sd.scissor(units=1, bar_length=2.0, bar_mass=5.68)
     arm = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", elements=4).driven(speed=1.0)
@@ -146,7 +142,7 @@ def test_moments_of_an_array_end_at_pins() -> None:
         np.testing.assert_allclose(largest, np.abs(fine[name]).max(dim=("time", "place")), rtol=1e-9)
 
 
-def test_refused_internal_forces() -> None:
+def test_refused_internal_forces():
     """Contract: rigid bars, a point beyond the bar and an unknown bar are refused."""
     rigid = sd.scissor(units=1).driven(speed=1.0)
     run = sd.simulate(rigid, until=1e-4, samples=3)
@@ -167,7 +163,7 @@ TUBE = {"bending_stiffness": 43620.7, "axial_stiffness": 76579776.0}
 
 @pytest.mark.parametrize("modes", [2, 6, 8, 24])
 @pytest.mark.parametrize(("load", "within"), [("end", 0.003), ("middle", 0.045), ("weight", 0.007)])
-def test_extension_of_a_clamped_bar(load: str, within: float, modes: int) -> None:
+def test_extension_of_a_clamped_bar(load, within, modes):
     """Closed form: F L/(EA), F L/(2 EA) for a force at the middle, m g L/(2 EA) for the weight."""
     force, body = 1000.0, "bar/1" if load == "middle" else "bar/2"
     push = sd.Force("push", ("bar", load), (force, 0.0))
@@ -189,17 +185,17 @@ NAMES = {
 OVER = {"A.clearance": [0.1e-3, 0.4e-3]}  # Values of the varied parameter [m], by path
 
 
-def rigid() -> sd.Mechanism:
+def rigid():
     """Return a scissor with a clearance joint."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(60))
 
 
-def bent(**more: Any) -> sd.Mechanism:
+def bent(**more):
     """Return the scissor with bars of steel tubes."""
     return sd.with_bending(rigid(), **({"section": "tube 60x60x1.56 mm", "material": "steel", "modes": 1} | more))
 
 
-def test_measures_of_bending_bars() -> None:
+def test_measures_of_bending_bars():
     """Cross-check: measures of a batch, run and summary agree; the stress also follows from axial force and moment."""
     batch = sd.simulate_many(bent(), OVER, until=0.01, measures=tuple(NAMES))
     run = sd.simulate(bent().replace("A.clearance", 0.4e-3), until=0.01)
@@ -224,14 +220,14 @@ def test_measures_of_bending_bars() -> None:
         (bent(section=None, material=None, bending_stiffness=4e4, axial_stiffness=7e7), "peak_bar_stress", "youngs_modulus"),
     ],
 )
-def test_refused_measures_of_bars(mechanism: sd.Mechanism, measure: str, said: str) -> None:
+def test_refused_measures_of_bars(mechanism, measure, said):
     """Contract: measures of bars need bending bars, those of stress a material."""
     with pytest.raises(sd.InputError, match=said):
         sd.simulate_many(mechanism, OVER, until=0.01, measures=(measure,))
 
 
 @pytest.mark.parametrize("kind", [{"modes": 1}, {"elements": 2}])
-def test_measures_on_threads_and_of_members(kind: dict[str, int]) -> None:
+def test_measures_on_threads_and_of_members(kind):
     """Identity: two threads give the same bits; members differ from the unperturbed start by the growth of round-off."""
     mechanism = bent(**({"modes": "auto"} | kind))
     one, two = (sd.simulate_many(mechanism, OVER, until=2e-3, measures=tuple(NAMES), threads=count) for count in (1, 2))
@@ -247,7 +243,7 @@ def test_measures_on_threads_and_of_members(kind: dict[str, int]) -> None:
 @pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
 @pytest.mark.parametrize("points", [("start", "end"), ("start", "middle", "end")])
 @pytest.mark.parametrize("named", [("start", "end"), ("start", "middle", "end")])
-def test_buckling_ratio_of_a_pinned_bar(kind: dict[str, int], points: tuple[str, ...], named: tuple[str, ...]) -> None:
+def test_buckling_ratio_of_a_pinned_bar(kind, points, named):
     """Closed form: Euler's load pi^2 EI/l^2 between supports of a heated bar; points without a support do not divide it."""
     rigidity, axial, expansion, rise = 100.0, 1e7, 1e-5, 3.0
     load, critical = axial * expansion * rise, rigidity * (np.pi * (len(points) - 1)) ** 2
@@ -278,7 +274,7 @@ def test_buckling_ratio_of_a_pinned_bar(kind: dict[str, int], points: tuple[str,
 
 @pytest.mark.parametrize("kind", [{"modes": 8}, {"elements": 8}])
 @pytest.mark.parametrize("part", [0.3, 0.9])
-def test_buckling_ratio_of_a_cantilever(kind: dict[str, int], part: float) -> None:
+def test_buckling_ratio_of_a_cantilever(kind, part):
     """Closed form: a cantilever under a part of its buckling load pi^2 EI/(4 L^2)."""
     critical = np.pi**2 * 100.0 / 4.0
     push = sd.Force("push", ("bar", "end"), (-part * critical, 0.0))
@@ -288,7 +284,7 @@ def test_buckling_ratio_of_a_cantilever(kind: dict[str, int], part: float) -> No
     assert float(run["bar_largest_buckling_ratio"][0]) == pytest.approx(part, rel=1e-3)
 
 
-def test_buckling_ratio_of_an_array() -> None:
+def test_buckling_ratio_of_an_array():
     """Second formulation: linear buckling of two units of tubes under their weight."""
     tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, modes=4).driven(speed=0.0)
     run = sd.simulate(tubes, until=1e-6, samples=2, start="static")
@@ -297,7 +293,7 @@ def test_buckling_ratio_of_an_array() -> None:
 
 
 @pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
-def test_buckling_ratio_with_a_servo(kind: dict[str, int]) -> None:
+def test_buckling_ratio_with_a_servo(kind):
     """Cross-check: a stiff servo gives the ratio of a drive with the same motion."""
     tubes = sd.with_bending(sd.scissor(units=2), bending_stiffness=42743.0, axial_stiffness=7.5e7, **kind)
     motion = sd.Cycloidal(sd.degrees(45), sd.degrees(40), 0.05)
@@ -309,7 +305,7 @@ def test_buckling_ratio_with_a_servo(kind: dict[str, int]) -> None:
     assert ratios[1] == pytest.approx(ratios[0], rel=0.05)
 
 
-def test_warning_of_a_buckling_strut() -> None:
+def test_warning_of_a_buckling_strut():
     """Closed form: a sudden force of 1.1 pi^2 EI/L^2 at most doubles in the bar, and the run warns of buckling."""
     critical = np.pi**2 * 100.0
     push = sd.Force("push", ("bar", "end"), (-1.1 * critical, 0.0))
@@ -319,7 +315,7 @@ def test_warning_of_a_buckling_strut() -> None:
     assert "the force at which the mechanism buckles" in run.attrs["warnings"]
 
 
-def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
+def test_study_of_a_random_stiffness(tmp_path):
     """Identity: a study with random bending stiffness gives the bits of single runs."""
     case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
     sd.write_case(bent(), case, run=sd.Options(until=2e-3))
@@ -331,7 +327,7 @@ def test_study_of_a_random_stiffness(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found["peak_deflection"][each].values, expected)
 
 
-def test_study_with_a_requirement_on_utilisation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_study_with_a_requirement_on_utilisation(tmp_path, capsys):
     """Cross-check: the utilisations of a study with a requirement are those of a batch."""
     case, store = tmp_path / "bent.toml", tmp_path / "bent.db"
     sd.write_case(bent(), case, run=sd.Options(until=0.01))

@@ -1,12 +1,7 @@
 """Contacts that begin slowly and are loaded afterwards: forces, steps, energies and warnings."""
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import EXAMPLES, balanced, counts_of, in_bearing, warnings_of
 
 import scissordyn as sd
@@ -15,23 +10,23 @@ HALF = {"damping": sd.Flores(restitution=0.5)}  # Damping law with a restitution
 LOADED, ONSET = "refers to", "compare reference = 'loaded'"  # Words of the warning about a loaded contact, and of its advice
 
 
-def lift(**laws: Any) -> sd.Mechanism:
+def lift(**laws):
     """Return a slow lift of nine loose pins."""
     laws = {"friction": sd.Ambrosio(kinetic=0.12)} | laws
     return sd.read_case(EXAMPLES / "lift.toml").mechanism.with_clearance("all", sd.Clearance(5e-5, **laws))
 
 
-def lifted(**laws: Any) -> xr.Dataset:
+def lifted(**laws):
     """Return a run of the lift from static equilibrium."""
     return sd.simulate(lift(**laws), until=0.15, start="static", rtol=1e-5, atol=1e-5)
 
 
 @pytest.fixture(scope="module")
-def undamped() -> xr.Dataset:
+def undamped():
     return lifted(damping=sd.law("damping", "none")())
 
 
-def dropped(reference: str = "loaded", speed: float = 0.1, **run: Any) -> xr.Dataset:
+def dropped(reference="loaded", speed=0.1, **run):
     """Return a mass that hits its bearing and bounces on it under gravity."""
     gap = sd.Clearance(0.5e-3, reference=reference, **HALF)
     ball = in_bearing(gap, position=(0.0, -0.5e-3), velocity=(0.0, -speed))
@@ -39,7 +34,7 @@ def dropped(reference: str = "loaded", speed: float = 0.1, **run: Any) -> xr.Dat
 
 
 @pytest.mark.parametrize("restitution", [0.9, 0.5, 0.2])
-def test_slow_loads_hardly_depend_on_restitution(restitution: float, undamped: xr.Dataset) -> None:
+def test_slow_loads_hardly_depend_on_restitution(restitution, undamped):
     """Limit: the forces of a slow lift are those without damping, except for a vibration, in no more steps."""
     run = lifted(damping=sd.Flores(restitution=restitution))
     assert float(run["peak_force"].max()) == pytest.approx(float(undamped["peak_force"].max()), rel=0.035)
@@ -49,7 +44,7 @@ def test_slow_loads_hardly_depend_on_restitution(restitution: float, undamped: x
     assert len([text for text in warnings_of(run) if LOADED in text]) == 9
 
 
-def test_bounce_comes_to_rest() -> None:
+def test_bounce_comes_to_rest():
     """Closed form: flights of 2 v/g after four rebounds, then the mass stays on its bearing."""
     run = dropped()
     start, duration = run["contact_start"].values, run["contact_duration"].values
@@ -63,7 +58,7 @@ def test_bounce_comes_to_rest() -> None:
 
 
 @pytest.mark.parametrize("speed", [1e-2, 1.0])
-def test_free_impact_is_the_published_one(speed: float) -> None:
+def test_free_impact_is_the_published_one(speed):
     """Identity: without a load, impact and flight are those of the approach speed, bit for bit, without a warning."""
     runs = []
     for reference in ("loaded", "onset"):
@@ -77,21 +72,21 @@ def test_free_impact_is_the_published_one(speed: float) -> None:
     assert not any("began at" in text for run in runs for text in warnings_of(run))
 
 
-def test_warnings_of_loaded_contacts() -> None:
+def test_warnings_of_loaded_contacts():
     """Contract: a contact loaded beyond an impact gives a warning about the reference of its damping."""
     loaded, onset = (lifted_gently(reference) for reference in ("loaded", "onset"))
     assert any(LOADED in text and ONSET not in text for text in warnings_of(loaded))
     assert any(ONSET in text for text in warnings_of(onset))
 
 
-def lifted_gently(reference: str) -> xr.Dataset:
+def lifted_gently(reference):
     """Return a mass that rests in its bearing and is pressed by a growing force."""
     press = sd.Force("press", ("ball", "centre"), (0.0, -2e4), time_function=sd.Cycloidal(0.0, 1.0, 0.02))
     ball = in_bearing(sd.Clearance(0.5e-3, reference=reference, **HALF), position=(0.0, -0.5e-3))
     return sd.simulate(ball.with_parts({"components": (press,)}), until=0.03, start="static")
 
 
-def test_slow_press_is_elastic() -> None:
+def test_slow_press_is_elastic():
     """Closed form: the normal force is the slowly growing load, without damping."""
     run = lifted_gently("loaded")
     at = int(np.argmin(np.abs(run["time"].values - 0.025)))
@@ -99,7 +94,7 @@ def test_slow_press_is_elastic() -> None:
     assert float(run["peak_normal_force"].max()) == pytest.approx(2e4 + 9.81, rel=1e-3)
 
 
-def test_forces_of_a_batch() -> None:
+def test_forces_of_a_batch():
     """Identity: forces of a batch are bit for bit those of single runs, for contacts that begin at the start or later."""
     options = {"until": 0.05, "start": "static", "rtol": 1e-5, "atol": 1e-5}
     over = {"slider.mass": [8.0, 5.0]}
@@ -111,7 +106,7 @@ def test_forces_of_a_batch() -> None:
             assert float(batch["peak_force"].isel(case=k).sel(joint=joint)) == float(largest.sel(contact_joint=joint))
 
 
-def test_slowly_loaded_stop() -> None:
+def test_slowly_loaded_stop():
     """Limit: an end stop that is reached slowly carries its load, for any restitution."""
     stop = sd.TravelStop("stop", ("ball", "centre"), direction=0.0, limit=1e-4, stiffness=1e8, exponent=1.5, restitution=0.2)
     press = sd.Force("press", ("ball", "centre"), (500.0, 0.0), time_function=sd.Cycloidal(0.0, 1.0, 0.1))
@@ -124,7 +119,7 @@ def test_slowly_loaded_stop() -> None:
     assert force[settled] == pytest.approx(load[settled], rel=5e-3)
 
 
-def cycloid(duration: float) -> tuple[np.ndarray, np.ndarray]:
+def cycloid(duration):
     """Return instants and values of a cycloidal rise to one."""
     part = np.linspace(0.0, 2.0, 4001)
     return duration * part, np.where(part < 1.0, part - np.sin(2.0 * np.pi * part) / (2.0 * np.pi), 1.0)

@@ -1,17 +1,13 @@
 """Automatic choice of the integrator, and runs without energies."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.build import counts_of, in_bearing, on_pin
 
 import scissordyn as sd
-from scissordyn.model.options import StartKind
 from scissordyn.plan.plan import plan
 from scissordyn.run import method
 from scissordyn.run.advance import tolerance as tolerance_module
@@ -24,13 +20,13 @@ TUBE = {"bending_stiffness": 42743.0, "axial_stiffness": 7.5e7}
 FRICTIONLESS = sd.NoFriction()  # Friction law without friction
 
 
-def _array(*, modes: int = 0, friction: sd.Friction = FRICTIONLESS) -> sd.Mechanism:
+def _array(*, modes=0, friction=FRICTIONLESS):
     """Return the paper's array with a friction law, with bending bars if modes are given."""
     made = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3, friction=friction))
     return (sd.with_bending(made, **TUBE, modes=modes) if modes else made).driven(speed=sd.rpm(150))
 
 
-def assert_chosen(mechanism: sd.Mechanism, method: str, options: sd.Options) -> None:
+def assert_chosen(mechanism, method, options):
     """Check the chosen method, and that the choice leaves the start of the run unchanged."""
     driver, _, choice = make_driver(plan(mechanism), options)
     asked, _, _ = make_driver(plan(mechanism), replace(options, method=method))
@@ -51,18 +47,18 @@ def assert_chosen(mechanism: sd.Mechanism, method: str, options: sd.Options) -> 
         (False, "in-contact", "rodas5p"),
     ],
 )
-def test_integrator_of_a_start(bent: bool, start: StartKind, method: str) -> None:
+def test_integrator_of_a_start(bent, start, method):
     """Contract: explicit steps if contacts that are closed at the start open at once, as those of bending bars may."""
     assert_chosen(_array(modes=2 if bent else 0), method, sd.Options(1e-3, start=start))
 
 
-def _clamped(**how: int) -> sd.Mechanism:
+def _clamped(**how):
     """Return a heavy bar of 0.5 m, clamped by its drive, that bends by modes or by elements."""
     bar = sd.bar("bar", length=0.5, mass=0.2)
     return sd.with_bending(on_pin(bar, gravity=9.81), bending_stiffness=1.2e3, axial_stiffness=2e7, **how).driven(speed=0.0)
 
 
-def _on_a_spring() -> sd.Mechanism:
+def _on_a_spring():
     """Return a lever whose weight a spring of 60 kHz holds."""
     spring = sd.TorsionSpring("spring", "bar", "ground", stiffness=1e11, free_angle=0.0)
     return on_pin(sd.bar("bar", length=1.0, mass=2.0), spring, gravity=9.81)
@@ -73,7 +69,7 @@ RESTING = [_clamped(modes=3), _clamped(modes=24), _clamped(elements=8), _on_a_sp
 
 
 @pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
-def test_what_rests_takes_few_steps(mechanism: sd.Mechanism) -> None:
+def test_what_rests_takes_few_steps(mechanism):
     """Limit: from static equilibrium nothing moves, whatever vibrations are possible; explicit steps have to resolve them."""
     assert_chosen(mechanism, "rodas5p", sd.Options(0.1, start="static"))
     chosen = sd.simulate(mechanism, until=0.1, samples=3, start="static")
@@ -84,12 +80,12 @@ def test_what_rests_takes_few_steps(mechanism: sd.Mechanism) -> None:
 
 
 @pytest.mark.parametrize("mechanism", RESTING, ids=["3 modes", "24 modes", "8 elements", "spring"])
-def test_what_vibrates_takes_explicit_steps(mechanism: sd.Mechanism) -> None:
+def test_what_vibrates_takes_explicit_steps(mechanism):
     """Contract: vibrations that move something are resolved, which explicit steps do at less cost."""
     assert_chosen(mechanism, "dop853", sd.Options(0.1, start="concentric"))
 
 
-def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
+def test_a_slow_motion_steps_across_vibrations_at_rest():
     """Cross-check: an array of tubes that starts without a jerk moves as with explicit steps, in a tenth of the steps."""
     array = sd.with_bending(sd.scissor(units=2), **TUBE).driven(motion=sd.Cycloidal(0.0, 0.5, 2.0))
     chosen, explicit = (
@@ -101,7 +97,7 @@ def test_a_slow_motion_steps_across_vibrations_at_rest() -> None:
 
 
 @pytest.mark.parametrize(("modes", "method"), [(2, "rodas5p"), (24, "dop853")])
-def test_integrator_of_bristles_and_modes(modes: int, method: str) -> None:
+def test_integrator_of_bristles_and_modes(modes, method):
     """Contract: explicit steps for friction with states where implicit ones need large matrices."""
     bent = _array(modes=modes, friction=sd.LuGre(kinetic=0.1))
     assert make_driver(plan(bent), sd.Options(1e-3))[2].method == method
@@ -111,7 +107,7 @@ def test_integrator_of_bristles_and_modes(modes: int, method: str) -> None:
     ("friction", "reason"),
     [(sd.law("friction", "coulomb")(0.1), "is steep about zero slip speed"), (sd.LuGre(kinetic=0.1), "has internal states")],
 )
-def test_reason_for_implicit_steps_with_friction(friction: sd.Friction, reason: str) -> None:
+def test_reason_for_implicit_steps_with_friction(friction, reason):
     """Contract: the reason names the states of the friction law, or its ramp if it has none."""
     chosen = make_driver(plan(_array(friction=friction)), sd.Options(1e-3))[2]
     assert chosen.method == "rodas5p"
@@ -119,7 +115,7 @@ def test_reason_for_implicit_steps_with_friction(friction: sd.Friction, reason: 
 
 
 @pytest.mark.parametrize(("start", "until"), [("in-contact", 2e-3), ("static", 2e-2)])
-def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float) -> None:
+def test_explicit_steps_are_cheaper_from_contact(start, until):
     """Cross-check: both integrators find the same motion of bars from contact; the chosen one needs no Jacobians."""
     runs = {method: sd.simulate(_array(modes=2), until=until, start=start, method=method) for method in ("auto", "rodas5p")}
     chosen, stiff = (counts_of(run) for run in runs.values())
@@ -141,14 +137,14 @@ def test_explicit_steps_are_cheaper_from_contact(start: StartKind, until: float)
         (1e-3, 0.1, "finite", "dop853"),
     ],
 )
-def test_integrator_of_a_film(clearance: float, viscosity: float, bearing: Any, method: str) -> None:
+def test_integrator_of_a_film(clearance, viscosity, bearing, method):
     """Contract: the method depends on the stiffness of the film before metal touches; the choice changes nothing."""
     oil = sd.Lubrication(viscosity=viscosity, bearing=bearing)
     gap = sd.Clearance(clearance, friction=FRICTIONLESS, lubrication=oil)
     assert_chosen(sd.scissor(units=2).with_clearance("A", gap).driven(speed=sd.rpm(150)), method, sd.Options(1e-3))
 
 
-def test_steps_through_a_film() -> None:
+def test_steps_through_a_film():
     """Second formulation: a mass pressed through a long bearing's film; the number of stable steps as an integral over time."""
     mass, clearance, roughness = 140.0, 4e-5, 4e-7
     oil = sd.Lubrication(viscosity=5e-4, bearing="long", roughness=roughness, asperities=0.0)
@@ -173,7 +169,7 @@ def test_steps_through_a_film() -> None:
 
 
 @pytest.mark.parametrize("modes", [4, 16])
-def test_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fastest_modes_of_many_states(modes, monkeypatch):
     """Cross-check: products with the Jacobian give the fastest modes of all its eigenvalues."""
     bent = sd.with_bending(
         sd.scissor(units=2).with_clearance("all", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=modes
@@ -190,7 +186,7 @@ def test_fastest_modes_of_many_states(modes: int, monkeypatch: pytest.MonkeyPatc
     assert found[0][1] == pytest.approx(found[10**6][1], rel=0.05)
 
 
-def test_stiff_steps_do_not_resolve_axial_waves(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stiff_steps_do_not_resolve_axial_waves(monkeypatch):
     """Limit: contacts agree with a run at 1e-11, with 60 % of the steps of equal error weights."""
     bent = sd.with_bending(sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4, friction=FRICTIONLESS)), **TUBE, modes=4)
     servo = bent.controlled(sd.PID(2e4, derivative=3500.0), speed=sd.rpm(50))
@@ -209,7 +205,7 @@ def test_stiff_steps_do_not_resolve_axial_waves(monkeypatch: pytest.MonkeyPatch)
     assert peaks[0] == pytest.approx(peaks[2], rel=1e-3)
 
 
-def arrays() -> dict[str, sd.Mechanism]:
+def arrays():
     """Return the paper's array with friction, falling under delayed feedback, and with clearance everywhere."""
     arm = sd.scissor(units=2)
     friction = sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic=0.1))
@@ -245,7 +241,7 @@ def test_motion_without_energies(name, method):
 
 
 @pytest.mark.parametrize("speed", [0.443156478236942, 0.444, 0.44495])
-def test_no_step_passes_over_a_contact(speed: float) -> None:
+def test_no_step_passes_over_a_contact(speed):
     """Cross-check: a step that begins at a contact is not longer than the contact, although it was long in free flight."""
     ball = sd.Body("ball", mass=1.0, inertia=1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(0.0, speed))
     hole = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=sd.Clearance(0.01, journal_radius=0.02))
@@ -259,7 +255,7 @@ def test_no_step_passes_over_a_contact(speed: float) -> None:
     np.testing.assert_allclose(stiff["peak_force"], explicit["peak_force"], rtol=1e-5)
 
 
-def test_step_of_a_free_rotation() -> None:
+def test_step_of_a_free_rotation():
     """Closed form: a body that rotates beside a hard contact gains a millionth of its energy in a run, by its longest step."""
     speed, until = 200.0, 1.0
     rotor = sd.Body("rotor", 1.0, 0.01, {"o": (0.0, 0.0), "a": (0.1, 0.0)}, angular_velocity=speed)
@@ -275,7 +271,7 @@ def test_step_of_a_free_rotation() -> None:
 
 
 @pytest.mark.parametrize("products", [2, 60])
-def test_modes_of_few_states(products: int) -> None:
+def test_modes_of_few_states(products):
     """Identity: there are as many products as states at most, and then all eigenvalues."""
     driver, prepared, _ = make_driver(plan(_array()), sd.Options(1e-3))
     small, whole = projected_jacobian(driver.system, prepared.y, products), jacobian(driver.system, prepared.y)

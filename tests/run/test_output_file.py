@@ -1,13 +1,9 @@
 """Files of results: written completely or not at all, never over other files; and files that cannot be read as results."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess
 import sys
-from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -27,7 +23,7 @@ from scissordyn.run.simulate import compute_results
 
 
 @pytest.fixture
-def run() -> xr.Dataset:
+def run():
     """Return a dataset of half a megabyte with the attributes of a run."""
     values = {"position": ("time", np.linspace(0.0, 1.0, 60_000)), "joint": ("joint", ["A", "B"])}
     return xr.Dataset(values, attrs={"title": "scissordyn run", "configuration": "{}"})
@@ -49,7 +45,7 @@ except sd.InputError as error:
 
 
 @pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
-def test_full_disk(run: xr.Dataset, tmp_path: Path, room: int) -> None:
+def test_full_disk(run, tmp_path, room):
     """Contract: the error names the reason, the process continues, and the previous file stays."""
     whole, target = sd.save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"
     target.parent.mkdir()
@@ -63,7 +59,7 @@ def test_full_disk(run: xr.Dataset, tmp_path: Path, room: int) -> None:
     assert target.read_bytes() == small
 
 
-def test_written_file_is_read_back(run: xr.Dataset, tmp_path: Path) -> None:
+def test_written_file_is_read_back(run, tmp_path):
     """Contract: a result is replaced by the next one, links are followed, and the user's permission mask is applied."""
     target, link = tmp_path / "run.nc", tmp_path / "link.nc"
     link.symlink_to(target)
@@ -78,17 +74,17 @@ def test_written_file_is_read_back(run: xr.Dataset, tmp_path: Path) -> None:
     xr.testing.assert_identical(sd.load(sd.save(run.isel(time=slice(0, 5)), target)), run.isel(time=slice(0, 5)))
 
 
-def test_permission_mask_is_not_changed(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_permission_mask_is_not_changed(run, tmp_path, monkeypatch):
     """Contract: the permission mask is never changed, as it belongs to all threads."""
 
-    def changed(_: int) -> int:
+    def changed(_):
         raise AssertionError
 
     monkeypatch.setattr(os, "umask", changed)
     sd.save(run, tmp_path / "run.nc")
 
 
-def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
+def test_texts_that_netcdf_cannot_hold(run, tmp_path):
     """Contract: a NUL in a name is stored as its code."""
     names = ["A\0B", "B", "é\x1b[31m"]
     named = run.drop_vars("joint").assign_coords(joint=("joint", np.array(names, dtype=object)))
@@ -100,11 +96,11 @@ def test_texts_that_netcdf_cannot_hold(run: xr.Dataset, tmp_path: Path) -> None:
     assert found.attrs["cause"] == r"joint 'A\x00B'"
 
 
-def test_control_c_while_writing_loses_nothing(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_control_c_while_writing_loses_nothing(run, tmp_path, monkeypatch):
     """Contract: Ctrl-C takes effect once the file is complete."""
     flush, calls = os.fsync, []
 
-    def interrupted(handle: int) -> None:
+    def interrupted(handle):
         calls.append(handle)
         if len(calls) == 1:
             raise KeyboardInterrupt
@@ -130,7 +126,7 @@ output_file.write_file(sys.argv[1], b"half")
 """
 
 
-def test_remains_of_killed_writers_are_removed(tmp_path: Path) -> None:
+def test_remains_of_killed_writers_are_removed(tmp_path):
     """Contract: a writer removes the remains of a killed writer of the same file, but not the file of an active one."""
     target = tmp_path / "run.nc"
     writers = [
@@ -152,7 +148,7 @@ def test_remains_of_killed_writers_are_removed(tmp_path: Path) -> None:
     assert target.read_bytes() == b"whole"
 
 
-def test_other_files_are_not_overwritten(run: xr.Dataset, tmp_path: Path) -> None:
+def test_other_files_are_not_overwritten(run, tmp_path):
     """Contract: texts, other HDF5 files, half a file, devices, pipes and folders are kept; an empty file is replaced."""
     with h5py.File(tmp_path / "foreign.nc", "w") as foreign:
         foreign["x"] = 1.0
@@ -181,7 +177,7 @@ def test_other_files_are_not_overwritten(run: xr.Dataset, tmp_path: Path) -> Non
     assert all(sd.load(tmp_path / name).equals(run) for name in ("empty.nc", "whole.nc", "half.nc"))
 
 
-def test_dataset_without_a_title(tmp_path: Path) -> None:
+def test_dataset_without_a_title(tmp_path):
     """Contract: a saved dataset without a title can be saved again."""
     table = xr.Dataset({"x": ("n", [1.0, 2.0])})
     sd.save(table, tmp_path / "table.nc")
@@ -189,7 +185,7 @@ def test_dataset_without_a_title(tmp_path: Path) -> None:
     assert sd.load(tmp_path / "table.nc")["x"].values.tolist() == [2.0, 4.0]
 
 
-def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
+def test_pictures_replace_pictures_only(tmp_path):
     """Contract: a picture is replaced if the file begins as a picture of its format."""
     beginnings = {"png": b"\x89PNG\r\n\x1a\n", "gif": b"GIF89a", "svg": b"<?xml ", "mp4": b"\0\0\0 ftyp"}
     beginnings["html"] = b"<!DOCTYPE html>"
@@ -202,7 +198,7 @@ def test_pictures_replace_pictures_only(tmp_path: Path) -> None:
             check_target(target)
 
 
-def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
+def test_devices_and_pipes_are_not_read(tmp_path):
     """Contract: a device and a pipe without a writer are refused at once."""
     os.mkfifo(tmp_path / "pipe")
     for path in ("/dev/zero", tmp_path / "pipe"):
@@ -210,7 +206,7 @@ def test_devices_and_pipes_are_not_read(tmp_path: Path) -> None:
             sd.load(path)
 
 
-def test_damaged_files_with_valid_checksums(run: xr.Dataset, tmp_path: Path) -> None:
+def test_damaged_files_with_valid_checksums(run, tmp_path):
     """Contract: HDF5 reads or refuses 60 damaged files with valid checksums without printing or crashing."""
     code = """
 import random, sys
@@ -234,18 +230,18 @@ for _ in range(60):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_closing_a_file_that_was_not_opened() -> None:
+def test_closing_a_file_that_was_not_opened():
     """Contract: closing is allowed if a signal came between creation and opening."""
     NetcdfFile.__new__(NetcdfFile).close()
 
 
-def test_interrupt_inside_the_library(run: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_inside_the_library(run, tmp_path, monkeypatch):
     """Contract: a file is read again after an error, as an interrupt leaves the library once as any exception."""
     target = sd.save(run, tmp_path / "run.nc")
     causes = iter([RuntimeError("interrupted")])
 
     class Interrupted(NetcdfFile):
-        def __init__(self, path: str | os.PathLike[str]) -> None:
+        def __init__(self, path):
             for cause in causes:
                 raise cause
             super().__init__(path)
@@ -260,7 +256,7 @@ BESIDE = {"REFERENCE_LIST", "DIMENSION_LIST"}
 
 
 @pytest.mark.parametrize(("name", "reads"), [("case.toml", "sd.read_case"), ("study.db", "sd.open_study")])
-def test_case_or_study_instead_of_a_run(tmp_path: Path, name: str, reads: str) -> None:
+def test_case_or_study_instead_of_a_run(tmp_path, name, reads):
     """Contract: the error about a case file or a study names the function that reads it."""
     path = tmp_path / name
     path.write_text("", encoding="utf-8")
@@ -268,7 +264,7 @@ def test_case_or_study_instead_of_a_run(tmp_path: Path, name: str, reads: str) -
         sd.load(path)
 
 
-def stored(path: Path) -> list[Any]:
+def stored(path):
     """Return types, shapes, fill values and attributes of a file, by name."""
     with h5py.File(path) as file:
         parts = [
@@ -284,13 +280,13 @@ def stored(path: Path) -> list[Any]:
         return [{key: str(value) for key, value in file.attrs.items()}, *parts]
 
 
-def case(name: str) -> Results:
+def case(name):
     """Return a short run of an example."""
     made = sd.read_case(EXAMPLES / f"{name}.toml", ["run.until=3 ms", "run.samples=7"])
     return compute_results(made.mechanism, made.run)
 
 
-def no_case() -> Results:
+def no_case():
     """Return rare kinds of data: a NUL and half a surrogate, single precision, an empty dimension."""
     return Results(
         {
@@ -304,7 +300,7 @@ def no_case() -> Results:
 
 
 @pytest.mark.parametrize("name", ["paper", "four_bar", "self_deploying", ""])
-def test_file_equals_that_of_xarray(tmp_path: Path, name: str) -> None:
+def test_file_equals_that_of_xarray(tmp_path, name):
     """Second formulation: xarray writes the Dataset of the same results, and reads both."""
     results, files = case(name) if name else no_case(), [tmp_path / "direct.nc", tmp_path / "dataset.nc"]
     write_results(results, files[0])

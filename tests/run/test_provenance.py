@@ -1,7 +1,5 @@
 """Provenance of stored results: every source that can affect them, and the libraries."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -24,7 +22,7 @@ PACKAGE = Path(scissordyn.__file__).parent  # Folder of the package's sources
 ASK = "from scissordyn.file.provenance import provenance as p; print(p(), p({skip}), sep='\\n')"
 
 
-def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
+def asked(packages, skip):
     """Return the digests of a copy of the package: for diagrams, and with other sources left out."""
     environment = {**os.environ, "PYTHONPATH": str(packages), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-c", ASK.replace("{skip}", repr(skip))]
@@ -33,7 +31,7 @@ def asked(packages: Path, skip: tuple[str, ...]) -> tuple[str, str]:
     return first, second
 
 
-def test_every_source_counts(tmp_path: Path) -> None:
+def test_every_source_counts(tmp_path):
     """Contract: an edit of any module that can affect results changes the digest; one of a display module does not."""
     copy = tmp_path / PACKAGE.name
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
@@ -53,7 +51,7 @@ def test_every_source_counts(tmp_path: Path) -> None:
     assert asked(tmp_path, PRESENTATION_SOURCES) == before
 
 
-def test_excluded_sources_are_not_imported() -> None:
+def test_excluded_sources_are_not_imported():
     """Contract: modules that compute stored results import no source that the digest excludes."""
     graph = grimp.build_graph("scissordyn", "scissordyn_paper")
     entries = {
@@ -71,7 +69,7 @@ def test_excluded_sources_are_not_imported() -> None:
             assert not wrong, (module, wrong)
 
 
-def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
+def upstream(graph, module):
     """Return the direct and indirect imports of a module, without the package's own init file."""
     found, waiting = {module}, [module]
     while waiting:
@@ -82,21 +80,15 @@ def upstream(graph: grimp.ImportGraph, module: str) -> set[str]:
     return found
 
 
-def test_libraries_are_named() -> None:
+def test_libraries_are_named():
     """Contract: the provenance has the versions of the computing libraries."""
     assert {"scissordyn", "numpy", "scipy", "xarray", "sources"} == set(json.loads(provenance()))
 
 
-def test_diagram_of_other_sources_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_diagram_of_other_sources_is_refused(tmp_path, monkeypatch):
     """Contract: a stored diagram is continued only with the sources and libraries of its start."""
     arm, other = (sd.four_bar(rocker=rocker).driven(sd.Harmonic(1.0, 0.2, 20.0)) for rocker in (0.15, 0.151))
-    options = {
-        "over": "drive.angular_frequency",
-        "values": np.array([20.0, 21.0]),
-        "cycles": 1,
-        "keep": 1,
-        "engine": 1,
-    }
+    options = {"over": "drive.angular_frequency", "values": np.array([20.0, 21.0]), "cycles": 1, "keep": 1, "engine": 1}
     store = tmp_path / "diagram.nc"
     first = sd.bifurcation(arm, store=store, **options)
     again = sd.bifurcation(arm, store=store, **options)

@@ -1,22 +1,18 @@
 """Starts of runs: given positions and speeds, and static equilibrium as a minimum of the potential energy."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import on_pin
 
 import scissordyn as sd
 from reference.lagrange import Array
 
 LENGTH, SLIDER, GRAVITY = 2.0, 5.0, 9.81  # Length of a bar [m], mass of the slider [kg] and gravity [m/s^2]
-WEIGHTS = Array(joint=None, motion=None).weights()  # type: ignore[arg-type]
+WEIGHTS = Array(joint=None, motion=None).weights()
 """Coefficients of the two families of bars in the potential energy [J]."""
 
 PRESSURE = 1.5e-2 * 0.5 * math.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.STEEL.poisson_ratio**2))
@@ -25,7 +21,7 @@ PRESSURE = 1.5e-2 * 0.5 * math.pi * sd.STEEL.youngs_modulus / (2.0 * (1.0 - sd.S
 BARS = ("unit 1/bar 1", "unit 1/bar 2")  # Names of the two bars of a scissor unit
 
 
-def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mirrored: bool = False) -> sd.Mechanism:
+def sprung(angle, clearance, stiffness, free, *, mirrored=False):
     """Return the paper's array with a loose joint A and a spring between the bars of its first unit; angles in degrees."""
     array = sd.scissor(units=2, angle=math.radians(angle)).with_clearance("A", sd.Clearance(clearance, stiffness=sd.Liu()))
     body, base = BARS[::-1] if mirrored else BARS
@@ -33,12 +29,12 @@ def sprung(angle: float, clearance: float, stiffness: float, free: float, *, mir
     return dataclasses.replace(array, components=(spring,))
 
 
-def resting(mechanism: sd.Mechanism, until: float = 1e-4) -> xr.Dataset:
+def resting(mechanism, until=1e-4):
     """Return a short run from equilibrium."""
     return sd.simulate(mechanism, until=until, samples=3, start="static")
 
 
-def slopes(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -> tuple[np.ndarray, np.ndarray]:
+def slopes(run, clearance, stiffness, turned):
     """Return gradient and Hessian of the potential energy in the minimal coordinates p, k, y at the start of a run.
 
     V = w_p sin p + w_k sin k + m_s g y + W(|e| - c) + K (p - k - turned)^2/2, with the eccentricity
@@ -64,14 +60,14 @@ def slopes(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -
     return gradient, hessian
 
 
-def assert_minimum(run: xr.Dataset, clearance: float, stiffness: float, turned: float) -> None:
+def assert_minimum(run, clearance, stiffness, turned):
     """Check that the potential energy is stationary, to 1e-7 of the weight, and has a minimum."""
     gradient, hessian = slopes(run, clearance, stiffness, turned)
     assert np.abs(gradient).max() < 1e-7 * WEIGHTS[0]
     assert np.linalg.eigvalsh(hessian)[0] > 0.0
 
 
-def test_equilibrium_of_the_ideal_array() -> None:
+def test_equilibrium_of_the_ideal_array():
     """Closed form: g L (2 m + m_s) cos th = 2 k (phi - 2 th), which holds at 39.9210 degrees for this spring."""
     mechanism = sprung(35.0, 0.3e-3, 458.3, 95.23).ideal()
     angle = float(resting(mechanism)["angle"].sel(body=BARS[0])[0])
@@ -81,7 +77,7 @@ def test_equilibrium_of_the_ideal_array() -> None:
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-def test_random_springs_and_clearances(mirrored: bool) -> None:
+def test_random_springs_and_clearances(mirrored):
     """Second formulation: sixty arrays rest at a minimum of the energy in minimal coordinates.
 
     Mirrored springs pull the array through its flat position, most of them until the bars have changed sides.
@@ -94,7 +90,7 @@ def test_random_springs_and_clearances(mirrored: bool) -> None:
         assert_minimum(run, clearance, stiffness, math.radians(-free if mirrored else free))
 
 
-def test_rest_is_kept() -> None:
+def test_rest_is_kept():
     """Contract: the run stays at its start, also with bars that have turned by more than half a turn relative to each other."""
     mechanism = sprung(50.77, 0.2227e-3, 1994.6, 220.0, mirrored=True)
     run = resting(mechanism, until=0.05)
@@ -104,7 +100,7 @@ def test_rest_is_kept() -> None:
     assert float(abs(run["angular_acceleration"]).max()) < 1e-5
 
 
-def test_unloaded_rest_is_exact() -> None:
+def test_unloaded_rest_is_exact():
     """Contract: without gravity the unbalanced force is small compared with the spring's."""
     crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.7, gravity=0.0)
     for joint, clearance in (("ground pin", 0.234e-3), ("crank pin", 0.07e-3)):
@@ -115,14 +111,14 @@ def test_unloaded_rest_is_exact() -> None:
     assert float(abs(run["angular_acceleration"].sel(body="rod")).max()) * inertia < 1e-8 * 38.57
 
 
-def test_equilibrium_of_a_free_mass_is_refused() -> None:
+def test_equilibrium_of_a_free_mass_is_refused():
     """Contract: a mass under its weight alone has no equilibrium, and the error says so."""
     free = sd.Mechanism((sd.point_mass("ball", mass=2.0, position=(0.5, 0.0)),), ground=(("O", (0.0, 0.0)),))
     with pytest.raises(sd.InputError, match="no equilibrium: nothing holds the mechanism"):
         resting(free)
 
 
-def test_gain_of_a_rate_does_not_count_at_rest() -> None:
+def test_gain_of_a_rate_does_not_count_at_rest():
     """Identity: the derivative gain of a servo does not change the static equilibrium of loose tubes."""
     tubes = sd.scissor(units=2, bar_length=0.9, bar_mass=0.733).with_clearance("all", sd.Clearance(1e-5))
     tubes = sd.with_bending(tubes, section="tube 50x2 mm", material="aluminium")
@@ -133,7 +129,7 @@ def test_gain_of_a_rate_does_not_count_at_rest() -> None:
     assert torque == pytest.approx(2e4 * float(runs[1]["control_error"].values[0, 0]), rel=1e-9)
 
 
-def test_servo_that_cannot_hold_is_named() -> None:
+def test_servo_that_cannot_hold_is_named():
     """Contract: the error about a missing equilibrium names the servo at its limit."""
     crank = sd.slider_crank(crank=0.3, rod=0.7, angle=1.0, gravity=0.0).with_clearance("crank pin", sd.Clearance(1e-4))
     crank = crank.controlled(sd.FeedForward(2e4, 300.0, limit=20.0), reference=sd.ConstantSpeed(0.0), name="servo")
@@ -143,7 +139,7 @@ def test_servo_that_cannot_hold_is_named() -> None:
 
 
 @pytest.mark.parametrize("elements", [8, 16])
-def test_elastica_of_a_cantilever(elements: int) -> None:
+def test_elastica_of_a_cantilever(elements):
     """Closed form: the elastica of a cantilever with P L^2 = EI, by elliptic integrals."""
     bar = sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
     clamped = sd.with_bending(on_pin(bar), bending_stiffness=1e3, axial_stiffness=1e9, elements=elements)
@@ -154,7 +150,7 @@ def test_elastica_of_a_cantilever(elements: int) -> None:
 
 
 @pytest.mark.parametrize("kind", [{"modes": 4}, {"elements": 4}])
-def test_velocity_of_a_bending_bar(kind: dict[str, int]) -> None:
+def test_velocity_of_a_bending_bar(kind):
     """Contract: the given velocity of a bar is that of all its cross-sections."""
     bar = dataclasses.replace(sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.3), velocity=(1.0, -2.0))
     bent = sd.with_bending(sd.Mechanism((bar,), (), gravity=0.0), bending_stiffness=1e3, axial_stiffness=1e6, **kind)
@@ -165,7 +161,7 @@ def test_velocity_of_a_bending_bar(kind: dict[str, int]) -> None:
 LENGTHS = {"crank": 1.0, "coupler": 3.0, "rocker": 2.0}  # Lengths of the bars of a four-bar linkage [m], by name
 
 
-def four_bar(**changes: dict[str, Any]) -> sd.Mechanism:
+def four_bar(**changes):
     """Return crank, coupler and rocker of 1, 3 and 2 m on a ground of 4 m, roughly placed, with `changes` per bar."""
     places = {"crank": {"angle": math.radians(60.0)}, "coupler": {}, "rocker": {"position": (4.0, 0.0)}}
     bodies = [sd.bar(name, length=length, mass=2.0) for name, length in LENGTHS.items()]
@@ -183,7 +179,7 @@ def four_bar(**changes: dict[str, Any]) -> sd.Mechanism:
     return sd.Mechanism(tuple(bodies), tuple(joints), ground=(("O", (0.0, 0.0)), ("C", (4.0, 0.0))))
 
 
-def angles_at(crank: float) -> tuple[float, float]:
+def angles_at(crank):
     """Return the angles of coupler and rocker, on the branch with the coupler's end above the ground [rad]."""
     end = 4.0 - np.exp(1j * crank)  # from the crank's end to C
     distance = abs(end)
@@ -192,7 +188,7 @@ def angles_at(crank: float) -> tuple[float, float]:
     return coupler, float(np.angle(np.exp(1j * crank) + 3.0 * np.exp(1j * coupler) - 4.0))
 
 
-def speeds_at(crank: float, speed: float) -> dict[str, float]:
+def speeds_at(crank, speed):
     """Return the loop's angular velocities for that of the crank: a e^(ia) wa + b e^(ib) wb = c e^(ic) wc."""
     coupler, rocker = angles_at(crank)
     rows = np.array([[3.0 * np.exp(1j * coupler)], [-2.0 * np.exp(1j * rocker)]])[:, 0]
@@ -200,7 +196,7 @@ def speeds_at(crank: float, speed: float) -> dict[str, float]:
     return {"crank": speed, "coupler": float(b), "rocker": float(c)}
 
 
-def started(mechanism: sd.Mechanism, **options: Any) -> Any:
+def started(mechanism, **options):
     """Return the first sample and the warnings of a run."""
     run = sd.simulate(mechanism, until=1e-4, samples=2, **options)
     return run.isel(time=0), run.attrs["warnings"]
@@ -219,7 +215,7 @@ CLOSED_SPEEDS = speeds_at(CRANK_ANGLE, 5.0)
 
 @pytest.mark.parametrize("name", LENGTHS)
 @pytest.mark.parametrize("placed", [EXACT, {"coupler": {"angle": 0.3}}], ids=["closed", "nearly"])
-def test_speed_of_any_bar_is_kept(name: str, placed: dict[str, Any]) -> None:
+def test_speed_of_any_bar_is_kept(name, placed):
     """Closed form: the other angular velocities follow from the loop, for exact and rough positions."""
     changes = {body: dict(placed.get(body, {})) for body in LENGTHS}
     changes[name]["angular_velocity"] = CLOSED_SPEEDS[name]
@@ -236,7 +232,7 @@ def test_speed_of_any_bar_is_kept(name: str, placed: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("angle", [20.0, 60.0, 100.0, -40.0])
-def test_given_angle_is_kept(angle: float) -> None:
+def test_given_angle_is_kept(angle):
     """Closed form: the crank keeps its angle to round-off; coupler and rocker close the loop by the law of cosines."""
     crank = math.radians(angle)
     first, warnings = started(four_bar(crank={"angle": crank}))
@@ -248,7 +244,7 @@ def test_given_angle_is_kept(angle: float) -> None:
 
 
 @pytest.mark.parametrize("digits", [17, 12, 4, 1])
-def test_all_speeds_given(digits: int) -> None:
+def test_all_speeds_given(digits):
     """Limit: consistent speeds are kept, rounded ones are matched to their digits, larger differences give a warning."""
     rounded = {name: float(f"{speed:.{digits}g}") for name, speed in CLOSED_SPEEDS.items()}
     changes = {name: EXACT.get(name, {}) | {"angular_velocity": speed} for name, speed in rounded.items()}
@@ -258,7 +254,7 @@ def test_all_speeds_given(digits: int) -> None:
     assert ("speeds" in warnings) == (digits < 6)
 
 
-def test_warnings_of_contradicting_speeds() -> None:
+def test_warnings_of_contradicting_speeds():
     """Contract: contradicting speeds of bodies and drives give warnings with both values."""
     changes = {"crank": {"angular_velocity": 5.0}, "rocker": EXACT["rocker"] | {"angular_velocity": 0.0}}
     first, warnings = started(four_bar(coupler=EXACT["coupler"], **changes))
@@ -273,7 +269,7 @@ def test_warnings_of_contradicting_speeds() -> None:
         sd.Body("stone", 1.0, None, angular_velocity=1.0)
 
 
-def test_start_from_the_speed_of_the_slider() -> None:
+def test_start_from_the_speed_of_the_slider():
     """Closed form: x = r cos a + l cos b with r sin a + l sin b = 0; a unit of bars L has the height L sin(a)."""
     crank = sd.slider_crank(angle=0.7, gravity=0.0)
     slider = crank.body("slider")
@@ -292,7 +288,7 @@ def test_start_from_the_speed_of_the_slider() -> None:
     assert first["angular_velocity"].sel(body=bars).values == pytest.approx([rate, -rate], rel=1e-9)
 
 
-def rows_of(mechanism: sd.Mechanism, first: Any) -> tuple[np.ndarray, np.ndarray]:
+def rows_of(mechanism, first):
     """Return joints as rows of velocities (x, y, angle) of mass centres, and the masses, from a sample."""
     names = [body.name for body in mechanism.bodies]
     rows = np.zeros((2 * len(mechanism.joints), 3 * len(names)))
@@ -309,7 +305,7 @@ def rows_of(mechanism: sd.Mechanism, first: Any) -> tuple[np.ndarray, np.ndarray
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_random_loops_with_one_speed(seed: int) -> None:
+def test_random_loops_with_one_speed(seed):
     """Second formulation: joints as rows in coordinates of mass centres.
 
     Loops of 3 to 6 bars between two ground pins have 1 to 4 degrees of freedom. Of all motions with the given speed, the start
@@ -351,7 +347,7 @@ def test_random_loops_with_one_speed(seed: int) -> None:
     assert warnings == "[]"
 
 
-def test_given_zero_is_written() -> None:
+def test_given_zero_is_written():
     """Contract: a given 0 differs from a missing value, also in the text of a case."""
     given = four_bar(rocker={"angular_velocity": 0.0}, coupler={"velocity": (0.0, 0.0)})
     text = sd.case_text(given)
@@ -360,7 +356,7 @@ def test_given_zero_is_written() -> None:
     assert "velocity" not in sd.case_text(four_bar())
 
 
-def test_restart_from_a_sample() -> None:
+def test_restart_from_a_sample():
     """Identity: the complete state of a run is the start of the next one, to round-off."""
     run = sd.simulate(four_bar(crank={"angular_velocity": 5.0}), until=0.1, samples=3, rtol=1e-10, atol=1e-10)
     last, bodies = run.isel(time=-1), []

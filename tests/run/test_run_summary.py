@@ -1,10 +1,7 @@
 """Summary of a run, grouped warnings, and the instants of `samples = "auto"`."""
 
-from __future__ import annotations
-
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,18 +25,18 @@ from scissordyn.warning import RunWarning, group, line, warning
 TOLERANCE = 0.05e-3  # [m] tolerance of a tracked point
 
 
-def controlled(limit: float) -> sd.Mechanism:
+def controlled(limit):
     """Return a slider-crank with a tracked slider pin and a controller with a limit."""
     crank = sd.slider_crank().with_clearance("slider pin", sd.Clearance(2e-4)).track("pin", "rod", "end", TOLERANCE)
     return crank.controlled(sd.PID(30.0, 0.5, 5.0, limit=limit), reference=sd.Cycloidal(0.0, 2.0, 0.05))
 
 
 @pytest.fixture(scope="module")
-def weak() -> xr.Dataset:
+def weak():
     return sd.simulate(controlled(2.0), until=0.1, samples=2001)
 
 
-def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
+def test_tracked_point_against_its_tolerance(weak):
     """Contract: the summary has the located deviation and the tolerance, and says in words and data whether it is met."""
     (point,) = weak.scissordyn.summary().points
     assert point.deviation == float(weak["peak_track_deviation"][0]) >= float(weak["track_deviation"].max())
@@ -52,7 +49,7 @@ def test_tracked_point_against_its_tolerance(weak: xr.Dataset) -> None:
     json.dumps(record, allow_nan=False)
 
 
-def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
+def test_actuator_against_its_limit(weak):
     """Contract: the time at the limit is that of the samples there; a strong actuator never reaches its limit."""
     (actuator,) = weak.scissordyn.summary().actuators
     there = int(np.sum(np.abs(weak["control_torque"].values[:, 0]) >= 2.0 * (1.0 - 1e-9)))
@@ -65,7 +62,7 @@ def test_actuator_against_its_limit(weak: xr.Dataset) -> None:
     assert "of its limit of 80 N m" in str(strong)
 
 
-def test_intervals_at_the_limit() -> None:
+def test_intervals_at_the_limit():
     """Closed form: samples 2 to 4 of six are at the limit from 1.5 to 4.5; there are none without a limit."""
     time, torque = np.arange(6.0), np.array([0.0, 1.0, 5.0, -5.0, 5.0, 0.0])
     assert at_limit(time, torque, 5.0) == [(1.5, 4.5)]
@@ -74,7 +71,7 @@ def test_intervals_at_the_limit() -> None:
     assert at_limit(time, np.full(6, 5.0), 5.0) == [(0.0, 5.0)]
 
 
-def test_span_of_a_scissor() -> None:
+def test_span_of_a_scissor():
     """Closed form: n units of bars L at the angle a span n L cos a by L sin a; each side is compared with itself."""
     ways = (
         (70.0, 20.0, "grows along x and shrinks along y"),
@@ -96,7 +93,7 @@ def test_span_of_a_scissor() -> None:
         assert card["detail"] == f"{said}; {' x '.join(short(side, 'm') for side in span.start)} at the start"
 
 
-def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
+def test_largest_force_work_and_text(weak):
     """Contract: the largest force is in the contact table, the work at the end, and each answer has one line."""
     summary = weak.scissordyn.summary()
     worst = int(np.argmax(weak["peak_force"].values))
@@ -106,7 +103,7 @@ def test_largest_force_work_and_text(weak: xr.Dataset) -> None:
     assert len(str(summary).splitlines()) == 5
 
 
-def fast(name: str, count: int, contacts: int, speed: float) -> RunWarning:
+def fast(name, count, contacts, speed):
     """Return a warning about contacts that start fast."""
     return warning("fast", name, fast=count, contacts=contacts, limit=0.051, speed=speed)
 
@@ -120,7 +117,7 @@ WARNINGS = [
 ]
 
 
-def test_similar_warnings_are_grouped() -> None:
+def test_similar_warnings_are_grouped():
     """Contract: one line with ranges of values and the worst name; other warnings are unchanged."""
     short = [line(alike) for alike in group(WARNINGS)]
     assert len(short) == 2
@@ -132,7 +129,7 @@ def test_similar_warnings_are_grouped() -> None:
     assert len(group([warning("doubt", name, slot="friction", doubt=name) for name in "AB"])) == 2
 
 
-def test_warnings_as_data() -> None:
+def test_warnings_as_data():
     """Contract: the attribute of a run gives the same warnings; a warning without a needed value is an error."""
     data = json.loads(json.dumps([item.data for item in WARNINGS]))
     assert [RunWarning(**item) for item in data] == WARNINGS
@@ -140,14 +137,14 @@ def test_warnings_as_data() -> None:
         str(warning("fast", "A"))
 
 
-def test_meaning_of_fast_contacts() -> None:
+def test_meaning_of_fast_contacts():
     """Closed form: forces grow as v for line contacts, as v^(2/3) at constant pressure; eight times the speed is a factor 2."""
     _, meant, *_ = warning_lines(WARNINGS)
     assert meant.startswith(EXPLANATION_PREFIX)
     assert "a factor of 2 in the fastest contact, at 'B 2'" in meant
 
 
-def test_laws_at_equal_energy() -> None:
+def test_laws_at_equal_energy():
     """Closed form: forces of K delta and 4 K delta at equal energy differ by 2; equal laws agree."""
     contact = sd.Clearance(1e-4).surfaces
     soft, hard = (sd.law("stiffness", "linear")(stiffness) for stiffness in (1e8, 4e8))
@@ -156,7 +153,7 @@ def test_laws_at_equal_energy() -> None:
     assert force_at_equal_energy(Persson(), Persson(), contact, 1e-5) == pytest.approx(1.0, rel=1e-4)
 
 
-def test_auto_samples_meet_every_peak(clearance_array: sd.Mechanism, clearance_run: xr.Dataset) -> None:
+def test_auto_samples_meet_every_peak(clearance_array, clearance_run):
     """Contract: the sampled force has the located peak of each contact; the motion at shared instants is the same."""
     plain = clearance_run
     auto = sd.simulate(clearance_array, until=0.05, samples="auto")
@@ -176,7 +173,7 @@ def test_auto_samples_meet_every_peak(clearance_array: sd.Mechanism, clearance_r
 
 @pytest.mark.parametrize("events", ["located", "crossed"])
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
-def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) -> None:
+def test_auto_samples_have_events_and_located_maxima(events, contact):
     """Identity: the samples are those of a run with these instants, and include all events."""
     joint = sd.Clearance(5e-4, contact=contact, friction=sd.Ambrosio(0.1))
     array = sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", joint)
@@ -196,7 +193,7 @@ def test_auto_samples_have_events_and_located_maxima(events: str, contact: str) 
     assert np.all(np.abs(path.samples.time[:, None] - log["time"]).min(axis=0) <= rounding)
 
 
-def test_recorded_steps_are_thinned_out(clearance_array: sd.Mechanism, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_recorded_steps_are_thinned_out(clearance_array, monkeypatch):
     """Limit: a full record keeps events and largest values, and every other one of the other steps."""
     whole = compute(plan(clearance_array), sd.Options(0.3), curves=True)
     monkeypatch.setattr("scissordyn.run.trajectory.RECORDED_STEPS_MAX", 1024)
@@ -211,7 +208,7 @@ def test_recorded_steps_are_thinned_out(clearance_array: sd.Mechanism, monkeypat
     assert rows <= every_row
 
 
-def test_number_of_auto_samples_is_limited() -> None:
+def test_number_of_auto_samples_is_limited():
     """Limit: with more contacts than samples every third of their instants is kept."""
     time = np.linspace(0.0, 1.0, 100_000)
     equal = np.linspace(0.0, 1.0, 2001)
@@ -223,7 +220,7 @@ def test_number_of_auto_samples_is_limited() -> None:
     assert few.size <= SAMPLES_MAX - equal.size
 
 
-def test_auto_in_a_case_file(tmp_path: Path) -> None:
+def test_auto_in_a_case_file(tmp_path):
     """Contract: the word "auto" is read; any other word is refused."""
     case = tmp_path / "case.toml"
     text = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "2 ms"\nsamples = "auto"\n'
@@ -237,7 +234,7 @@ def test_auto_in_a_case_file(tmp_path: Path) -> None:
         sd.read_case(case)
 
 
-def test_means_and_frames_of_unequal_samples() -> None:
+def test_means_and_frames_of_unequal_samples():
     """Closed form: the time mean of t on unequal samples is that of its line; frames are equally spaced in time."""
     time = np.array([0.0, 0.1, 0.2, 0.25, 0.3, 1.0])
     assert not equally_spaced(time)

@@ -1,9 +1,6 @@
 """Singular positions of the ideal mechanism: their location, and warnings in runs, maps, diagrams and the command line."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +9,6 @@ from tests.build import EXAMPLES, warnings_of
 import scissordyn as sd
 from scissordyn.cli.main import status_of
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.kinematics.path import Path as Stroke
 from scissordyn.kinematics.path import instants, path_of
 from scissordyn.kinematics.singular import CHANGE_KIND, LOCKING_KIND, SingularPosition, suspected_samples
 from scissordyn.plan.plan import plan
@@ -22,12 +18,12 @@ FILES = sorted(EXAMPLES.glob("*.toml"))  # Case files of all examples
 LOCATED = 1e-6  # Allowed error of a located singular position, as a fraction of the stroke
 
 
-def stroke(mechanism: sd.Mechanism, until: float) -> Stroke:
+def stroke(mechanism, until):
     """Return the path of a driven mechanism."""
     return path_of(plan(mechanism), until)
 
 
-def assert_places(path: Stroke, expected: list[tuple[str, float]]) -> None:
+def assert_places(path, expected):
     """Compare singular positions with the expected ones."""
     assert [each.kind for each in path.singular] == [kind for kind, _ in expected]
     length = path.place[-1] - path.place[0]
@@ -54,11 +50,7 @@ STROKES = {
     "one unit of an array": (sd.scissor(units=1, angle=0.5).driven(speed=1.0), 4.0, [(CHANGE_KIND, math.pi)]),
     # where crank and rod line up only the slider stops; the assembly has one branch near by
     "dead centres of a slider-crank": (sd.slider_crank(crank=0.05, rod=0.12).driven(speed=1.0), 7.0, []),
-    "dead centres of a four-bar": (
-        sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0),
-        7.0,
-        [],
-    ),
+    "dead centres of a four-bar": (sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12).driven(speed=1.0), 7.0, []),
     # the two assemblies of a four-bar with equal opposite sides meet at 0 and 180 deg
     "parallelogram": (sd.four_bar(**PARALLEL).driven(speed=-1.0), 4.0, [(CHANGE_KIND, -math.pi), (CHANGE_KIND, 0.0)]),
     "crossed parallelogram": (sd.four_bar(**PARALLEL, branch="crossed").driven(speed=-1.0), 0.5, [(CHANGE_KIND, 0.0)]),
@@ -90,7 +82,7 @@ STROKES = {
 
 
 @pytest.mark.parametrize("case", STROKES)
-def test_places_on_a_stroke(case: str) -> None:
+def test_places_on_a_stroke(case):
     """Closed form: kinds and positions, and the bodies that become free."""
     mechanism, until, expected = STROKES[case]
     path = stroke(mechanism, until)
@@ -105,7 +97,7 @@ def test_places_on_a_stroke(case: str) -> None:
         assert path.singular[0].joints[0] == "rocker pin"
 
 
-def test_positions_are_those_of_a_run() -> None:
+def test_positions_are_those_of_a_run():
     """Second formulation: positions along the stroke are those of the integrated motion of the reduced model."""
     linkage = sd.four_bar(ground=0.2, crank=0.06, coupler=0.18, rocker=0.12, gravity=0.0).driven(speed=1.0)
     path = stroke(linkage, 2.0)
@@ -118,7 +110,7 @@ def test_positions_are_those_of_a_run() -> None:
 
 
 @pytest.mark.parametrize("case", FILES, ids=lambda path: path.stem)
-def test_examples_have_none(case: Path) -> None:
+def test_examples_have_none(case):
     """Closed form: no example passes a singular position.
 
     The arrays stay between 15 and 75 deg: paper 30 to 75, long 60 to 54, periodic 45 to 51, mast 15 to 60, ring 15 to 35, and
@@ -131,17 +123,17 @@ def test_examples_have_none(case: Path) -> None:
     assert drive_warnings(plan(read.mechanism), read.run.until) == []
 
 
-def paper(speed: str) -> sd.Mechanism:
+def paper(speed):
     """Return the array of the paper at another speed."""
     return sd.read_case(EXAMPLES / "paper.toml", [f"drive.speed={speed!r}"]).mechanism
 
 
-def singular_warnings(run) -> list[str]:
+def singular_warnings(run):
     """Return warnings about singular positions."""
     return [each for each in warnings_of(run) if each.startswith((CHANGE_KIND, LOCKING_KIND))]
 
 
-def test_warning_of_a_run_with_clearance() -> None:
+def test_warning_of_a_run_with_clearance():
     """Closed form: 250 rpm turn the paper's array from 30 through 90 deg at t = 60/(6 * 250) s; 150 rpm do not."""
     warned = singular_warnings(sd.simulate(paper("250 rpm"), until=0.05, samples=501))
     assert len(warned) == 1
@@ -150,7 +142,7 @@ def test_warning_of_a_run_with_clearance() -> None:
     assert not singular_warnings(sd.simulate(paper("150 rpm"), until=0.05, samples=501))
 
 
-def test_warning_does_not_depend_on_samples() -> None:
+def test_warning_does_not_depend_on_samples():
     """Identity: the warning does not depend on the samples."""
     array = sd.scissor(units=2, angle=0.5).driven(speed=1.0)
     for samples in (2, 3, 5, 50, 500):
@@ -161,7 +153,7 @@ def test_warning_does_not_depend_on_samples() -> None:
     assert singular_warnings(swinging)
 
 
-def test_mechanism_that_closes_by_clearance_only() -> None:
+def test_mechanism_that_closes_by_clearance_only():
     """Contract: a mechanism without an ideal assembly has no singular positions."""
     joints = (
         sd.Revolute("A", ("bar", "start"), ("ground", "A")),
@@ -172,7 +164,7 @@ def test_mechanism_that_closes_by_clearance_only() -> None:
     assert not singular_warnings(run)
 
 
-def test_failed_run_gives_the_locking_position() -> None:
+def test_failed_run_gives_the_locking_position():
     """Closed form: the run of a crank longer than its rod gives the angle at which it locks."""
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
     assert run.attrs["status"] == "failed"
@@ -181,7 +173,7 @@ def test_failed_run_gives_the_locking_position() -> None:
     assert f"at {math.degrees(math.asin(1 / 1.2)):.6g} deg" in text
 
 
-def test_equally_near_samples_are_both_examined() -> None:
+def test_equally_near_samples_are_both_examined():
     """Closed form: a zero midway between two samples makes both suspected_samples, as do dependent gradients everywhere."""
     volume = np.abs(np.arange(8.0) - 3.5)
     assert suspected_samples(volume) == [3, 4]
@@ -190,7 +182,7 @@ def test_equally_near_samples_are_both_examined() -> None:
     assert suspected_samples(np.array([3.0, 0.0, 3.0])) == [1]
 
 
-def test_free_motion_is_judged_by_its_samples() -> None:
+def test_free_motion_is_judged_by_its_samples():
     """Closed form: an array turned by a controller passes 90 deg; the warning interpolates the samples."""
     free = sd.scissor(units=2, angle=sd.degrees(60), gravity=0.0)
     turning = free.controlled(sd.PID(200.0, derivative=100.0), speed=2.0)
@@ -203,7 +195,7 @@ def test_free_motion_is_judged_by_its_samples() -> None:
     assert not singular_warnings(sd.simulate(turning, until=0.2, samples=301))
 
 
-def test_redundant_joints_are_no_change_point() -> None:
+def test_redundant_joints_are_no_change_point():
     """Closed form: three free parallel cranks with a platform pass a change point only when flat."""
     cranks = [
         sd.Body(
@@ -229,7 +221,7 @@ def test_redundant_joints_are_no_change_point() -> None:
 
 @pytest.mark.parametrize("ratio", [-1.0, 1.0, -2.5])
 @pytest.mark.parametrize("gravity", [9.81, 9.8, 4.0])
-def test_coupling_is_no_change_point(ratio: float, gravity: float) -> None:
+def test_coupling_is_no_change_point(ratio, gravity):
     """Closed form: two arms with coupled angles have gradients of constant length, for any number of samples."""
     arms = [
         sd.Body(name, 1.0, 0.02, {"pin": (0.0, 0.0)}, centre=(0.25, 0.0), position=(0.0, y))
@@ -243,13 +235,13 @@ def test_coupling_is_no_change_point(ratio: float, gravity: float) -> None:
         assert not singular_warnings(sd.simulate(coupled, until=1.0, samples=samples)), samples
 
 
-def test_subject_of_a_singular_position() -> None:
+def test_subject_of_a_singular_position():
     """Contract: a singular position without distinctive body and joint is one of the mechanism."""
     assert SingularPosition("change point", 0.0, (), ()).subject == "the mechanism"
     assert SingularPosition("change point", 0.0, ("a",), ()).subject == "body 'a'"
 
 
-def test_warnings_of_maps_and_diagrams() -> None:
+def test_warnings_of_maps_and_diagrams():
     """Contract: a map and a diagram of a rotating array warn of its flat positions."""
     array = (
         sd.scissor(units=2, angle=0.5).with_clearance("A", sd.Clearance(0.5e-3, friction=sd.NoFriction())).driven(speed=100.0)
@@ -259,7 +251,7 @@ def test_warnings_of_maps_and_diagrams() -> None:
     assert len(singular_warnings(diagram)) == 4
 
 
-def test_check_warns_of_a_change_point(capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_warns_of_a_change_point(capsys):
     """Contract: `scissordyn check` prints the warning of the README's faster run."""
     case = str(EXAMPLES / "paper.toml")
     assert status_of(["check", case, "--set", "drive.speed='250 rpm'"]) == 0

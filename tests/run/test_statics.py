@@ -1,12 +1,8 @@
 """Forces along the stroke without inertia, also of gears, racks and driven coordinates, by closed forms and slow runs."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,14 +17,14 @@ from scissordyn.model.commanded import rigid
 G = 9.81  # [m/s^2] gravitational acceleration
 
 
-def slider_crank(**more: object) -> sd.Mechanism:
+def slider_crank(**more):
     """Return a slider-crank with crank 0.1 m and rod 0.3 m, driven at 1 rad/s."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0)
-    return dataclasses.replace(crank.driven(speed=1.0), **more)  # type: ignore[arg-type]
+    return dataclasses.replace(crank.driven(speed=1.0), **more)
 
 
 @pytest.mark.parametrize("units", [1, 2, 3])
-def test_jack_of_a_lift_of_several_stages(units: int) -> None:
+def test_jack_of_a_lift_of_several_stages(units):
     """Closed form: N (W + W_a/2) / tan(inclination) across the foot, W on top, W_a the weight of the arms."""
     length, payload, arm = 1.2, 80.0, 5.0
     lift = sd.scissor(
@@ -51,7 +47,7 @@ def test_jack_of_a_lift_of_several_stages(units: int) -> None:
     )
 
 
-def test_torque_of_a_crank_that_presses() -> None:
+def test_torque_of_a_crank_that_presses():
     """Closed form: T = P dx/dtheta, and the force in the rod's pins P / cos(angle of the rod)."""
     force = 250.0
     loaded = slider_crank(components=(sd.Force("cut", ("slider", "centre"), force=(-force, 0.0)),))
@@ -65,7 +61,7 @@ def test_torque_of_a_crank_that_presses() -> None:
     np.testing.assert_allclose(pins[:, names.index("crank pin")], force / np.sqrt(1.0 - sine**2), rtol=1e-12)
 
 
-def test_every_drive_is_in_the_table() -> None:
+def test_every_drive_is_in_the_table():
     """Closed form: the torques of two drives of a double pendulum, each the moment of what hangs on it."""
     arms = chain(*(sd.bar(name, length=0.4, mass=2.0, angle=0.0) for name in ("upper", "lower")), gravity=G)
     found = sd.statics(arms.driven(speed=1.0, body="upper").driven(speed=-0.5, body="lower"), until=1.0, points=5)
@@ -76,7 +72,7 @@ def test_every_drive_is_in_the_table() -> None:
     np.testing.assert_allclose(found["quantity_value"].values[:, 3], 2.0 * G * 0.2 * np.cos(second), rtol=1e-12)
 
 
-def test_loads_have_their_values_of_the_instant() -> None:
+def test_loads_have_their_values_of_the_instant():
     """Identity: the torque is proportional to a load that grows with time."""
     growing = sd.Force("cut", ("slider", "centre"), force=(-100.0, 0.0), time_function=sd.Polynomial((0.0, 1.0)))
     constant = dataclasses.replace(growing, time_function=None)
@@ -85,7 +81,7 @@ def test_loads_have_their_values_of_the_instant() -> None:
     np.testing.assert_allclose(one["drive_torque"], other["drive_torque"] * one["time"], atol=1e-12)
 
 
-def test_bars_that_bend_rest_as_at_a_static_start() -> None:
+def test_bars_that_bend_rest_as_at_a_static_start():
     """Identity: at t = 0 the forces are those of a run that starts in static equilibrium."""
     case = sd.read_case(EXAMPLES / "lift_table.toml")
     found = sd.statics(case.mechanism, until=0.6, points=5)
@@ -97,7 +93,7 @@ def test_bars_that_bend_rest_as_at_a_static_start() -> None:
     assert float(np.abs(along["bending_moment"]).max()) > 50.0
 
 
-def test_envelope_locates_between_positions() -> None:
+def test_envelope_locates_between_positions():
     """Closed form: the largest side force of a slider-crank lies between positions."""
     loaded = slider_crank(components=(sd.Force("cut", ("slider", "centre"), force=(-100.0, 0.0)),))
     found = sd.statics(loaded, until=3.0, points=64)
@@ -106,7 +102,7 @@ def test_envelope_locates_between_positions() -> None:
     assert float(row["largest_time"]) == pytest.approx(0.5 * math.pi, abs=1e-3)
 
 
-def test_servo_is_taken_on_its_reference() -> None:
+def test_servo_is_taken_on_its_reference():
     """Identity: a servo has the torques of a drive on its reference."""
     case = sd.read_case(EXAMPLES / "controlled.toml")
     (servo,) = case.mechanism.components
@@ -116,14 +112,14 @@ def test_servo_is_taken_on_its_reference() -> None:
     assert float(np.ptp(torques[1])) > 1.0
 
 
-def test_position_without_equilibrium_is_named() -> None:
+def test_position_without_equilibrium_is_named():
     """Contract: the error gives the instant."""
     beyond = sd.four_bar(ground=0.4, crank=0.1, coupler=0.25, rocker=0.15, gravity=G)
     with pytest.raises(sd.InputError, match=r"statics at t = [\d.]+ s: "):
         sd.statics(beyond.driven(speed=1.0), until=6.0, points=25)
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command(tmp_path, capsys):
     """Contract: the command prints the largest forces and writes table and picture; bad input is refused."""
     table, picture = tmp_path / "forces.csv", tmp_path / "forces.png"
     words = ["statics", str(EXAMPLES / "lift_table.toml"), "--points", "9", "-o", str(table), "--plot", str(picture)]
@@ -144,7 +140,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("case", ["lift", "lift_table", "mast", "solar_array"])
-def test_round_off_is_no_force(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_round_off_is_no_force(case, capsys):
     """Contract: no force of the table is minus zero or far below the others: an end stop that nothing touches carries 0 N."""
     assert status_of(["statics", str(EXAMPLES / f"{case}.toml"), "--points", "5"]) == 0
     printed = capsys.readouterr().out
@@ -155,13 +151,13 @@ def test_round_off_is_no_force(case: str, capsys: pytest.CaptureFixture[str]) ->
         assert buffer[-4:-2] == ["0", "N"]
 
 
-def journal_crank(radius: float, kinetic: float) -> sd.Mechanism:
+def journal_crank(radius, kinetic):
     """Return a slider-crank that presses, with friction in its crank's bearing."""
     force = sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0))
     return slider_crank(components=(force, sd.PinFriction("bearing", "crank", radius, kinetic)))
 
 
-def test_backward_motion_is_computed_for_one_way_loads_alone() -> None:
+def test_backward_motion_is_computed_for_one_way_loads_alone():
     """Identity: a load that acts backward, in a backward motion, is one that acts always; forward it is none."""
     load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.1, -100.0), (0.5, -100.0)), acts="backward")
     always, back = (slider_crank(components=(dataclasses.replace(load, acts=acts),)) for acts in ("both", "backward"))
@@ -176,7 +172,7 @@ def test_backward_motion_is_computed_for_one_way_loads_alone() -> None:
         sd.statics(always, friction="backward", **options)
 
 
-def test_one_way_load_acts_in_its_sense() -> None:
+def test_one_way_load_acts_in_its_sense():
     """Limit: at rest a load of one sense is that of the motion, not the half of it."""
     load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.1, -100.0), (0.5, -100.0)), acts="backward")
     found = sd.statics(slider_crank(components=(load,)), until=6.0, points=61)
@@ -187,7 +183,7 @@ def test_one_way_load_acts_in_its_sense() -> None:
     np.testing.assert_allclose(found["drive_torque"][forth], 0.0, atol=1e-12)
 
 
-def test_friction_that_is_not_there_or_jams() -> None:
+def test_friction_that_is_not_there_or_jams():
     """Contract: no friction, and motion that the drives do not determine, are refused; a jam is a warning with its instant."""
     with pytest.raises(sd.InputError, match="friction = 'forward' for a mechanism whose forces do not depend"):
         sd.statics(slider_crank(), until=1.0, points=3, friction="forward")
@@ -218,7 +214,7 @@ def test_friction_that_is_not_there_or_jams() -> None:
     assert "the mechanism jams: no reactions are in balance with friction 'rails', first at t = " in jammed.attrs["warnings"]
 
 
-def test_lift_table_in_statics_preview_and_runs() -> None:
+def test_lift_table_in_statics_preview_and_runs():
     """Limit: preview and run have the torque of statics where the drive rests, and tend to it with the square of the speed."""
     table = rigid(sd.read_case(EXAMPLES / "lift_table.toml").mechanism.ideal())
     still = sd.statics(table, until=0.5)
@@ -237,7 +233,7 @@ def test_lift_table_in_statics_preview_and_runs() -> None:
     assert float(np.abs(sd.ideal_kinematics(table, until=0.5)["drive_torque"]).max()) == pytest.approx(1004.5, abs=0.5)
 
 
-def test_many_turns() -> None:
+def test_many_turns():
     """Closed form: a measure has the largest torque of a crank over many turns; statics with too few positions says so."""
     crank = slider_crank(components=(sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)),))
     angle = np.linspace(0.0, 2.0 * math.pi, 100_001)
@@ -251,7 +247,7 @@ def test_many_turns() -> None:
     assert sd.statics(crank, until=6.0, points=31).attrs["warnings"] == "[]"
 
 
-def test_preview_has_the_forces_at_rest(capsys: pytest.CaptureFixture[str]) -> None:
+def test_preview_has_the_forces_at_rest(capsys):
     """Closed form: the jack of the lift, 3 (W + W_a/2) / tan(20 deg); nothing where nothing is loaded."""
     assert status_of(["preview", str(EXAMPLES / "lift.toml")]) == 0
     assert "At most without inertia: rod force 4.69 kN at 'jack', reaction 7.504 kN at" in capsys.readouterr().out.replace(
@@ -261,7 +257,7 @@ def test_preview_has_the_forces_at_rest(capsys: pytest.CaptureFixture[str]) -> N
     assert "inertia" not in capsys.readouterr().out
 
 
-def test_components_that_depend_on_the_sense_of_motion_are_known() -> None:
+def test_components_that_depend_on_the_sense_of_motion_are_known():
     """Contract: statics lets creep every component with a speed over which a force changes its sense, and contacts."""
     over = {"transition", "friction_speed"}
     parts = [part.declaration for part in COMPONENTS.values()]
@@ -273,7 +269,7 @@ GROUND = (("O", (0.0, 0.0)), ("P", (0.5, 0.0)))  # Ground with the points "O" an
 
 
 @pytest.mark.parametrize(("ratio", "end"), [(-1.7, 20.0), (40.0, 2.0)])
-def test_gear_pair(ratio: float, end: float) -> None:
+def test_gear_pair(ratio, end):
     """Closed form: the drive torque is minus the ratio times the load, over several turns; the mesh carries the load."""
     load = 3.0
     pair = gears(ratio, sd.Torque("load", "wheel", torque=load)).driven(sd.Cycloidal(0.0, end, 1.0), body="pinion")
@@ -286,7 +282,7 @@ def test_gear_pair(ratio: float, end: float) -> None:
     assert (str(row["quantity_unit"].values), float(row["largest"])) == ("N m", pytest.approx(ratio * load))
 
 
-def test_planetary_gear() -> None:
+def test_planetary_gear():
     """Closed form: Willis' ratio from arm to sun, and the torques of both meshes on the planet."""
     sun, planet, ring, load = 20, 17, 54, -0.1
     gear = planetary(sd.Torque("load", "arm", torque=load)).driven(speed=1.0, body="sun")
@@ -300,7 +296,7 @@ def test_planetary_gear() -> None:
     assert [label.split()[0] for label in labels] == ["drive", "component", "coupling"]
 
 
-def test_rack_on_an_incline() -> None:
+def test_rack_on_an_incline():
     """Closed form: the teeth carry m g sin(slope), the pinion m g r sin(slope), the bed m g cos(slope)."""
     slope, radius, weight = math.radians(35.0), 0.04, 2.0 * G
     rack = sd.Mechanism(
@@ -321,14 +317,14 @@ def test_rack_on_an_incline() -> None:
     assert forces["quantity_unit"].sel(quantity="coupling input torque teeth") == "N m"
 
 
-def lifted(screw: bool) -> sd.Mechanism:
+def lifted(screw):
     """Return an arm raised from the ground to its end by a screw of 2 mm/rad, or by a cylinder of the same length."""
     arm = sd.bar("arm", length=0.6, mass=3.0, position=(0.0, 0.0), angle=0.5)
     distance, length = sd.Distance(("ground", "P"), ("arm", "end")), math.dist((0.5, 0.0), arm.place("end"))
     lift = sd.Mechanism((arm,), (sd.Revolute("A", ("arm", "start"), ("ground", "O")),), ground=GROUND, gravity=G)
     if not screw:
         cylinder = sd.CoordinateDrive("cylinder", distance, sd.Polynomial((length, 0.1)))
-        return dataclasses.replace(lift, drives=(cylinder,))  # type: ignore[arg-type]
+        return dataclasses.replace(lift, drives=(cylinder,))
     return dataclasses.replace(
         lift,
         bodies=(arm, wheel("motor", place=(0.5, 0.0), angle=0.3)),
@@ -338,7 +334,7 @@ def lifted(screw: bool) -> sd.Mechanism:
     )
 
 
-def test_screw_and_cylinder() -> None:
+def test_screw_and_cylinder():
     """Closed form: moment of the weight over the arm of the cylinder's force, by the lead the torque of the screw."""
     screw, cylinder = (sd.statics(lifted(kind), until=1.0, points=11) for kind in (True, False))
     angle = cylinder["angle"].sel(body="arm").values
@@ -350,14 +346,14 @@ def test_screw_and_cylinder() -> None:
     np.testing.assert_allclose(screw["angle"].sel(body="arm"), angle, rtol=1e-13)
 
 
-def belted(speed: float) -> sd.Mechanism:
+def belted(speed):
     """Return two arms whose belt turns the second by the first, driven at a speed."""
     bars = sd.bar("upper", length=0.3, mass=1.0, angle=0.4), sd.bar("lower", length=0.2, mass=0.7, angle=0.4)
     belt = sd.Coupling("belt", ANGLE("lower", "upper"), ANGLE("upper"), -0.6)
     return chain(*bars, gravity=G, couplings=(belt,)).driven(speed=speed, body="upper")
 
 
-def four_bar(speed: float) -> sd.Mechanism:
+def four_bar(speed):
     return sd.four_bar(ground=0.4, crank=0.1, coupler=0.3, rocker=0.35, gravity=G).driven(speed=speed)
 
 
@@ -365,7 +361,7 @@ def four_bar(speed: float) -> sd.Mechanism:
     ("driven", "until", "names"),
     [(four_bar, 6.0, ["reaction"]), (belted, 8.0, ["reaction", "coupling_force", "coupling_input_force", "drive_torque"])],
 )
-def test_slow_motion_tends_to_statics(driven: Any, until: float, names: list[str]) -> None:
+def test_slow_motion_tends_to_statics(driven, until, names):
     """Order of convergence: the forces of a run differ from those at rest with the square of its speed."""
     still, differences = sd.statics(driven(1.0), until=until, points=25), []
     for speed in (0.2, 0.1):
@@ -374,7 +370,7 @@ def test_slow_motion_tends_to_statics(driven: Any, until: float, names: list[str
     np.testing.assert_allclose(np.log2(np.divide(*differences)), 2.0, atol=0.02)
 
 
-def test_modes_along_the_motion() -> None:
+def test_modes_along_the_motion():
     """Closed form: a wheel on a spring behind a gear that turns several times oscillates as at the start."""
     pair, third = gears(-3.0), wheel("third", place=(0.15, 0.0))
     shaft = sd.TorsionSpring("shaft", "third", base="wheel", stiffness=4.0)
@@ -389,7 +385,7 @@ def test_modes_along_the_motion() -> None:
     np.testing.assert_allclose(modes["angle"].sel(body="third"), [-6.0, -15.0], atol=1e-9)
 
 
-def test_a_mechanism_without_joints() -> None:
+def test_a_mechanism_without_joints():
     """A weight on a rod that a drive lengthens."""
     ball = sd.Body("ball", mass=2.0, inertia=1e-3, points={"eye": (0.0, 0.0)})
     hoist = sd.Rod("hoist", ("ball", "eye"), ("ground", "hook"), motion=sd.Cycloidal(1.0, 1.2, 1.0))

@@ -1,13 +1,10 @@
 """Statics of every mechanism of the zoo: virtual work along its stroke, and equilibrium of each of its bodies."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import EXAMPLES
 
 import scissordyn as sd
@@ -41,7 +38,7 @@ LOADED = {
 """Body and force that do work, for mechanisms in which the usual force, along x on the last body, does none."""
 
 
-def along_stroke(mechanism: sd.Mechanism, until: float) -> sd.Mechanism:
+def along_stroke(mechanism, until):
     """Return the ideal mechanism whose inputs move evenly, in a second, to their farthest value, one turn at most."""
     mechanism = commanded(mechanism).ideal()
     inputs = Inputs(plan(mechanism))
@@ -54,11 +51,11 @@ def along_stroke(mechanism: sd.Mechanism, until: float) -> sd.Mechanism:
     pending = iter(motions)
     drives = [dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.drives]
     rods = tuple(dataclasses.replace(rod, motion=next(pending)) if rod.motion else rod for rod in mechanism.rods)
-    drives += [dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.coordinate_drives]  # type: ignore[misc]
+    drives += [dataclasses.replace(drive, motion=next(pending)) for drive in mechanism.coordinate_drives]
     return dataclasses.replace(mechanism, drives=tuple(drives), coordinate_drives=(), rods=rods)
 
 
-def loaded(mechanism: sd.Mechanism, name: str, force: tuple[float, float]) -> sd.Mechanism:
+def loaded(mechanism, name, force):
     """Return the mechanism with a force at a body and, if it has none, gravity."""
     body = mechanism.body(name)
     point = max(body.points, key=lambda name: math.hypot(*body.points[name]))
@@ -67,7 +64,7 @@ def loaded(mechanism: sd.Mechanism, name: str, force: tuple[float, float]) -> sd
     return changed if mechanism.gravity else dataclasses.replace(changed, gravity=G, gravity_direction=0.0)
 
 
-def test_mechanisms_without_a_stroke() -> None:
+def test_mechanisms_without_a_stroke():
     """Contract: statics refuses the mechanisms of the zoo without prescribed motion, and no others."""
     for name in WITHOUT_STROKE:
         with pytest.raises(sd.InputError, match="without stroke: it has no drive, servo, driven rod or driven coordinate"):
@@ -76,7 +73,7 @@ def test_mechanisms_without_a_stroke() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in sd.zoo if name not in WITHOUT_STROKE])
-def test_mechanisms_of_the_zoo(name: str) -> None:
+def test_mechanisms_of_the_zoo(name):
     """Identity: drives do the work of the loads (to 1e-7), and each body is in equilibrium (1e-11 of the largest force)."""
     mechanism = along_stroke(sd.zoo[name].mechanism, sd.zoo[name].case.run.until)
     mechanism = loaded(mechanism, *LOADED.get(name, (mechanism.bodies[-1].name, (31.0, 0.0))))
@@ -89,7 +86,7 @@ def test_mechanisms_of_the_zoo(name: str) -> None:
     check_envelope(forces)
 
 
-def check_envelope(forces: xr.Dataset) -> None:
+def check_envelope(forces):
     """Check that the smallest and largest values enclose the table and lie near it."""
     values = forces["quantity_value"].values
     scale = np.nanmax(np.abs(values))
@@ -101,7 +98,7 @@ def check_envelope(forces: xr.Dataset) -> None:
         assert beyond.max(initial=0.0) < 0.02 * scale
 
 
-def sprung() -> sd.Mechanism:
+def sprung():
     """Return a slider-crank with springs of all kinds."""
     crank = dataclasses.replace(
         sd.slider_crank(crank=0.1, rod=0.3, gravity=G), ground=(("origin", (0.0, 0.0)), ("A", (0.0, 0.4)))
@@ -119,7 +116,7 @@ def sprung() -> sd.Mechanism:
     return dataclasses.replace(crank.driven(sd.Polynomial((0.2, 2.5))), components=springs)
 
 
-def rubbed(sense: str) -> sd.Mechanism:
+def rubbed(sense):
     """Return a loaded slider-crank with friction in its pins, its guide and the seal of a gas spring."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=G)
     parts = (
@@ -132,7 +129,7 @@ def rubbed(sense: str) -> sd.Mechanism:
     return dataclasses.replace(crank.driven(sd.Polynomial((0.2, 2.5))), components=parts)
 
 
-def test_springs_and_curves() -> None:
+def test_springs_and_curves():
     """Identity: virtual work and equilibrium with springs of all kinds; reported energies are those of the work."""
     mechanism = sprung()
     forces = sd.statics(mechanism, until=1.0, points=161)
@@ -145,10 +142,10 @@ def test_springs_and_curves() -> None:
 
 
 @pytest.mark.parametrize("sense", ["forward", "backward"])
-def test_friction_up_and_down(sense: str) -> None:
+def test_friction_up_and_down(sense):
     """Identity: virtual work and equilibrium with friction. Closed form: friction circle, Coulomb's law, force of a seal."""
     mechanism = rubbed(sense)
-    forces = sd.statics(mechanism, until=1.0, points=161, friction=sense)  # type: ignore[arg-type]
+    forces = sd.statics(mechanism, until=1.0, points=161, friction=sense)
     assert max(Balance(forces, mechanism).residual()) < 1e-12
     assert not forces["angular_velocity"].values.any()
     work = VirtualWork(forces, mechanism)
@@ -169,7 +166,7 @@ def test_friction_up_and_down(sense: str) -> None:
     np.testing.assert_allclose(seal, sign * 25.0 * np.sign(np.gradient(forces["slider_position"].values)), rtol=1e-9)
 
 
-def test_bars_that_bend() -> None:
+def test_bars_that_bend():
     """Identity: virtual work with the energy of bars, equilibrium of cross-sections. Closed form: stress and elastic line."""
     case = sd.read_case(EXAMPLES / "lift_table.toml")
     mechanism = along_stroke(case.mechanism, case.run.until)

@@ -1,10 +1,6 @@
 """Tracked points, and the synchronisation of the units of arrays."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ from scissordyn.units import short
 ARM = sd.scissor(units=2).driven(speed=sd.rpm(150))  # Driven array with ideal joints
 
 
-def test_point_of_a_rotating_bar() -> None:
+def test_point_of_a_rotating_bar():
     """Closed form: a point (x, y) of a bar at constant speed moves on a circle."""
     x, y, speed = 0.7, -0.3, sd.rpm(150)
     run = sd.simulate(ARM.track("P", "unit 1/bar 1", (x, y)).track("end", "unit 1/bar 1", "end"), until=0.05, samples=51)
@@ -33,7 +29,7 @@ def test_point_of_a_rotating_bar() -> None:
     assert "track_deviation" not in run
 
 
-def test_deviation_from_the_ideal_mechanism() -> None:
+def test_deviation_from_the_ideal_mechanism():
     """Cross-check: the deviation is the distance of two runs, with and without clearance."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end").track("pin", "slider", (0.0, 0.0))
     run, ideal = sd.simulate(loose, until=0.02, samples=201), sd.simulate(loose.ideal(), until=0.02, samples=201)
@@ -43,7 +39,7 @@ def test_deviation_from_the_ideal_mechanism() -> None:
     assert sd.replay(run).equals(run)
 
 
-def test_largest_deviation_is_located() -> None:
+def test_largest_deviation_is_located():
     """Cross-check: with two samples, peak, r.m.s. and settling time are those of a hundred thousand samples."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3)).track("tip", "unit 2/bar 1", "end", 0.9e-3)
     coarse, fine = (sd.simulate(loose, until=0.02, samples=samples) for samples in (2, 100_001))
@@ -60,7 +56,7 @@ def test_largest_deviation_is_located() -> None:
 
 
 @pytest.mark.parametrize("loose", [False, True])
-def test_deviation_parts_of_bars_and_servos(loose: bool) -> None:
+def test_deviation_parts_of_bars_and_servos(loose):
     """Cross-check: the deviation is relative to the rigid ideal mechanism with a drive, and its parts sum up to it."""
     motion = sd.Cycloidal(0.8, 0.5, 0.2)
     made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end", 1e-6)
@@ -89,7 +85,7 @@ def test_deviation_parts_of_bars_and_servos(loose: bool) -> None:
 
 
 @pytest.mark.parametrize("samples", [2, 31, 2001, "auto"])
-def test_parts_of_the_largest_deviation(samples: int | str) -> None:
+def test_parts_of_the_largest_deviation(samples):
     """Identity: at the located peak the parts sum up to the deviation, for any samples; their sizes bound it."""
     motion = sd.Cycloidal(0.8, 0.5, 0.05)
     made = sd.scissor(units=2).track("tip", "unit 2/bar 1", "end").track("pin", "slider", "centre")
@@ -103,7 +99,7 @@ def test_parts_of_the_largest_deviation(samples: int | str) -> None:
         assert abs(first - second) * (1.0 - 1e-6) <= point.deviation <= (first + second) * (1.0 + 1e-6)
 
 
-def test_errors_of_the_path_are_no_deviation() -> None:
+def test_errors_of_the_path_are_no_deviation():
     """Limit: a servo that follows exactly adds no deviation; parts below the error of the ideal path are zero."""
     held = sd.scissor(units=2, angle=0.6, gravity=0.0).track("tip", "unit 2/bar 1", "end", 1e-3)
     run = sd.simulate(held.controlled(sd.PID(3e4, 0.0, 3e3), reference=sd.Cycloidal(0.6, 0.6, 1.0)), until=0.02)
@@ -114,7 +110,7 @@ def test_errors_of_the_path_are_no_deviation() -> None:
 
 
 @pytest.mark.parametrize("how", [{"modes": 2}, {"elements": 3}])
-def test_bars_made_rigid_again(how: dict[str, int]) -> None:
+def test_bars_made_rigid_again(how):
     """Identity: bars made bending and rigid again have mass and inertia of the uniform bars."""
     again = rigid(sd.with_bending(ARM, bending_stiffness=4e5, axial_stiffness=7e8, **how))
     torques = [sd.simulate(made, until=0.05, samples=11)["drive_torque"].values for made in (ARM, again)]
@@ -122,7 +118,7 @@ def test_bars_made_rigid_again(how: dict[str, int]) -> None:
     assert rigid(ARM) is ARM
 
 
-def test_limits_of_the_settling_time() -> None:
+def test_limits_of_the_settling_time():
     """Limit: 0 for a point that never leaves its tolerance, inf for one outside at the end, NaN without a tolerance."""
     loose = ARM.with_clearance("A", sd.Clearance(0.5e-3))
     for number, tolerance in enumerate((1.0, 1e-9, None)):
@@ -133,7 +129,7 @@ def test_limits_of_the_settling_time() -> None:
 
 
 @pytest.mark.parametrize("motion", [sd.Harmonic(0.6, 0.3, 60.0), sd.Cycloidal(0.5, 0.9, 0.031)])
-def test_table_of_the_ideal_mechanism(motion) -> None:
+def test_table_of_the_ideal_mechanism(motion):
     """Limit: between its rows the table of the ideal path keeps its error bound for any drive."""
     arm = sd.scissor(units=3, angle=0.5).driven(motion).track("tip", "unit 3/bar 1", "end")
     path = ideal_path(plan(arm), sd.Options(until=0.06))
@@ -143,7 +139,7 @@ def test_table_of_the_ideal_mechanism(motion) -> None:
     assert np.max(np.abs(path.at(times) - exact)) < 1e-9 * arm.size
 
 
-def test_in_a_case_file(tmp_path: Path) -> None:
+def test_in_a_case_file(tmp_path):
     """Contract: a [[track]] table gives a tracked point."""
     case = '[structure]\nkind = "scissor"\n[drive]\nspeed = "150 rpm"\n[run]\nuntil = "1 ms"\n'
     tracks = '[[track]]\nname = "P"\nbody = "slider"\npoint = "10, -20 mm"\ntolerance = "2 mm"\n'
@@ -163,7 +159,7 @@ def test_in_a_case_file(tmp_path: Path) -> None:
         (("P", "slider", (math.nan, 0.0)), "tracked point 'P'"),
     ],
 )
-def test_refused_tracks(track: tuple[str, str, str], says: str) -> None:
+def test_refused_tracks(track, says):
     """Contract: wrong bodies, points and names are refused."""
     with pytest.raises(sd.InputError, match=says):
         ARM.track(*track)
@@ -172,7 +168,7 @@ def test_refused_tracks(track: tuple[str, str, str], says: str) -> None:
 
 
 @pytest.mark.filterwarnings("error")
-def test_root_mean_square_of_round_off() -> None:
+def test_root_mean_square_of_round_off():
     """Limit: a point of the driven bar deviates by round-off; its mean square is not negative."""
     made = (
         sd.scissor(units=1)
@@ -189,7 +185,7 @@ SMALL = 1e-9
 """[rad] Largest angle error: above round-off of positions of some metres, far below a clearance over a bar's length."""
 
 # Functions that build an array, by kind
-ARRAYS: dict[str, Any] = {
+ARRAYS = {
     "scissor": lambda: sd.scissor(units=4),
     "driven at the slider": lambda: sd.scissor(units=3, driven_bar="slider"),
     "polar": lambda: sd.polar_scissor(units=4),
@@ -199,7 +195,7 @@ ARRAYS: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("kind", ARRAYS)
-def test_ideal_arrays_are_synchronous(kind: str) -> None:
+def test_ideal_arrays_are_synchronous(kind):
     """Closed form: in an ideal array of equal units all deployment angles are equal."""
     run = sd.simulate(ARRAYS[kind]().driven(speed=sd.rpm(20)), until=0.1, samples=21)
     assert run["synchronisation_error"].dims == ("time", "unit")
@@ -208,7 +204,7 @@ def test_ideal_arrays_are_synchronous(kind: str) -> None:
     assert float(run["peak_synchronisation_error"].max()) < SMALL
 
 
-def test_one_clearance_joint() -> None:
+def test_one_clearance_joint():
     """Closed form: the bars of unit 2 start at the ends of unit 1, displaced by the eccentricity."""
     length, c = 2.0, 1e-3
     arm = sd.scissor(units=2, bar_length=length).with_clearance("unit 1/upper", sd.Clearance(c)).driven(speed=sd.rpm(150))
@@ -226,7 +222,7 @@ def test_one_clearance_joint() -> None:
     assert not np.any(run["synchronisation_error"].sel(unit="unit 1").values)
 
 
-def test_angles_that_differ_by_turns() -> None:
+def test_angles_that_differ_by_turns():
     """Contract: a full turn in a bar's given angle changes nothing."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(60))
     turned = arm.replace("unit 2/bar 2.angle", arm.body("unit 2/bar 2").angle + 2.0 * math.pi)
@@ -235,7 +231,7 @@ def test_angles_that_differ_by_turns() -> None:
 
 
 @pytest.mark.parametrize("mechanism", [lambda: sd.scissor(units=1), lambda: sd.slider_crank()])
-def test_mechanisms_without_several_units(mechanism: Any) -> None:
+def test_mechanisms_without_several_units(mechanism):
     """Contract: fewer than two units have no synchronisation error."""
     run = sd.simulate(mechanism().driven(speed=1.0), until=1e-3, samples=2)
     assert "synchronisation_error" not in run

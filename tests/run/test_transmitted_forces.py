@@ -1,13 +1,9 @@
 """Joint forces balance the motion of bodies, speeds agree with accelerations, and largest forces are consistent."""
 
-from __future__ import annotations
-
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from benchmarks.random_cases import random_case
 from tests.build import EXAMPLES, in_bearing
 
@@ -23,7 +19,7 @@ RUBBED = sd.Clearance(4e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(v
 DRY = sd.Clearance(4e-4, friction=sd.LuGre(0.1))  # Clearance with friction
 
 
-def array(units: int = 2, **clearances: sd.Clearance) -> sd.Mechanism:
+def array(units=2, **clearances):
     """Return an array with clearances at named joints."""
     made = sd.scissor(units=units)
     for name, clearance in clearances.items():
@@ -31,7 +27,7 @@ def array(units: int = 2, **clearances: sd.Clearance) -> sd.Mechanism:
     return made.driven(speed=sd.rpm(150))
 
 
-def sprung(clearance: sd.Clearance) -> sd.Mechanism:
+def sprung(clearance):
     """Return a slider-crank with a spring and a bushing next to its loose pin."""
     made = sd.slider_crank(gravity=9.81).with_clearance("slider pin", clearance)
     parts = (
@@ -49,7 +45,7 @@ def sprung(clearance: sd.Clearance) -> sd.Mechanism:
     return dataclasses.replace(made, components=parts).driven(speed=50.0)
 
 
-def bent(where: str, clearance: sd.Clearance) -> sd.Mechanism:
+def bent(where, clearance):
     """Return an array of tubes."""
     arm = sd.scissor(units=2).with_clearance(where, clearance)
     return sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=6).driven(speed=sd.rpm(150))
@@ -70,7 +66,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_forces_balance_the_motion(name: str) -> None:
+def test_forces_balance_the_motion(name):
     """Identity: m a and J alpha of each body are the sum of the reported forces and moments, to rounding."""
     make, until = CASES[name]
     mechanism = make()
@@ -81,7 +77,7 @@ def test_forces_balance_the_motion(name: str) -> None:
     assert moment < (1e-7 if "bend" in name else 1e-8)
 
 
-def test_forces_of_random_mechanisms() -> None:
+def test_forces_of_random_mechanisms():
     """Identity: forces balance the motion with any laws, components, drives, controllers, rods and latches."""
     for seed in range(40):
         case = random_case(seed)
@@ -89,7 +85,7 @@ def test_forces_of_random_mechanisms() -> None:
         assert max(Balance(run, case.mechanism).residual()) < 1e-8, seed
 
 
-def test_rods_and_latches_among_the_components_act() -> None:
+def test_rods_and_latches_among_the_components_act():
     """Contract: rods and latches given as components become those of the mechanism."""
     beam = sd.bar("beam", length=1.0, mass=2.0, angle=-0.5, position=(0.1, 0.0))
     rods = sd.Rod("rod", ("ground", "O"), ("beam", "start")), sd.Latch("latch", "beam", -1.0)
@@ -102,12 +98,12 @@ def test_rods_and_latches_among_the_components_act() -> None:
 
 
 @pytest.fixture(scope="module")
-def stroke() -> tuple[sd.Mechanism, xr.Dataset]:
+def stroke():
     mechanism = array(A=OIL)
     return mechanism, sd.simulate(mechanism, until=0.05, samples="auto")
 
 
-def test_largest_force_of_an_oiled_joint(stroke: Any) -> None:
+def test_largest_force_of_an_oiled_joint(stroke):
     """Cross-check: the located peak is the size of metal and film force together at its instant."""
     mechanism, run = stroke
     film = rotated(run["film_force"].sel(film="A").values, run["angle"].sel(body=mechanism.joint("A").bearing[0]).values)
@@ -123,7 +119,7 @@ def test_largest_force_of_an_oiled_joint(stroke: Any) -> None:
     assert "its film alone" in str(answer)
 
 
-def test_forces_of_an_oiled_joint_agree(stroke: Any) -> None:
+def test_forces_of_an_oiled_joint_agree(stroke):
     """Contract: measures of batches, the table of joints and envelopes agree with the run."""
     mechanism, run = stroke
     peak = float(run["joint_peak_force"].sel(joint="A"))
@@ -140,7 +136,7 @@ def test_forces_of_an_oiled_joint_agree(stroke: Any) -> None:
     assert np.abs(forces["other_force"].values).max() < 1e-8 * peak
 
 
-def test_largest_force_of_a_film() -> None:
+def test_largest_force_of_a_film():
     """Limit: a joint whose metal never touches has the force of its film."""
     run = sd.simulate(array(A=OIL), until=2e-4, samples=21)
     assert run.sizes["contact"] == 0
@@ -151,7 +147,7 @@ def test_largest_force_of_a_film() -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_largest_force_of_a_dry_joint(method: str) -> None:
+def test_largest_force_of_a_dry_joint(method):
     """Cross-check: the located peak is the size of the reaction, with friction, at its instant, in all answers."""
     mechanism = array(A=DRY)
     run = sd.simulate(mechanism, until=0.01, samples="auto", method=method)
@@ -169,7 +165,7 @@ def test_largest_force_of_a_dry_joint(method: str) -> None:
     assert np.all(located.values[located["end_joint"].values == "A"] == peak.max())
 
 
-def loose_four_bar() -> sd.Mechanism:
+def loose_four_bar():
     """Return a four-bar with two oiled pins, of which an ideal pin carries most."""
     oiled = sd.Clearance(2e-4, friction=sd.LuGre(0.1), lubrication=sd.Lubrication(viscosity=0.05))
     sizes = {"ground": 0.5, "crank": 0.15, "coupler": 0.5, "rocker": 0.35}
@@ -177,7 +173,7 @@ def loose_four_bar() -> sd.Mechanism:
     return bars.with_clearance(["crank pin", "rocker pin"], oiled).driven(speed=20.0)
 
 
-def welded() -> sd.Mechanism:
+def welded():
     """Return a foot in an aligned guide with a bar welded to it, loaded at its end."""
     arm = sd.bar("arm", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0)
     foot = sd.Body("foot", mass=1.0, inertia=0.1, points={"c": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
@@ -191,7 +187,7 @@ def welded() -> sd.Mechanism:
     )
 
 
-def test_weld_to_a_point_mass_is_refused() -> None:
+def test_weld_to_a_point_mass_is_refused():
     """Contract: a point mass cannot carry a moment."""
     parts = (
         sd.bar("bar", length=1.0, mass=1.0, position=(0.0, 0.0), angle=0.0),
@@ -213,7 +209,7 @@ LARGEST = {
 
 
 @pytest.mark.parametrize("name", LARGEST)
-def test_no_joint_transmits_more_than_the_largest_force(name: str) -> None:
+def test_no_joint_transmits_more_than_the_largest_force(name):
     """Identity: the largest force of a run is that of all joints, guides and welds, and no sample exceeds it."""
     make, until, kind = LARGEST[name]
     run = sd.simulate(make(), until=until, samples="auto")
@@ -229,7 +225,7 @@ def test_no_joint_transmits_more_than_the_largest_force(name: str) -> None:
     assert f"at {answer.kind} {answer.joint}" in str(answer)
 
 
-def test_impacts_of_a_loose_joint_pass_through_ideal_ones() -> None:
+def test_impacts_of_a_loose_joint_pass_through_ideal_ones():
     """Contract: the largest force of an ideal joint includes impacts between samples, also in batches."""
     mechanism = sd.slider_crank().with_clearance("slider pin", sd.Clearance(5e-4)).driven(speed=50.0)
     few, dense = (sd.simulate(mechanism, until=0.02, samples=samples) for samples in (21, "auto"))
@@ -250,7 +246,7 @@ GRAVITY, CLEARANCE = 9.81, 1e-4  # Gravity [m/s^2] and clearance [m]
 
 
 @pytest.mark.parametrize("contact", ["compliant", "hard"])
-def test_journal_that_falls_through_its_clearance(contact: str) -> None:
+def test_journal_that_falls_through_its_clearance(contact):
     """Closed form: the fall takes sqrt(2 c/g); twenty times later the force is the weight."""
     gap = sd.Clearance(CLEARANCE, damping=sd.Flores(0.5), contact=contact)
     hung = in_bearing(gap, mass=2.0)
@@ -266,7 +262,7 @@ def test_journal_that_falls_through_its_clearance(contact: str) -> None:
     assert short.after is None
 
 
-def test_load_that_fades_after_the_start() -> None:
+def test_load_that_fades_after_the_start():
     """Limit: where the load fades within the start, the largest force is not attributed to the start."""
     hung = in_bearing(sd.Clearance(CLEARANCE, damping=sd.Flores(0.5)), mass=2.0)
     pull = sd.Force("pull", ("ball", "centre"), (0.0, -20.0), time_function=sd.Cycloidal(1.0, 0.1, 0.08))
@@ -284,7 +280,7 @@ NAMES = [*(f"example {name}" for name in FILES), *(f"zoo {name}" for name in sd.
 ALLOWED = 1e-3  # Largest change of speed over a sample that forces do not explain, as a fraction of the largest speed
 
 
-def largest_jump(run, instants: np.ndarray) -> float:
+def largest_jump(run, instants):
     """Return the change of velocities that accelerations do not explain, relative to the largest, except near `instants`.
 
     If an acceleration is monotone between two samples, the change of speed is between those of both ends.
@@ -301,7 +297,7 @@ def largest_jump(run, instants: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_speeds_are_continuous(name: str) -> None:
+def test_speeds_are_continuous(name):
     """Identity: speeds change as their accelerations say, except at listed events.
 
     Where bars vibrate between two samples the run is repeated with more: a jump of speed would stay.

@@ -1,7 +1,5 @@
 """Warnings of a run about the limits of its laws, controllers and steps, and Painlevé's paradox."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -16,7 +14,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.record.warn import largest_energy_change, run_warnings
 
 
-def test_journal_pressed_in_by_its_radius() -> None:
+def test_journal_pressed_in_by_its_radius():
     """Contract: a material far too soft for its load fails the run, with the time from which results are invalid."""
     rubber = sd.Material("rubber", 1e3, 0.49, 1000.0)
     soft = sd.Clearance(1e-4, journal_radius=1e-3, material=rubber)
@@ -37,7 +35,7 @@ def test_journal_pressed_in_by_its_radius() -> None:
 
 
 @pytest.mark.parametrize("friction", [sd.LuGre(kinetic=0.1), sd.NoFriction()])
-def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
+def test_damping_of_contacts_closed_from_rest(friction):
     """Limit: from equilibrium no force exceeds 1 + xi times that of the deepest indentation; warnings explain the damping."""
     damping = sd.Flores(restitution=0.8)
     joint = sd.Clearance(5e-5, journal_radius=5e-3, damping=damping, friction=friction)
@@ -52,7 +50,7 @@ def test_damping_of_contacts_closed_from_rest(friction: sd.Friction) -> None:
     assert all("a contact that began at 0 m/s was loaded to" in text for text in warnings_of(run) if "damping" in text)
 
 
-def test_slow_contact_that_is_thrown_later() -> None:
+def test_slow_contact_that_is_thrown_later():
     """Contract: a latch throws a contact that began at 0.7 mm/s; its force is that of an impact at the later speed."""
     mechanism = sd.read_case(EXAMPLES / "self_deploying.toml").mechanism
     gaps = {joint.name: joint.clearance for joint in mechanism.clearance_joints}
@@ -75,7 +73,7 @@ def test_slow_contact_that_is_thrown_later() -> None:
     assert said.endswith("can be far too large; compare reference = 'loaded'")
 
 
-def test_controller_at_its_limit() -> None:
+def test_controller_at_its_limit():
     """Contract: the warning gives the share of the run at the limit and the largest error there."""
     arm = sd.scissor(units=1)
     run = sd.simulate(arm.controlled(sd.PID(2e4, derivative=1500.0, limit=100.0), speed=sd.rpm(20)), until=0.05, samples=101)
@@ -94,7 +92,7 @@ def test_controller_at_its_limit() -> None:
     assert warnings_of(wide) == []
 
 
-def test_warnings_of_a_batch() -> None:
+def test_warnings_of_a_batch():
     """Contract: each case has the warnings of its own run about contacts, bristles and controllers, and no others."""
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
     arm = array(sd.Clearance(5e-4, friction=constant))
@@ -115,7 +113,7 @@ def test_warnings_of_a_batch() -> None:
     assert "the controller reaches its limit of 100 N m" in str(limited["warnings"].values[0])
 
 
-def test_bristles_beyond_the_static_limit() -> None:
+def test_bristles_beyond_the_static_limit():
     """Contract: with constant micro-damping the run warns by how much and how long; with the default there is no warning."""
     arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)
@@ -135,7 +133,7 @@ def test_bristles_beyond_the_static_limit() -> None:
     assert not [text for text in warnings_of(fading) if "static limit" in text or "Painlevé" in text]
 
 
-def test_located_peak_of_indentation(clearance_run, clearance_array) -> None:
+def test_located_peak_of_indentation(clearance_run, clearance_array):
     """Cross-check: the peak of indentation is located, and does not depend on the samples."""
     coarse = sd.simulate(clearance_array, until=0.05, samples=2)
     fine = sd.simulate(clearance_array, until=0.05, samples=200_001).sel(joint="A")
@@ -145,7 +143,7 @@ def test_located_peak_of_indentation(clearance_run, clearance_array) -> None:
     assert found == float(clearance_run["peak_indentation"].sel(joint="A"))
 
 
-def test_warning_of_the_energy_balance(clearance_run, clearance_array) -> None:
+def test_warning_of_the_energy_balance(clearance_run, clearance_array):
     """Contract: an energy error above a thousandth of the energy turned over gives a warning."""
     whole = largest_energy_change(clearance_run)
     assert not any("energy balance" in text for text in warnings_of(clearance_run))
@@ -159,7 +157,7 @@ def test_warning_of_the_energy_balance(clearance_run, clearance_array) -> None:
             assert all(finer in text for text in found)
 
 
-def test_warning_of_a_gain_of_energy() -> None:
+def test_warning_of_a_gain_of_energy():
     """Contract: an event that adds energy gives a warning with its size; a loss does not."""
     cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
     stone = replace(sd.point_mass("stone", mass=2.0, position=(0.9, 0.0)), velocity=(3.0, 0.0))
@@ -173,7 +171,7 @@ def test_warning_of_a_gain_of_energy() -> None:
     assert said.startswith(f"the event of 'cord' at t = {run['event_time'].values[0]:.6g} s gives 0.25 J")
 
 
-def test_event_at_the_start() -> None:
+def test_event_at_the_start():
     """Closed form: a cable that is taut as placed has an event at t = 0 with the speed of its end."""
     cord = sd.Cable("cord", ("ground", "O"), ("stone", "centre"), free_length=1.0, stiffness=1e4)
     stone = replace(sd.point_mass("stone", mass=2.0, position=(0.6, 0.8001)), velocity=(3.0, 4.0))
@@ -182,14 +180,14 @@ def test_event_at_the_start() -> None:
     assert run["event_speed"].values[0] == pytest.approx(5.0, rel=1e-6)
 
 
-def test_no_warning_at_rest() -> None:
+def test_no_warning_at_rest():
     """Limit: without motion rounding gives no warning."""
     run = sd.simulate(sd.scissor(units=1).driven(speed=0.0), until=0.01, samples=11)
     assert warnings_of(run) == []
 
 
 @pytest.mark.parametrize("make", [sd.Force, sd.Torque])
-def test_time_functions_of_loads_that_end_before_the_run(make) -> None:
+def test_time_functions_of_loads_that_end_before_the_run(make):
     """Contract: a table of a load must cover the run."""
     table = sd.Tabulated((0.0, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3), (0.0, 1.0, 1.0, 1.0, 1.0, 1.0))
     where = ("unit 1/bar 1", "end") if make is sd.Force else "unit 1/bar 1"
@@ -207,7 +205,7 @@ HALF, MASS, RADIUS = 0.5, 1.0, 0.02
 CLEARANCE, DEPTH = 0.01, 1e-7  # Clearance of the bearing and initial indentation [m]
 
 
-def sliding(angle: float, friction: float, speed: float) -> sd.Mechanism:
+def sliding(angle, friction, speed):
     """Return a rod that slides with its lower tip, a journal, on the bottom of its bearing."""
     rod = sd.Body(
         name="rod",
@@ -225,7 +223,7 @@ def sliding(angle: float, friction: float, speed: float) -> sd.Mechanism:
     return sd.Mechanism((rod,), joints=(pin,), ground=(("centre", (0.0, 0.0)),))
 
 
-def bracket(angle: float, friction: float, speed: float) -> float:
+def bracket(angle, friction, speed):
     """Return n M n - mu n M t times the mass: 1 + 3 cos th (cos th + mu s (sin th + r/a)).
 
     s is the direction of sliding, a half the rod's length, r the radius of the journal.
@@ -236,7 +234,7 @@ def bracket(angle: float, friction: float, speed: float) -> float:
 
 @pytest.mark.parametrize("speed", [-1.0, 1.0])
 @pytest.mark.parametrize("friction", [0.5, 1.2, 1.5, 2.0, 3.0])
-def test_painleve_paradox_of_a_sliding_rod(friction: float, speed: float) -> None:
+def test_painleve_paradox_of_a_sliding_rod(friction, speed):
     """Closed form: the warning appears where the bracket is negative; a rod on a point needs a friction above 4/3."""
     for degrees in (25.0, 40.0, 55.0, 63.4, 75.0, 85.0, 120.0, 150.0):
         angle = math.radians(degrees)

@@ -6,7 +6,7 @@ from scissordyn.sensitivity import library
 
 
 @pytest.fixture(autouse=True, scope="session")
-def quick_library(tmp_path_factory: pytest.TempPathFactory):
+def quick_library(tmp_path_factory):
     """Compile without optimisation."""
     patch = pytest.MonkeyPatch()
     patch.setattr(library, "_flags", lambda: ("-O0",))

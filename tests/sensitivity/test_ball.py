@@ -11,15 +11,7 @@ import pytest
 from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import (
-    LOG_COLUMNS,
-    Integration,
-    Problem,
-    make_record,
-    make_samples,
-    make_state,
-    make_work,
-)
+from scissordyn.integrate.integration import LOG_COLUMNS, Integration, Problem, make_record, make_samples, make_state, make_work
 from scissordyn.integrate.method import METHODS, tableau
 from scissordyn.integrate.tableau import EXPLICIT, Tableau
 from scissordyn.kernel import F1, I1, Entry, Handle, kernel, opener
@@ -125,7 +117,7 @@ def repeat(watched: int, address: int, ball: int, seed: F1) -> int:
 
 
 def compiled(function: object, **options: object) -> ctypes._CFuncPtr:
-    unit, entry = Unit(**options), Entry(function)  # type: ignore[arg-type]
+    unit, entry = Unit(**options), Entry(function)
     unit.entry(entry)
     found = getattr(load_source(unit.text(), "-O0"), entry.symbol)
     found.restype = ctypes.c_int64
@@ -133,7 +125,7 @@ def compiled(function: object, **options: object) -> ctypes._CFuncPtr:
 
 
 @pytest.mark.parametrize("name", METHODS)
-def test_a_bouncing_ball(name: str) -> None:
+def test_a_bouncing_ball(name):
     """Closed form: height after three bounces, and its derivatives by height, speed, gravity and restitution at the start."""
     ball = Handle(Ball(np.array([10.0, 0.8, 0.0]), np.zeros(1, np.int64)))
     rows = {"memory": np.zeros(1), "mass": np.zeros(1), "reference": np.zeros(0), "history": np.zeros((0, 2))}

@@ -1,7 +1,5 @@
 """Derivatives of runs with bars that bend and with oil films, against differences of runs and an identity of short bearings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +10,7 @@ from scissordyn.model.parameter_path import changed
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
-from scissordyn.sensitivity.forward import Forward, forward
+from scissordyn.sensitivity.forward import forward
 from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
 
 ROOT = Path(__file__).parent.parent.parent
@@ -20,12 +18,12 @@ ROOT = Path(__file__).parent.parent.parent
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # Central differences of eighth order
 
 
-def run_of(mechanism: sd.Mechanism, options: sd.Options, paths: list[str]) -> Forward:
+def run_of(mechanism, options, paths):
     begin = Start(mechanism, options.start)
     return forward(plan(mechanism), options, [derivatives(begin, parameter_of(mechanism, path, 1.0)) for path in paths])
 
 
-def differences(mechanism: sd.Mechanism, options: sd.Options, path: str, step: float) -> list[np.ndarray]:
+def differences(mechanism, options, path, step):
     """Return differences of the state, the instants of events and the largest values, by path, divided by its scale."""
     parameter, totals = parameter_of(mechanism, path, 1.0), list[np.ndarray]()
     for place, weight in WEIGHTS.items():
@@ -39,7 +37,7 @@ def differences(mechanism: sd.Mechanism, options: sd.Options, path: str, step: f
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_bars_that_bend(method: str) -> None:
+def test_bars_that_bend(method):
     """Cross-check: three contacts of a lift table by the stiffness of a bar, a mass and the drive.
 
     Vibrations of bars are computed a hundred times less accurately than other motions, which the differences show.
@@ -59,7 +57,7 @@ def test_bars_that_bend(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("form", ["short", "finite"])
-def test_oil_film(form: str, method: str) -> None:
+def test_oil_film(form, method):
     """Cross-check: a shaft that sinks into its film; a short film depends on the product of viscosity and radius alone."""
     mechanism = sd.read_case(ROOT / "validation/bearing/case.toml", [f"bearing.lubrication.bearing={form}"]).mechanism
     options = sd.Options(0.05, "concentric", 2, 1e-12, 1e-12, method)

@@ -1,9 +1,6 @@
 """``scissordyn gradient``: the table, JSON, the saved file and the picture."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 
@@ -47,13 +44,13 @@ start = "as-placed"
 
 
 @pytest.fixture
-def case(tmp_path: Path) -> str:
+def case(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(CASE)
     return str(path)
 
 
-def test_table_file_and_picture(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_table_file_and_picture(case, tmp_path, capsys):
     """Contract: the parameter with the largest elasticity comes first."""
     saved, drawn = tmp_path / "gradient.nc", tmp_path / "bars.svg"
     words = ["gradient", case, "--of", "hole.first_contact", "--by", "hole.restitution", "--by", "hole.clearance"]
@@ -67,7 +64,7 @@ def test_table_file_and_picture(case: str, tmp_path: Path, capsys: pytest.Captur
     assert "<svg" in drawn.read_text(encoding="utf-8")
 
 
-def test_json_of_all_parameters(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_of_all_parameters(case, capsys):
     """Contract: without --by every parameter that acts is taken, and one line is printed."""
     assert status_of(["gradient", case, "--of", "hole.first_contact", "--json"]) == 0
     (line,) = capsys.readouterr().out.splitlines()
@@ -77,7 +74,7 @@ def test_json_of_all_parameters(case: str, capsys: pytest.CaptureFixture[str]) -
     assert of["derivative"]["body.ball.velocity.x"] == pytest.approx(-4e-3, rel=1e-9)
 
 
-def test_a_measure_is_needed(case: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_measure_is_needed(case, capsys):
     """Contract: one line says what is missing."""
     assert status_of(["gradient", case, "--by", "hole.clearance"]) == 2
     assert "a gradient without a measure" in capsys.readouterr().err

@@ -40,7 +40,7 @@ def run_of(mechanism: sd.Mechanism, options: sd.Options, paths: list[str]) -> Fo
 
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p"])
-def test_delay_equation(method: str) -> None:
+def test_delay_equation(method):
     """Closed form: the method of steps; the torque follows the angular velocity of one second ago."""
     mechanism = hanging(spin=1.0).controlled(lagging())
     options = sd.Options(4.7, "as-placed", 2, 1e-12, 1e-12, method)
@@ -52,7 +52,7 @@ def test_delay_equation(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_delay_and_gain(method: str) -> None:
+def test_delay_and_gain(method):
     """Cross-check: derivatives by delay, gain and initial speed beside differences of eighth order; the onset is one delay."""
     spring = sd.TorsionSpring("spring", "rod", stiffness=3.0, damping=0.02)
     mechanism = hanging(spring, spin=1.0).controlled(sd.Pyragas(0.6, 0.31, recorded="speed", ramp=0.2))
@@ -72,7 +72,7 @@ def test_delay_and_gain(method: str) -> None:
         assert run.state[:, k] == pytest.approx(ends, abs=1e-8 * np.max(np.abs(ends)))
 
 
-def test_steps_that_no_delay_reaches_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_steps_that_no_delay_reaches_are_dropped(monkeypatch):
     """Cross-check: with a history that is full again and again the derivatives are the same."""
     mechanism = hanging(spin=1.0).controlled(lagging())
     options = sd.Options(12.0, "as-placed", 2, 1e-11, 1e-11, "rodas4p")
@@ -82,7 +82,7 @@ def test_steps_that_no_delay_reaches_are_dropped(monkeypatch: pytest.MonkeyPatch
     assert run_of(mechanism, options, ["body.rod.inertia"]).state == pytest.approx(long.state, rel=1e-13)
 
 
-def test_a_controller_that_begins_abruptly() -> None:
+def test_a_controller_that_begins_abruptly():
     """Contract: the derivative by the delay is refused if the torque jumps after it; that by the gain exists."""
     spring = sd.TorsionSpring("spring", "rod", stiffness=3.0)
     mechanism = hanging(spring, spin=1.0).controlled(sd.Pyragas(0.6, 0.31, recorded="speed"))

@@ -1,9 +1,6 @@
 """Searches along derivatives: an optimum that is known, fewer runs than with differences, and when they are used."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import pytest
 
@@ -11,14 +8,13 @@ import scissordyn as sd
 from scissordyn.laws.damping.none import NoDamping
 from scissordyn.laws.elastic.linear import Linear
 from scissordyn.studies.ask.requirement import Goal, Optimisation
-from scissordyn.studies.result import StudyResult
 
 STIFFNESS, SPEED, IMPULSE = 1e7, 0.5, 0.6  # Contact stiffness [N/m], speed at the start [m/s] and impulse [N s]
 
 OPTIONS = sd.Options(0.0035, "as-placed", 2, 1e-9, 1e-9, "dop853")  # Options of the runs of a search
 
 
-def searched(store: Path, *further: str, generations: int = 40) -> StudyResult:
+def searched(store, *further, generations=40):
     """Search for the smallest force with which an elastic impact turns a ball back that has a given momentum."""
     ball = sd.Body("ball", 1.0, 1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(SPEED, 0.1))
     gap = sd.Clearance(1e-3, journal_radius=0.01, stiffness=Linear(STIFFNESS), damping=NoDamping(), friction=sd.NoFriction())
@@ -36,7 +32,7 @@ def searched(store: Path, *further: str, generations: int = 40) -> StudyResult:
     )
 
 
-def test_the_known_optimum(tmp_path: Path) -> None:
+def test_the_known_optimum(tmp_path):
     """Closed form: force v sqrt(k m), impulse 2 m v; the ball flies straight on, and has just the mass that is needed."""
     found = searched(tmp_path / "exact.db")
     best = found.optimum.points.isel(point=found.optimum.best)
@@ -48,7 +44,7 @@ def test_the_known_optimum(tmp_path: Path) -> None:
     assert found.study.points <= 10
 
 
-def test_differences_are_used_with_a_reason(tmp_path: Path) -> None:
+def test_differences_are_used_with_a_reason(tmp_path):
     """Contract: the same search where a requirement has no derivatives, with a reason; it can be interrupted and continued."""
     count = "contact_count < 100"
     begun = searched(tmp_path / "search.db", count, generations=5)
@@ -69,8 +65,8 @@ def test_differences_are_used_with_a_reason(tmp_path: Path) -> None:
         ({"method": "gradient", "goals": (Goal("peak_force"), Goal("mass"))}, "an optimisation with 2 goals by gradients"),
     ],
 )
-def test_errors(options: dict[str, object], message: str) -> None:
+def test_errors(options, message):
     """Contract: a search that is not one along derivatives is refused in one line."""
     with pytest.raises(sd.InputError, match=message) as refused:
-        Optimisation(**{"goals": (Goal("peak_force"),), **options})  # type: ignore[arg-type]
+        Optimisation(**{"goals": (Goal("peak_force"),), **options})
     assert "\n" not in str(refused.value)

@@ -1,7 +1,5 @@
 """Fits of runs with contacts: exact derivatives beside differences, and a record whose parameters are known."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 
@@ -24,7 +22,7 @@ GUESS = {"hole.clearance": 1.3e-3, "hole.restitution": 0.56, "body.ball.velocity
 OPTIONS = sd.Options(0.03, "as-placed", 2, 1e-11, 1e-11, "dop853", events="located")  # Options of the runs of a fit
 
 
-def bouncing() -> sd.Mechanism:
+def bouncing():
     """Return a ball that bounces in a hole three times."""
     ball = sd.Body("ball", 1.0, 1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(0.3, 0.1))
     gap = sd.Clearance(1e-3, journal_radius=0.01, damping=sd.Flores(0.7), friction=sd.NoFriction(), reference="onset")
@@ -32,7 +30,7 @@ def bouncing() -> sd.Mechanism:
     return sd.Mechanism(bodies=(ball,), joints=(joint,), ground=(("middle", (0.0, 0.0)),), gravity=0.0)
 
 
-def record() -> sd.Measured:
+def record():
     """Return the position of the ball."""
     mechanism, times = bouncing(), np.linspace(0.0, 0.03, 200)
     columns = columns_of(mechanism, OPTIONS)
@@ -42,7 +40,7 @@ def record() -> sd.Measured:
     return sd.Measured(times, names, curves(run, [columns[name] for name in names]), ("m", "m"))
 
 
-def test_derivatives_of_residuals() -> None:
+def test_derivatives_of_residuals():
     """Cross-check: exact derivatives against central differences of runs, which err next to the instants of contacts."""
     mechanism = changed_all(bouncing(), GUESS)
     free = [free_parameter(mechanism, path) for path in GUESS]
@@ -56,7 +54,7 @@ def test_derivatives_of_residuals() -> None:
     assert np.mean(apart < 1e-7) > 0.98
 
 
-def test_parameters_of_a_record() -> None:
+def test_parameters_of_a_record():
     """Cross-check: the parameters that made a record, from thirty percent beside them, in some twenty runs."""
     mechanism = changed_all(bouncing(), GUESS)
     free = [free_parameter(mechanism, path) for path in GUESS]
@@ -67,7 +65,7 @@ def test_parameters_of_a_record() -> None:
     assert statistics["runs"] <= 24
 
 
-def test_differences_are_used_with_a_reason() -> None:
+def test_differences_are_used_with_a_reason():
     """Contract: a run with steps of a fixed size."""
     mechanism = bouncing()
     free = [free_parameter(mechanism, "body.ball.velocity.x")]

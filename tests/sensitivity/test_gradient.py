@@ -1,7 +1,5 @@
 """Derivatives of runs: closed forms of a single contact, and differences of runs at the tightest tolerances."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
@@ -28,7 +26,7 @@ RESTITUTIONS = (
 SPEED, CLEARANCE = 0.5, 1e-3  # Speed of the ball [m/s] and radial clearance [m]
 
 
-def journals() -> sd.Mechanism:
+def journals():
     """Return bodies that move through their clearances, one for each law."""
     bodies, joints = [], []
     for damping, coefficient, _ in RESTITUTIONS:
@@ -44,7 +42,7 @@ def journals() -> sd.Mechanism:
 
 
 @pytest.mark.parametrize(("method", "error"), [("dop853", 1e-9), ("rodas5p", 1e-8)])
-def test_restitution_and_onset_of_an_impact(method: str, error: float) -> None:
+def test_restitution_and_onset_of_an_impact(method, error):
     """Closed form: instant of the onset by the clearance, and rebound speed by the parameter of each law."""
     mechanism, options = journals(), sd.Options(0.0035, "as-placed", 2, 1e-12, 1e-12, method, events="located")
     names = [damping.__name__ for damping, *_ in RESTITUTIONS]
@@ -61,7 +59,7 @@ def test_restitution_and_onset_of_an_impact(method: str, error: float) -> None:
     assert run.misfit < 1e-10
 
 
-def hinged(name: str, height: float, angle: float) -> tuple[sd.Body, sd.Revolute, tuple[str, tuple[float, float]]]:
+def hinged(name, height, angle):
     """Return a bar on a pin of the ground, the joint, and the pin."""
     points = {"hinge": (0.0, 0.0), "end": (0.4, 0.0)}
     body = sd.Body(name, mass=1.0, inertia=0.05, points=points, centre=(0.2, 0.0), position=(0.0, height), angle=angle)
@@ -69,7 +67,7 @@ def hinged(name: str, height: float, angle: float) -> tuple[sd.Body, sd.Revolute
     return body, sd.Revolute(f"{name} hinge", (name, "hinge"), ("ground", pin)), (pin, (0.0, height))
 
 
-def stopped() -> sd.Mechanism:
+def stopped():
     """Return bars: one bounces on a stop, one locks in a latch with another that is coupled to it, one falls into a cable."""
     bodies, joints, pins = zip(
         hinged("arm", 0.0, 0.0), hinged("flap", 1.0, 0.1), hinged("hook", 2.0, 0.0), hinged("slave", 3.0, 0.0), strict=True
@@ -91,9 +89,9 @@ def stopped() -> sd.Mechanism:
     )
 
 
-def differences(mechanism: sd.Mechanism, options: sd.Options, path: str, value: float, step: float) -> list[np.ndarray]:
+def differences(mechanism, options, path, value, step):
     """Return differences of sixth order of the events and largest values of a run, by path, divided by its size."""
-    total: list[np.ndarray] = []
+    total = []
     for place, weight in ((1, 0.75), (2, -0.15), (3, 1.0 / 60.0)):
         ends = []
         for sign in (1, -1):
@@ -124,7 +122,7 @@ NOISE = 2e-6
         ("friction.kinetic", 0.2, "rodas5p"),
     ],
 )
-def test_stops_latches_cables_and_couplings(path: str, value: float, method: str) -> None:
+def test_stops_latches_cables_and_couplings(path, value, method):
     """Cross-check: instants, speeds and largest values of all events against differences of six runs by dop853."""
     mechanism, options = stopped(), sd.Options(0.125, "as-placed", 2, 1e-12, 1e-12, method, events="located")
     run = forward(plan(mechanism), options, [derivatives(Start(mechanism, "as-placed"), parameter_of(mechanism, path, 1.0))])
@@ -144,7 +142,7 @@ def test_stops_latches_cables_and_couplings(path: str, value: float, method: str
 MEASURED = ("first_contact", "peak_force", "peak_approach_speed", "impulse", "peak_indentation", "contact_fraction")
 
 
-def test_measures_of_a_run() -> None:
+def test_measures_of_a_run():
     """Closed form: what follows from the approach speed and the masses alone; of equal parts neither decides."""
     measures = [*(f"Flores.{name}" for name in MEASURED), "damping_loss", "first_contact"]
     found = sd.gradient(
@@ -163,7 +161,7 @@ def test_measures_of_a_run() -> None:
     assert "'first_contact': another part" in json.loads(found.attrs["warnings"])[0]
 
 
-def run_out(name: str) -> float:
+def run_out(name):
     """Return the rebound speed of a journal."""
     mechanism = journals()
     run = sd.simulate(mechanism, until=0.0035, start="as-placed", rtol=1e-11, atol=1e-11, method="dop853", events="located")
@@ -171,7 +169,7 @@ def run_out(name: str) -> float:
     return -float(run["rebound_speed"].values[at])
 
 
-def test_the_part_of_a_run_in_which_a_gradient_holds() -> None:
+def test_the_part_of_a_run_in_which_a_gradient_holds():
     """Contract: a change that moves a journal far ends it at the event."""
     near, far = (
         sd.gradient(journals(), of=["peak_force"], by=["Flores.clearance"], until=0.0035, start="as-placed", change=change)
@@ -205,7 +203,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("message", REFUSED)
-def test_errors(message: str) -> None:
+def test_errors(message):
     """Contract: what has no gradient is refused in one line."""
     options = {"of": ["peak_force"], "by": ["Flores.clearance"], "until": 1e-3, "start": "as-placed"} | REFUSED[message]
     with pytest.raises(sd.InputError, match=message) as refused:
@@ -213,7 +211,7 @@ def test_errors(message: str) -> None:
     assert "\n" not in str(refused.value)
 
 
-def test_a_count_is_refused() -> None:
+def test_a_count_is_refused():
     """Contract: a number that cannot change by a small amount."""
     arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))
     with pytest.raises(sd.InputError, match=r"'drive\.strokes' is an integer") as refused:
@@ -221,7 +219,7 @@ def test_a_count_is_refused() -> None:
     assert "\n" not in str(refused.value)
 
 
-def test_a_run_whose_contacts_only_graze() -> None:
+def test_a_run_whose_contacts_only_graze():
     """Contract: a change of the speed with which a ball is thrown removes its only contact, unless the change is tiny."""
     balls = journals()
     body, speed = balls.bodies[0], math.sqrt(2.0 * 9.81 * CLEARANCE)
@@ -237,7 +235,7 @@ def test_a_run_whose_contacts_only_graze() -> None:
     assert found["derivative"].item() == pytest.approx(slope, rel=1e-6)
 
 
-def test_a_contact_that_nearly_happens() -> None:
+def test_a_contact_that_nearly_happens():
     """Closed form: a ball turns back 2e-4 of its clearance below its bearing at v/g, and a change of v by 1e-4 reaches it."""
     balls = journals()
     speed = math.sqrt(2.0 * 9.81 * CLEARANCE) * (1.0 - 1e-4)
@@ -250,7 +248,7 @@ def test_a_contact_that_nearly_happens() -> None:
         assert found["valid_until"].values == pytest.approx([speed / 9.81 if limits[0] else 0.02, 0.02], rel=1e-4)
 
 
-def test_a_contact_that_grazes() -> None:
+def test_a_contact_that_grazes():
     """Closed form: the change of the speed that removes a contact, by the derivative of the approach speed."""
     balls = journals()
     ball = dataclasses.replace(balls.bodies[0], velocity=(0.0, math.sqrt(2.0 * 9.81 * CLEARANCE) * (1.0 + 1e-4)))
@@ -262,7 +260,7 @@ def test_a_contact_that_grazes() -> None:
     assert found["limit"].item() == ""
 
 
-def test_a_second_peak_within_the_change() -> None:
+def test_a_second_peak_within_the_change():
     """Contract: the largest of two forces is not smooth if a change of the parameter makes the other one larger."""
     balls = journals()
     pair = [dataclasses.replace(joint, clearance=balls.joints[0].clearance) for joint in balls.joints[:2]]
@@ -273,7 +271,7 @@ def test_a_second_peak_within_the_change() -> None:
     assert sd.gradient(both, **wanted, change=3e-4)["smooth"].item()
 
 
-def test_derivatives_of_the_start_by_a_small_offset() -> None:
+def test_derivatives_of_the_start_by_a_small_offset():
     """Cross-check: a length of zero, whose effect bends over much less than the mechanism's size, by other differences."""
     arm, path, step = sd.scissor(units=4).driven(speed=1.0), "body.unit 1/bar 1.points.start.x", 1e-5
     begin = Start(arm, "as-placed")
@@ -286,7 +284,7 @@ def test_derivatives_of_the_start_by_a_small_offset() -> None:
     assert "y" in slopes
 
 
-def test_an_array_that_is_even_in_the_parameter() -> None:
+def test_an_array_that_is_even_in_the_parameter():
     """Limit: an array that is zero and changes by the same amount in both directions has the derivative zero."""
     places, weights, lower = CENTRAL_DIFFERENCES
     changed_arrays = [{"y": np.array([(1e-3 * place) ** 2])} for place in places]

@@ -1,12 +1,9 @@
 """Derivatives of runs with hard contacts: closed forms of impacts, and differences of a pendulum in a hole."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import scissordyn as sd
 from scissordyn.laws.friction.coulomb import Coulomb
@@ -20,15 +17,7 @@ from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
 MASS, INERTIA, RADIUS = 1.0, 2e-3, 0.06  # Mass [kg], inertia [kg m^2] and radius [m] of a disc
 
 
-def disc(
-    clearance: float,
-    restitution: float,
-    friction: float | sd.LuGre,
-    *,
-    gravity: float = 0.0,
-    radius: float = RADIUS,
-    **motion: object,
-) -> sd.Mechanism:
+def disc(clearance, restitution, friction, *, gravity=0.0, radius=RADIUS, **motion):
     """Return a disc in a round hole of the ground, with hard contact."""
     gap = sd.Clearance(
         clearance,
@@ -37,17 +26,17 @@ def disc(
         friction=Coulomb(friction) if isinstance(friction, float) else friction,
         contact="hard",
     )
-    body = sd.Body("disc", MASS, INERTIA, {"centre": (0.0, 0.0)}, **motion)  # type: ignore[arg-type]
+    body = sd.Body("disc", MASS, INERTIA, {"centre": (0.0, 0.0)}, **motion)
     hole = sd.Revolute("hole", ("disc", "centre"), ("ground", "middle"), gap)
     return sd.Mechanism((body,), (hole,), ground=(("middle", (0.0, 0.0)),), gravity=gravity)
 
 
-def derivatives_at_end(found: xr.Dataset, name: str, axis: str) -> np.ndarray:
+def derivatives_at_end(found, name, axis):
     """Return the derivatives of a motion of the disc at the end of the run."""
     return found[f"{name}_derivative"].sel(body="disc", axis=axis).values[-1]
 
 
-def test_a_ball_that_bounces_on_the_bottom_of_a_hole() -> None:
+def test_a_ball_that_bounces_on_the_bottom_of_a_hole():
     """Closed form: height and instant of the impact, by height, speed, gravity and restitution."""
     depth = 3.0
     ball = disc(depth, 0.8, 0.1, gravity=10.0, radius=4.0, position=(0.0, 5.0 - depth), velocity=(0.0, -0.1))
@@ -68,7 +57,7 @@ def test_a_ball_that_bounces_on_the_bottom_of_a_hole() -> None:
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0 - 1e-4, 1.0 + 1e-4, 2.0])
-def test_a_disc_that_spins_against_a_wall(share: float) -> None:
+def test_a_disc_that_spins_against_a_wall(share):
     """Closed form: speed along the wall after an impact that sticks or slips; near the border the result says so."""
     speed, restitution, friction = 0.5, 0.6, 0.02
     # sticking takes the impulse r w / (1/m + r^2/J), and slipping friction times (1 + e) m v
@@ -91,7 +80,7 @@ def test_a_disc_that_spins_against_a_wall(share: float) -> None:
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # Central differences of eighth order, by place
 
 
-def motion(mechanism: sd.Mechanism, options: sd.Options) -> np.ndarray:
+def motion(mechanism, options):
     """Return coordinates and rates at the end of a run, and the instants of its contacts."""
     driver, _, _ = make_driver(plan(mechanism), options)
     advance(driver, options.until)
@@ -99,7 +88,7 @@ def motion(mechanism: sd.Mechanism, options: sd.Options) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("restitution", "until"), [(0.0, 0.05), (0.5, 0.0199)])
-def test_a_pendulum_in_a_hole(restitution: float, until: float) -> None:
+def test_a_pendulum_in_a_hole(restitution, until):
     """Cross-check: a pendulum that falls into its hole, slides or bounces there, by differences of eighth order."""
     swinging = {"centre": (0.0, -0.2), "angle": 1.0, "angular_velocity": 0.5}
     bob = disc(1e-3, restitution, 0.05, gravity=9.81, **swinging)
@@ -125,7 +114,7 @@ def test_a_pendulum_in_a_hole(restitution: float, until: float) -> None:
 
 
 @pytest.mark.parametrize(("static", "limit"), [(0.05, ""), (0.3, "mode")])
-def test_a_contact_that_breaks_away(static: float, limit: str) -> None:
+def test_a_contact_that_breaks_away(static, limit):
     """Contract: a friction force that jumps, from static to kinetic friction, ends the time in which the gradient is valid."""
     friction = sd.LuGre(kinetic=0.05, static=static)
     bob = disc(1e-3, 0.0, friction, gravity=9.81, centre=(0.0, -0.2), angle=0.3)
@@ -134,7 +123,7 @@ def test_a_contact_that_breaks_away(static: float, limit: str) -> None:
     assert (found["valid_until"].item() < 0.1) == bool(limit)
 
 
-def test_hard_and_compliant_contacts_together_are_refused() -> None:
+def test_hard_and_compliant_contacts_together_are_refused():
     """Contract: mechanisms without derivatives are named in one line."""
     hard = disc(0.05, 0.5, 0.1)
     soft = sd.Clearance(0.01, journal_radius=RADIUS)

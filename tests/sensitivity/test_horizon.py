@@ -1,7 +1,5 @@
 """Gradients end at the predictability horizon of their run."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -11,13 +9,13 @@ import pytest
 import scissordyn as sd
 
 
-def crank(speed: float) -> sd.Mechanism:
+def crank(speed):
     """Return a slider-crank with clearance, whose motion is chaotic at 3000 rpm."""
     pin = sd.Clearance(0.5e-3, journal_radius=9.5e-3, stiffness=sd.Hertz(), damping=sd.LankaraniNikravesh(0.9))
     return sd.slider_crank().driven(speed=sd.rpm(speed)).with_clearance("slider pin", pin)
 
 
-def pendulum(angle: float) -> sd.Mechanism:
+def pendulum(angle):
     """Return a double pendulum of two equal bars in line, `angle` [rad] above the horizontal."""
     points = {"near end": (0.0, 0.0), "far end": (1.0, 0.0)}
     places = {"upper": (0.0, 0.0), "lower": (math.cos(angle), math.sin(angle))}
@@ -45,7 +43,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_gradient_ends_before_the_horizon_of_a_tighter_run(case: str) -> None:
+def test_gradient_ends_before_the_horizon_of_a_tighter_run(case):
     """Cross-check: a run at a thousandth of the tolerance diverges later, and does not diverge in regular motion."""
     make, path, options, chaotic = CASES[case]
     mechanism = make()
@@ -60,7 +58,7 @@ def test_gradient_ends_before_the_horizon_of_a_tighter_run(case: str) -> None:
         assert found["valid_until"].item() == trusted == options["until"]
 
 
-def test_an_earlier_limit_keeps_its_reason() -> None:
+def test_an_earlier_limit_keeps_its_reason():
     """Contract: a change that moves a journal far before the horizon is still the reason."""
     found = sd.gradient(crank(3000.0), of=["peak_force"], by=["drive.speed"], until=0.1, rtol=1e-9)
     assert found["limit"].item() == "far"

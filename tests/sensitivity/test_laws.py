@@ -1,7 +1,5 @@
 """Derivatives through contacts of many laws at once, whose impacts overlap, against differences of runs."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
@@ -38,14 +36,14 @@ NEEDED |= {"bristle_stiffness": 1e5, "relaxation_stiffness": 1e8, "relaxation_ti
 STEP = 3e-3  # Relative step of differences
 
 
-def chosen(slot: str, name: str) -> object:
+def chosen(slot, name):
     law = sd.law(slot, name)
     missing = dataclasses.MISSING
     needed = [field.name for field in dataclasses.fields(law) if field.default is field.default_factory is missing]
     return law(**{key: NEEDED.get(key, 1.0) for key in needed})
 
 
-def journals() -> sd.Mechanism:
+def journals():
     """Return turning journals that strike their bearings obliquely, one after another."""
     bodies, joints = [], []
     for k, (elastic, damping, friction) in enumerate(LAWS):
@@ -58,7 +56,7 @@ def journals() -> sd.Mechanism:
     return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), ground=(("o", (0.0, 0.0)),), gravity=9.81)
 
 
-def test_contacts_of_many_laws() -> None:
+def test_contacts_of_many_laws():
     """Cross-check: coordinates and rates after all impacts, by each clearance."""
     mechanism, options = journals(), sd.Options(0.0036, "as-placed", 2, 1e-12, 1e-12, "dop853", events="located")
     begin, paths = Start(mechanism, "as-placed"), [f"b{k}.clearance" for k in range(len(LAWS))]
@@ -80,7 +78,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "howto" / "own_elements.md"  # Page 
 
 
 @pytest.mark.parametrize("question", ["equals(exponent, 2.0)", "exponent == 2.0"])
-def test_formula_for_one_value_of_a_parameter(question: str, tmp_path: Path) -> None:
+def test_formula_for_one_value_of_a_parameter(question, tmp_path):
     """Closed form: the page's law keeps the derivative of the largest force by its exponent; a comparison by value loses it."""
     (code,) = re.findall(r"^```python\n# power\.py\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     assert "equals(exponent, 2.0)" in code

@@ -1,12 +1,9 @@
 """Derivatives of variables over time: differences of runs, the energy balance, and derivatives of measures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import scissordyn as sd
 from scissordyn.model.parameter_path import changed, number
@@ -24,7 +21,7 @@ ERRORS = {
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
-def test_variables_over_time(method: str) -> None:
+def test_variables_over_time(method):
     """Cross-check: variables before, during and after contacts against differences of eighth order; energy is balanced."""
     mechanism, steps = sd.read_case(CASE).mechanism, {"A.clearance": 8e-4, "body.slider.mass": 1e-3}
     options = {"until": UNTIL, "method": method, "samples": 81, "rtol": 1e-12, "atol": 1e-12}
@@ -48,7 +45,7 @@ def test_variables_over_time(method: str) -> None:
         assert residual == pytest.approx(np.zeros(81), abs=1e-6 * work)
 
 
-def test_the_end_of_curves() -> None:
+def test_the_end_of_curves():
     """Contract: the last sample of the drive's work has the derivative of the measure; the parameter is the last dimension."""
     mechanism = sd.read_case(CASE).mechanism
     found = sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=UNTIL, trajectory=True, samples=5)
@@ -58,7 +55,7 @@ def test_the_end_of_curves() -> None:
     assert "normal_force_derivative" not in sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=1e-4)
 
 
-def shifts(run: xr.Dataset, other: xr.Dataset, clearance: float) -> tuple[np.ndarray, np.ndarray]:
+def shifts(run, other, clearance):
     """Return the instants of onsets and releases of a run, and by how many clearances another run moves the journal there."""
     instants, speeds = [], []
     for found in (run, other):
@@ -68,7 +65,7 @@ def shifts(run: xr.Dataset, other: xr.Dataset, clearance: float) -> tuple[np.nda
     return instants[0], np.abs((instants[1] - instants[0]) * speeds[0]) / clearance
 
 
-def test_valid_until_by_changed_runs() -> None:
+def test_valid_until_by_changed_runs():
     """Cross-check: from `valid_until` on runs with the changed parameter have moved a journal by a tenth of its clearance."""
     mechanism, path, change = sd.read_case(CASE).mechanism, "A.clearance", 0.03
     clearance = float(number(mechanism, path).value)

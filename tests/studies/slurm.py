@@ -1,7 +1,5 @@
 """A local Slurm: munge, a controller and one node, with its configuration in a temporary folder."""
 
-from __future__ import annotations
-
 import getpass
 import os
 import secrets
@@ -10,7 +8,6 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,7 +19,7 @@ CORES, MEMORY = 2, 4000  # Number of cores and memory [MB] of the only node of t
 START_SECONDS = 30.0  # [s] longest time that the daemons may take to start
 
 
-def missing() -> str:
+def missing():
     """Return why no Slurm can be started here; empty if one can be started."""
     absent = [name for name in (*DAEMONS, *COMMANDS) if program(name) is None]
     if absent:
@@ -30,13 +27,13 @@ def missing() -> str:
     return "" if os.geteuid() == 0 else "slurmd runs as root"
 
 
-def program(name: str) -> str | None:
+def program(name):
     """Return the path of a program; daemons are in folders that a user's path may lack."""
     return shutil.which(name, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[dict[str, str]]:
+def running(folder):
     """Start the daemons; yield the environment in which the commands of Slurm reach them."""
     socket_path = _munge(folder)
     ports = _free_port(), _free_port()
@@ -81,7 +78,7 @@ def running(folder: Path) -> Iterator[dict[str, str]]:
     plugin = "disabled" if tuple(map(int, version.split(".")[:2])) >= (23, 11) else "cgroup/v1"
     (folder / "cgroup.conf").write_text(f"CgroupPlugin={plugin}\n")
     environment = {**os.environ, "SLURM_CONF": str(configuration)}
-    daemons: list[subprocess.Popen[bytes]] = []
+    daemons = []
     try:
         for name, options in (("slurmctld", ["-D", "-i"]), ("slurmd", ["-D"])):
             with (folder / "log" / f"{name}.out").open("wb") as log:
@@ -102,7 +99,7 @@ def running(folder: Path) -> Iterator[dict[str, str]]:
         subprocess.run(["munged", f"--socket={socket_path}", "--stop"], capture_output=True, check=False, env=environment)
 
 
-def _munge(folder: Path) -> Path:
+def _munge(folder):
     """Start munge with a new key."""
     place = folder / "munge"
     place.mkdir(mode=0o755)
@@ -116,13 +113,13 @@ def _munge(folder: Path) -> Path:
     return path
 
 
-def _free_port() -> int:
+def _free_port():
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         return int(one.getsockname()[1])
 
 
-def _wait_for_node(environment: dict[str, str], folder: Path) -> None:
+def _wait_for_node(environment, folder):
     until = time.monotonic() + START_SECONDS
     while time.monotonic() < until:
         asked = subprocess.run(["sinfo", "-h", "-o", "%T"], env=environment, capture_output=True, text=True, check=False)

@@ -1,14 +1,10 @@
 """Answers of studies: fractions, disagreement, indices, risk and optimisers by known results, and pages printed as PDF."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import shutil
 from itertools import pairwise
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -35,9 +31,9 @@ from scissordyn.studies.result import StudyResult
 from studies.test_study import arm
 
 
-def study(**changes: Any) -> Study:
+def study(**changes):
     """Return a study of clearance and speed with a requirement on the peak force."""
-    fields: dict[str, Any] = {
+    fields = {
         "mechanism": arm(),
         "options": sd.Options(0.005),
         "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4)), Factor("drive.speed", sd.Interval(10.0, 20.0))),
@@ -48,10 +44,10 @@ def study(**changes: Any) -> Study:
     return Study(**(fields | changes))
 
 
-def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None, warnings: str = "") -> xr.Dataset:
+def made_up(described, peak, status=None, warnings=""):
     """Return results of a study with given peaks."""
     cases = np.arange(described.cases)
-    variables: dict[str, Any] = {}
+    variables = {}
     for address, values in described.numbers(cases).items():
         unit = getattr(number(described.mechanism, address).quantity, "unit", "1")
         variables[column(address)] = ("case", values, {"role": "factor", "units": unit, "address": address})
@@ -64,14 +60,14 @@ def made_up(described: Study, peak: np.ndarray, status: np.ndarray | None = None
     return xr.Dataset(variables, {"joint": ["A"], **{name: ("case", place) for name, place in places.items()}})
 
 
-def result_of(described: Study, results: xr.Dataset, store: str = "a.db") -> StudyResult:
+def result_of(described, results, store="a.db"):
     """Return a study with given results."""
     result = StudyResult(described, Store(store))
     result.dataset = results  # as it is read from a store
     return result
 
 
-def test_feasible_fraction_and_interval() -> None:
+def test_feasible_fraction_and_interval():
     """Cross-check: 30 of 40 points, with the interval of scipy's exact binomial test."""
     described = study(design=Design("random", 40))
     peak = np.where(np.arange(40) < 30, 400.0, 600.0)
@@ -85,7 +81,7 @@ def test_feasible_fraction_and_interval() -> None:
     assert np.isnan(feasible_fraction(grid, made_up(grid, np.full(100, 400.0)))[0].low)
 
 
-def test_members_that_disagree_are_marked() -> None:
+def test_members_that_disagree_are_marked():
     """Closed form: point 0 agrees, point 1 differs and is undecided, point 2 differs on one side of the bound."""
     described = study(design=Design("random", 3), members=2)
     points = by_point(described, made_up(described, np.array([400.0, 400.0, 400.0, 600.0, 300.0, 400.0])))
@@ -96,7 +92,7 @@ def test_members_that_disagree_are_marked() -> None:
     assert points["worst peak_force"].values.tolist() == [400.0, 600.0, 400.0]
 
 
-def test_worst_cases_and_causes() -> None:
+def test_worst_cases_and_causes():
     """Closed form: one case per point, the farthest beyond the bound first; causes that differ by numbers are one."""
     described = study(design=Design("random", 3), members=2)
     worst = worst_cases(described, made_up(described, np.array([900.0, 800.0, 400.0, 700.0, 100.0, 200.0])), 2)
@@ -115,13 +111,13 @@ def test_worst_cases_and_causes() -> None:
     }
 
 
-def ishigami(points: np.ndarray) -> np.ndarray:
+def ishigami(points):
     """Return Ishigami's function sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1 of points in [-pi, pi]^3."""
     x = points
     return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
 
 
-def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
+def ishigami_indices():
     """Return the first-order and total indices of Ishigami's function in closed form (Ishigami and Homma 1990)."""
     a, b, pi = 7.0, 0.1, np.pi
     v1, v2, v13 = 0.5 * (1.0 + b * pi**4 / 5.0) ** 2, a**2 / 8.0, b**2 * pi**8 * (1.0 / 18.0 - 1.0 / 50.0)
@@ -129,11 +125,11 @@ def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
     return np.array([v1, v2, 0.0]) / whole, np.array([v1 + v13, v2, v13]) / whole
 
 
-def test_sobol_indices_of_ishigami() -> None:
+def test_sobol_indices_of_ishigami():
     """Closed form: indices within the bootstrap intervals, and equal to SALib's for the same samples."""
     from SALib.analyze import sobol
 
-    sides: tuple[Any, ...] = (sd.Interval(-np.pi, np.pi),) * 3
+    sides = (sd.Interval(-np.pi, np.pi),) * 3
     base = 2048
     points = design_values(Design("saltelli", base, seed=4), sides, np.zeros(3), np.arange(base * 5))
     values = ishigami(points)
@@ -158,17 +154,17 @@ def test_sobol_indices_of_ishigami() -> None:
         sobol_indices(values[-15:], ["x1", "x2", "x3"])
 
 
-def test_morris_effects_of_a_linear_function() -> None:
+def test_morris_effects_of_a_linear_function():
     """Closed form: the effects are the slopes, without deviation."""
     design = Design("morris", 12)
-    sides: tuple[Any, ...] = (sd.Interval(0.0, 1.0),) * 2
+    sides = (sd.Interval(0.0, 1.0),) * 2
     points = design_values(design, sides, np.zeros(2), np.arange(36))
     found = morris_indices(points, 3.0 * points[:, 0] - 5.0 * points[:, 1], ["a", "b"])
     np.testing.assert_allclose(found["effect"].values, [3.0, 5.0], rtol=1e-9)
     np.testing.assert_allclose(found["deviation"].values, 0.0, atol=1e-9)
 
 
-def test_risk_of_known_distributions() -> None:
+def test_risk_of_known_distributions():
     """Closed form: mean, quantile and CVaR of a uniform and a normal distribution from 10^5 equally probable values."""
     u = (np.arange(100_000) + 0.5) / 100_000
     for values, quantile, cvar in (
@@ -186,7 +182,7 @@ def test_risk_of_known_distributions() -> None:
         risk_value(ten, "median")
 
 
-def rosenbrock(u: np.ndarray) -> np.ndarray:
+def rosenbrock(u):
     """Return Rosenbrock's function with its minimum of 0 at (0.3, 0.6, 0.45)."""
     x = 1.0 + 4.0 * (u - np.array([0.3, 0.6, 0.45]))
     return np.asarray(np.sum(100.0 * (x[:, 1:] - x[:, :-1] ** 2) ** 2 + (1.0 - x[:, :-1]) ** 2, axis=1))
@@ -201,9 +197,7 @@ def rosenbrock(u: np.ndarray) -> np.ndarray:
     ],
     ids=["rosenbrock", "required product", "one number"],
 )
-def test_cma_finds_known_optima(
-    value: Any, missing: float, numbers: int, population: int, generations: int, least: float, within: float
-) -> None:
+def test_cma_finds_known_optima(value, missing, numbers, population, generations, least, within):
     """Published number: optima of Rosenbrock's function, of a sum with a required product, and of one variable."""
     method = proposer(Optimisation((Goal("peak_force"),), population=population, seed=1), numbers)
     best = np.inf
@@ -216,7 +210,7 @@ def test_cma_finds_known_optima(
     assert least <= best < least + within
 
 
-def test_nsga_finds_the_front_of_zdt1() -> None:
+def test_nsga_finds_the_front_of_zdt1():
     """Published front: f2 = 1 - sqrt(f1) (Zitzler, Deb and Thiele 2000), within 0.02 over its whole length."""
     method = proposer(Optimisation((Goal("peak_force"), Goal("steps")), population=60, seed=1), 6)
     goals = np.empty((0, 2))
@@ -232,14 +226,14 @@ def test_nsga_finds_the_front_of_zdt1() -> None:
     assert front[:, 0].max() > 0.99
 
 
-def test_nondominated_against_every_pair() -> None:
+def test_nondominated_against_every_pair():
     """Cross-check: nondominated points by comparison of every pair."""
     goals = np.round(np.random.default_rng(3).random((80, 3)), 1)
     expected = [not any(np.all(other <= one) and np.any(other < one) for other in goals) for one in goals]
     assert nondominated(goals).tolist() == expected
 
 
-def test_optimisation_is_continued_from_its_store(tmp_path: Path) -> None:
+def test_optimisation_is_continued_from_its_store(tmp_path):
     """Contract: stopped after two generations and continued, it has the points and results of an undisturbed one."""
     plan = Optimisation((Goal("peak_force"),), risk="worst", population=4, generations=4, seed=5)
     described = study(optimisation=plan, design=plan.design(1, 2), requirements=(Requirement("contact_count", "<=", 4.0),))
@@ -257,7 +251,7 @@ def test_optimisation_is_continued_from_its_store(tmp_path: Path) -> None:
         optimise(other, tmp_path / "a.db")
 
 
-def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_reports_and_replays(tmp_path, monkeypatch):
     """Contract: tables hold the results, a replayed case has the stored peak, and a report has every picture."""
     import pandas as pd
 
@@ -305,7 +299,7 @@ def test_tables_reports_and_replays(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert (tmp_path / name).read_text() == "mine\n"
 
 
-def test_pictures_of_a_study() -> None:
+def test_pictures_of_a_study():
     """Contract: cells of the map, marks of disagreeing members, the bound, bars and the front."""
     described = study(design=Design("grid"), members=2, factors=study().factors)
     peak = np.repeat(np.linspace(300.0, 700.0, 100), 2)
@@ -319,7 +313,7 @@ def test_pictures_of_a_study() -> None:
     curves = response_curves(points, limits={"peak_force": 500.0})
     assert len(curves) == 4  # a measure without a requirement is an answer too
     assert any(line.get_label() == "required" for line in curves[0].lines)
-    sides: tuple[Any, ...] = (sd.Interval(-np.pi, np.pi),) * 3
+    sides = (sd.Interval(-np.pi, np.pi),) * 3
     values = ishigami(design_values(Design("saltelli", 64), sides, np.zeros(3), np.arange(320)))
     bars = sensitivity_bars({"y": sobol_indices(values, ["x1", "x2", "x3"])})
     assert len(bars[0].patches) == 6
@@ -353,7 +347,7 @@ def test_pictures_of_a_study() -> None:
         feasibility_map(points.drop_vars("drive.speed"))
 
 
-def test_labels_of_bars_are_whole() -> None:
+def test_labels_of_bars_are_whole():
     """Contract: a long label is wrapped without truncation, and labels do not overlap."""
     long = " ".join(["displacement"] * 12)
     (axes,) = requirement_bars([long, "short", long], np.array([0.1, 0.2, 1.0]), np.full((3, 2), np.nan))
@@ -367,7 +361,7 @@ def test_labels_of_bars_are_whole() -> None:
     assert min(box.x0 for box in boxes) >= 0.0
 
 
-def test_counts_have_whole_ticks() -> None:
+def test_counts_have_whole_ticks():
     """Contract: axes of counts have integer ticks; units typed by the user are printed as others."""
     counts = np.array([3.0, 18.0, 7.0, 11.0])
     about = {"role": "factor", "units": "N m", "shown_unit": "N m", "shown_scale": 1.0}
@@ -378,10 +372,10 @@ def test_counts_have_whole_ticks() -> None:
     assert axes.get_xlabel() == "limit [N·m]"
 
 
-def test_warnings_are_counted_by_their_text() -> None:
+def test_warnings_are_counted_by_their_text():
     """Closed form: warnings that differ by numbers are one; a case may have several."""
 
-    def warned(texts: list[str]) -> dict[str, list[int]]:
+    def warned(texts):
         return result_of(study(), xr.Dataset({"warnings": ("case", texts)})).warnings
 
     said = ["joint 'A': 3 of 4 start at 1.5e-3 m/s\nlimit 5", "", "joint 'A': 11 of 40 start at 2 m/s", "limit -5.5"]
@@ -390,7 +384,7 @@ def test_warnings_are_counted_by_their_text() -> None:
     assert warned(twice) == {"joint '1' is loose": [0, 1]}
 
 
-def test_curves_of_the_most_important_factors() -> None:
+def test_curves_of_the_most_important_factors():
     """Limit: of 18 factors five have curves, those with an effect among them; the title gives both numbers."""
     chance = np.random.default_rng(4)
     numbers = {f"number {k}": ("point", chance.random(40), {"role": "factor", "units": "1"}) for k in range(18)}
@@ -412,14 +406,14 @@ def test_curves_of_the_most_important_factors() -> None:
     assert figure.get_figwidth() < 15.0
 
 
-def test_extreme_values_of_a_worst_case() -> None:
+def test_extreme_values_of_a_worst_case():
     """Limit: of 19 values of a case the report has six, the one farthest from its mean among them."""
     chance = np.random.default_rng(5)
     names = [f"joint {k}.clearance" for k in range(19)]
     values = chance.random((40, 19))
     values[3, 11] = 30.0
     results = xr.Dataset({column(name): ("case", values[:, k], {"units": "1"}) for k, name in enumerate(names)})
-    described: Any = SimpleNamespace(varied=())
+    described = SimpleNamespace(varied=())
     text = numbers_text(described, results, dict(zip(names, values[3], strict=True)))
     assert "joint 11.clearance = 30" in text
     assert text.count("=") == 6
@@ -430,7 +424,7 @@ def test_extreme_values_of_a_worst_case() -> None:
 PAGE = b"<!doctype html><html><title>Study</title><h1>first</h1><h1 style='break-before: page'>second</h1></html>"
 
 
-def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
+def browser(folder, monkeypatch, line):
     """Replace the browser by a shell script."""
     path = folder / BROWSERS[0]
     path.write_text(f"#!/bin/sh\n{line}\n", encoding="utf-8")
@@ -439,7 +433,7 @@ def browser(folder: Path, monkeypatch: pytest.MonkeyPatch, line: str) -> None:
 
 
 @pytest.mark.skipif(not any(map(shutil.which, BROWSERS)), reason="no browser that prints")
-def test_printed_page() -> None:
+def test_printed_page():
     """Contract: the PDF has all pages."""
     found = print_pdf(PAGE)
     assert found.startswith(b"%PDF-")
@@ -447,14 +441,14 @@ def test_printed_page() -> None:
     assert len(re.findall(rb"/Type\s*/Page\b", found)) == 2
 
 
-def test_pdf_without_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pdf_without_a_browser(monkeypatch):
     """Contract: the error says what to type."""
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(sd.InputError, match=r"-o report\.html"):
         print_pdf(PAGE)
 
 
-def test_failing_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failing_browser(tmp_path, monkeypatch):
     """Contract: it is an error if the browser writes nothing, or no PDF."""
     browser(tmp_path, monkeypatch, "exit 3")
     with pytest.raises(sd.ScissordynError, match="did not print"):

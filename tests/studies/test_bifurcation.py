@@ -1,10 +1,7 @@
 """Bifurcation diagrams."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import warnings_of
 
 import scissordyn as sd
@@ -32,7 +29,7 @@ until = "1 s"
 """
 
 
-def assert_same(one: xr.Dataset, other: xr.Dataset) -> None:
+def assert_same(one, other):
     """Compare two diagrams bit for bit, except the computing times."""
     assert set(one) == set(other)
     for name in set(one) - TIMES:
@@ -76,7 +73,7 @@ def test_interrupted_diagram_is_continued(impacting, diagram, tmp_path):
     """Contract: Ctrl-C after the first value keeps it in the store; a second call computes only the others."""
     store, asked = tmp_path / "diagram.nc", {"values": CLEARANCES, "cycles": 4, "keep": 2, "engine": 1}
 
-    def stop(done: int, total: int) -> None:
+    def stop(done, total):
         raise KeyboardInterrupt
 
     partial = sd.bifurcation(impacting, over="A.clearance", store=store, progress=stop, **asked)
@@ -121,7 +118,7 @@ def test_interrupted_following_is_continued(impacting, tmp_path):
     asked = {"values": CLEARANCES, "cycles": 2, "keep": 2, "follow": True}
     whole = sd.bifurcation(impacting, over="A.clearance", **asked)
 
-    def stop(done: int, total: int) -> None:
+    def stop(done, total):
         raise KeyboardInterrupt
 
     for _ in range(2):
@@ -179,7 +176,7 @@ def test_refused_diagrams(impacting):
             sd.bifurcation(impacting, over="A.clearance", **{"cycles": 2, "keep": 1, **options})
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+def test_command(tmp_path, capsys):
     """Contract: the command writes file and picture; a value without a unit is refused."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)

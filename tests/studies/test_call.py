@@ -1,11 +1,8 @@
 """`sd.study` and its result: plain values as arguments, and answers that agree with the store."""
 
-from __future__ import annotations
-
 import os
 import threading
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,16 +25,16 @@ from studies.test_study import UNTIL, arm, rows
 BOUND = 60e3  # [N] largest allowed force
 
 # Ranges of the varied parameters, in SI units
-VARIED: dict[str, Any] = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": (10.0, 20.0)}
+VARIED = {"A.clearance": (0.05e-3, 0.4e-3), "drive.speed": (10.0, 20.0)}
 
 
-def peak(run: xr.Dataset) -> float:
+def peak(run):
     """Return the largest force."""
     return float(run["normal_force"].max())
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
+def found(tmp_path_factory):
     """Return a study of twelve points with two samples each."""
     return sd.study(
         arm(),
@@ -52,7 +49,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     )
 
 
-def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> None:
+def test_one_call_is_the_study_by_hand(found, tmp_path):
     """Contract: description and store, except the times, are those made with the classes."""
     by_hand = Study(
         arm(),
@@ -81,22 +78,22 @@ def test_one_call_is_the_study_by_hand(found: StudyResult, tmp_path: Path) -> No
         ("0.1..0.4 mm, 4 values, log", sd.Interval(0.1e-3, 0.4e-3, 4, logarithmic=True)),
     ],
 )
-def test_meaning_of_ranges(given: object, meant: object) -> None:
+def test_meaning_of_ranges(given, meant):
     """Contract: a pair is a range, a list levels, a number one level, a text that of a study file."""
     (factor,) = asked({"A.clearance": given}).factors
     assert type(factor.variation) is type(meant)
-    np.testing.assert_allclose(factor.variation.levels(), meant.levels(), rtol=1e-15)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(factor.variation.levels(), meant.levels(), rtol=1e-15)
 
 
-def asked(factors: Any = VARIED, **options: Any) -> Study:
+def asked(factors=VARIED, **options):
     """Return the study that a call describes, without computing it."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("scissordyn.config.studies.computed", lambda study, *_, **__: StudyResult(study, None))  # type: ignore[arg-type]
-        result: StudyResult = sd.study(arm(), factors, **{"until": UNTIL, "store": "never.db", **options})
+        patched.setattr("scissordyn.config.studies.computed", lambda study, *_, **__: StudyResult(study, None))
+        result = sd.study(arm(), factors, **{"until": UNTIL, "store": "never.db", **options})
     return result.study
 
 
-def test_measures_requirements_and_goals() -> None:
+def test_measures_requirements_and_goals():
     """Contract: names, functions and bounds have the meaning of a study file."""
     named = asked(measures=["contact_count", peak])
     assert named.measures == ("contact_count",)
@@ -116,14 +113,14 @@ def test_measures_requirements_and_goals() -> None:
     assert asked(points=3).design == Design("sobol", 3)
 
 
-def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cases_and_files(tmp_path, monkeypatch):
     """Contract: a mechanism, a case, a case file, a study file and the command line give the same stores."""
     monkeypatch.chdir(tmp_path)
     case = sd.write_case(arm(), "arm.toml", run=sd.Options(UNTIL))
     Path("study.toml").write_text(
         'case = "arm.toml"\nrequire = ["peak_force < 60 kN"]\n[vary]\n"A.clearance" = "0.1, 0.2 mm"\n'
     )
-    asked_for: dict[str, Any] = {"requirements": ["peak_force < 60 kN"], "block": 1}
+    asked_for = {"requirements": ["peak_force < 60 kN"], "block": 1}
     vary = {"A.clearance": "0.1, 0.2 mm"}
     stores = [
         sd.study(sd.read_case("arm.toml"), vary, store="case.db", **asked_for),
@@ -138,7 +135,7 @@ def test_cases_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     np.testing.assert_array_equal(plain.dataset["peak_force"], stores[0].dataset["peak_force"])
 
 
-def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
+def test_answers_are_those_of_the_cases(found):
     """Cross-check: fractions, best point and worst case, computed from the peaks."""
     peaks = found.dataset["peak_force"].max("joint").values.reshape(12, 2)
     assert found.counts == {"complete": 24, "failed": 0, "pending": 0}
@@ -159,7 +156,7 @@ def test_answers_are_those_of_the_cases(found: StudyResult) -> None:
     assert "24 cases complete" in found._repr_html_()
 
 
-def test_pictures(found: StudyResult, tmp_path: Path) -> None:
+def test_pictures(found, tmp_path):
     """Contract: each picture is drawn, also on given Axes; a report has the tables."""
     import matplotlib.pyplot as plt
 
@@ -175,9 +172,9 @@ def test_pictures(found: StudyResult, tmp_path: Path) -> None:
         found.plot.map("speed")
 
 
-def test_extended_and_reopened_study(tmp_path: Path) -> None:
+def test_extended_and_reopened_study(tmp_path):
     """Contract: an extended and reopened study is equal to one computed at once; reading executes nothing."""
-    asked_for: dict[str, Any] = {"until": UNTIL, "measures": {"peak [N]": peak}, "block": 2}
+    asked_for = {"until": UNTIL, "measures": {"peak [N]": peak}, "block": 2}
     whole = sd.study(arm(), VARIED, points=6, store=tmp_path / "whole.db", **asked_for)
     part = sd.study(arm(), VARIED, points=3, store=tmp_path / "part.db", **asked_for)
     assert part.counts["complete"] == 3
@@ -197,14 +194,14 @@ def test_extended_and_reopened_study(tmp_path: Path) -> None:
     assert read.counts["complete"] == 7
 
 
-def test_failed_cases_are_done_again(tmp_path: Path) -> None:
+def test_failed_cases_are_done_again(tmp_path):
     """Contract: causes are listed, and `retry` computes failed cases again."""
     file = tmp_path / "mine.py"
     file.write_text(
         f"from pathlib import Path\ndef flag(run):\n    assert Path({str(tmp_path / 'flag')!r}).exists(), 'no flag'\n"
         "    return 1.0\n"
     )
-    asked_for: dict[str, Any] = {"until": UNTIL, "measures": [f"flag = {file}:flag"], "store": tmp_path / "a.db"}
+    asked_for = {"until": UNTIL, "measures": [f"flag = {file}:flag"], "store": tmp_path / "a.db"}
     broken = sd.study(arm(), {"A.clearance": [1e-4, 2e-4]}, **asked_for)
     assert broken.counts["failed"] == 2
     assert list(broken.causes.values()) == [[0, 1]]
@@ -213,7 +210,7 @@ def test_failed_cases_are_done_again(tmp_path: Path) -> None:
     assert sd.open_study(tmp_path / "a.db", allow_code=file).resume(retry=True).counts["complete"] == 2
 
 
-def test_search(found: StudyResult, tmp_path: Path) -> None:
+def test_search(found, tmp_path):
     """Cross-check: the best point is the minimum of the feasible points tried; more generations continue the search."""
     search = found.optimise("minimise peak_force", store=tmp_path / "best.db", population=4, generations=2, risk="worst")
     peaks = search.dataset["peak_force"].max("joint").values.reshape(8, 2).max(axis=1)
@@ -234,7 +231,7 @@ def test_search(found: StudyResult, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_sensitivity() -> None:
+def test_sensitivity():
     """Limit: a factor without effect has a small index, the clearance a large one."""
     result = sd.study(arm(), {**VARIED, "gravity": (9.8, 9.82)}, until=UNTIL, design="morris", points=8, measures="peak_force")
     one = result.sensitivity("peak_force")
@@ -244,7 +241,7 @@ def test_sensitivity() -> None:
     assert len(result.plot.sensitivity()) == 1
 
 
-def test_temporary_store() -> None:
+def test_temporary_store():
     """Contract: without a store the results are in a temporary folder, which is removed with the result."""
     result = sd.study(arm(), {"A.clearance": [1e-4]}, until=UNTIL)
     file = Path(result.store.path)
@@ -255,7 +252,7 @@ def test_temporary_store() -> None:
 
 
 @pytest.mark.parametrize("engine", [2, sd.Processes(1)])
-def test_engines(engine: Any, found: StudyResult) -> None:
+def test_engines(engine, found):
     """Identity: every engine gives the same results, and leaves nothing running."""
     before = threading.active_count()
     here = sd.study(arm(), VARIED, until=UNTIL, points=2, seed=1, measures=["peak_force"], engine=engine)
@@ -292,7 +289,7 @@ def test_engines(engine: Any, found: StudyResult) -> None:
         ({"block": 0}, "block = 0"),
     ],
 )
-def test_refused_studies(options: dict[str, Any], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refused_studies(options, says, tmp_path, monkeypatch):
     """Contract: wrong arguments give one line, and no store."""
     monkeypatch.chdir(tmp_path)
     with one_line_error(says):
@@ -300,7 +297,7 @@ def test_refused_studies(options: dict[str, Any], says: str, tmp_path: Path, mon
     assert os.listdir(tmp_path) == []
 
 
-def test_missing_answers(found: StudyResult) -> None:
+def test_missing_answers(found):
     """Contract: the error about a missing answer says what to type."""
     plain = StudyResult(asked(measures=["peak_force"]), found.store)
     for ask, says in (
@@ -315,12 +312,12 @@ def test_missing_answers(found: StudyResult) -> None:
         with pytest.raises(sd.InputError, match=says):
             ask()
     with pytest.raises(sd.InputError, match="study: case = 3; expected a mechanism"):
-        sd.study(3, VARIED)  # type: ignore[arg-type]
+        sd.study(3, VARIED)
     with pytest.raises(sd.InputError, match="no study at"):
         sd.open_study("never.db")
 
 
-def test_recommendation_and_refinement(found: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_recommendation_and_refinement(found, tmp_path, capsys):
     """Contract: `best` is the recommended point; `refine` computes that point with other samples, or searches the ranges."""
     one = found.recommend()
     assert one.numbers == found.best

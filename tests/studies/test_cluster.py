@@ -1,7 +1,5 @@
 """Engines: threads, processes and a scheduler give the same bytes; lost or killed work is done again."""
 
-from __future__ import annotations
-
 import gc
 import os
 import re
@@ -36,25 +34,25 @@ pytestmark = pytest.mark.slow  # real schedulers and workers, which leave warnin
 SWEEP = ["--vary", "A.clearance=0.1..0.5 mm, 20 values", "--vary", "drive.speed=100..200 rpm, 15 values", "--block", "6"]
 
 
-def process_of(_: int) -> int:
+def process_of(_):
     """Return the process of a task."""
     return os.getpid()
 
 
-def study(cases: int = 24) -> Study:
+def study(cases=24):
     """Return a study of a few cases."""
     return Study(arm(), sd.Options(0.002), (Factor("A.clearance", sd.Interval(1e-4, 5e-4, cases)),), measures=("peak_force",))
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
+def test_processes_give_the_bytes_of_threads(tmp_path):
     """Contract: processes give the rows of threads, also when one dies."""
     whole = execute(study(), tmp_path / "threads.db", block=3, engine=1)
     with sd.Processes(2) as engine:
         victims = [outcome.value for outcome in outcomes(engine, process_of, [1])]
         killed = []
 
-        def kill(progress: object) -> None:
+        def kill(progress):
             if not killed:
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
@@ -66,7 +64,7 @@ def test_processes_give_the_bytes_of_threads(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-def test_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
+def test_worker_with_other_sources_is_refused(tmp_path):
     """Contract: a worker whose package differs ends the study with its path, and stores nothing."""
     package = tmp_path / "other" / "scissordyn"
     shutil.copytree(Path(sd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
@@ -100,7 +98,7 @@ def test_worker_with_other_sources_is_refused(tmp_path: Path) -> None:
     assert not Store(tmp_path / "a.db").status().any()
 
 
-def test_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scheduler_that_does_not_answer(monkeypatch):
     """Contract: the error comes within the waiting time."""
     monkeypatch.setattr("scissordyn.studies.compute.cluster.ANSWER_SECONDS_MAX", 1.0)
     with socket.socket() as taken:  # listens, and never says a word
@@ -118,7 +116,7 @@ def test_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None
             pass
 
 
-def _greet(server: socket.socket) -> None:
+def _greet(server):
     with suppress(OSError):
         while True:
             with server.accept()[0] as one:
@@ -140,7 +138,7 @@ def _greet(server: socket.socket) -> None:
         ("kind: slurm\ncores: 1\nmemory: 1GB\nwalltme: 1", "unexpected keyword argument 'walltme'; allowed"),
     ],
 )
-def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_cluster_files(tmp_path, text, says, monkeypatch):
     """Contract: a wrong cluster file is refused in one line."""
     queueing_system(tmp_path, monkeypatch, "sbatch")
     file = tmp_path / "cluster.yaml"
@@ -152,7 +150,7 @@ def test_bad_cluster_files(tmp_path: Path, text: str, says: str, monkeypatch: py
     gc.collect()  # the library leaves open files where its constructor fails
 
 
-def queueing_system(folder: Path, monkeypatch: pytest.MonkeyPatch, submit: str) -> Path:
+def queueing_system(folder, monkeypatch, submit):
     """Install a queueing system of this machine, which keeps the text of each job and starts it at once."""
     binaries, jobs = folder / "bin", folder / "jobs"
     binaries.mkdir()
@@ -177,7 +175,7 @@ true
 
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize(("kind", "submit", "asks"), [("slurm", "sbatch", "#SBATCH -t 00:05:00")])
-def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_jobs_of_a_queueing_system(kind, submit, asks, tmp_path, monkeypatch):
     """Contract: jobs are submitted as the file says, their workers compute the study, and none is left."""
     jobs = queueing_system(tmp_path, monkeypatch, submit)
     monkeypatch.chdir(tmp_path)  # where the certificates of the jobs are
@@ -194,38 +192,33 @@ def test_jobs_of_a_queueing_system(kind: str, submit: str, asks: str, tmp_path: 
     wait_for(lambda: not any(map(is_running, numbers)))
 
 
-def run_command(*arguments: object, **options: object) -> subprocess.Popen[str]:
+def run_command(*arguments, **options):
     """Start the command line in a new process group."""
     command = [sys.executable, "-m", "scissordyn.cli.main", *map(str, arguments)]
     return subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        **options,  # type: ignore[call-overload]
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, **options
     )
 
 
-def wait_for(condition: object, seconds: float = 120.0) -> None:
+def wait_for(condition, seconds=120.0):
     """Wait until a condition holds."""
     until = time.monotonic() + seconds
-    while not condition():  # type: ignore[operator]
+    while not condition():
         assert time.monotonic() < until
         time.sleep(0.05)
 
 
-def said(error: str) -> list[str]:
+def said(error):
     """Return lines of stderr without those about progress."""
     return [line for line in error.splitlines() if not re.match(r"\d+ of \d+ cases, ", line)]
 
 
-def written(store: Path) -> int:
+def written(store):
     """Return the number of blocks in a store."""
     return int(np.count_nonzero(Store(store).times()["attempts"])) if Store(store).has_content() else 0
 
 
-def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
+def test_ctrl_c_keeps_what_is_complete(tmp_path):
     """Contract: Ctrl-C gives status 130 and one line; `resume` does not compute finished blocks again."""
     case, store = tmp_path / "case.toml", tmp_path / "a.db"
     case.write_text(paper_case("20 ms"))
@@ -244,7 +237,7 @@ def test_ctrl_c_keeps_what_is_complete(tmp_path: Path) -> None:
     assert Store(store).times()["attempts"].tolist() == [1.0] * 50
 
 
-def test_killed_at_random_moments(tmp_path: Path) -> None:
+def test_killed_at_random_moments(tmp_path):
     """Contract: after 20 kills the rows are those of an undisturbed run, and no finished block is computed twice."""
     found = killed_at_random(tmp_path, KILLS)
     assert [kill.victim for kill in found] == [*(VICTIMS[k % 3] for k in range(KILLS)), ""]

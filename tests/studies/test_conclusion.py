@@ -1,13 +1,9 @@
 """Conclusions of a study: trends, recommendation and next steps for responses with known laws, in the reader's units."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
 import shlex
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,9 +18,9 @@ from scissordyn.studies.answer.page import best_points, response_ranges, varied_
 from scissordyn.studies.answer.surface import between_points
 from scissordyn.studies.answer.trend import fit_trends, morris_indices, rank_parameters, rankings, sensitivities, trends
 from scissordyn.studies.answer.verdict import by_point, feasible_fraction, least_margins, recommended, worst_cases
-from scissordyn.studies.ask.description import OwnMeasure, Study
+from scissordyn.studies.ask.description import OwnMeasure
 from scissordyn.studies.ask.design import Design, Factor, Sampling
-from scissordyn.studies.ask.distribution import Variation, from_scipy
+from scissordyn.studies.ask.distribution import from_scipy
 from scissordyn.studies.ask.requirement import Goal, Optimisation, Requirement
 from scissordyn.studies.compute.store import FAILED
 from scissordyn.warning import warning
@@ -33,7 +29,7 @@ from studies.test_answer import made_up, result_of, study
 FORCE = Requirement("peak_force", "<", 500.0, text="peak_force < 500 N")  # Requirement on the peak force
 
 
-def test_exponents_are_recovered() -> None:
+def test_exponents_are_recovered():
     """Closed form: 3e5 c^1.02 v^-0.5 without noise; the value that meets a bound is the inverse."""
     rng = np.random.default_rng(1)
     x = np.stack([rng.uniform(1e-5, 4e-4, 20), rng.uniform(10.0, 20.0, 20)], axis=1)
@@ -46,7 +42,7 @@ def test_exponents_are_recovered() -> None:
     assert law.value({"c": needed_value, "v": 15.0}) == pytest.approx(500.0, rel=1e-9)
 
 
-def test_line_with_an_offset() -> None:
+def test_line_with_an_offset():
     """Closed form: 4 + 3 x predicts better than a power law, and no x > 0 gives 2."""
     x = np.linspace(0.1, 3.0, 12)[:, None]
     line = fit_trends(x, 4.0 + 3.0 * x[:, 0], np.arange(12), ("x",))[0]
@@ -55,7 +51,7 @@ def test_line_with_an_offset() -> None:
     assert line.inverse("x", 2.0, {}) == pytest.approx(-2.0 / 3.0)
 
 
-def test_intervals_of_exponents_cover() -> None:
+def test_intervals_of_exponents_cover():
     """Closed form: in 400 samples of a law with noise, about 95 % of the intervals contain the exponent."""
     rng, hits = np.random.default_rng(2), 0
     for _ in range(400):
@@ -66,7 +62,7 @@ def test_intervals_of_exponents_cover() -> None:
     assert 0.92 * 400 <= hits <= 0.98 * 400
 
 
-def test_cross_validation_finds_no_trend_in_noise() -> None:
+def test_cross_validation_finds_no_trend_in_noise():
     """Closed form: noise is predicted worse than by its mean; samples of a point are left out together."""
     rng = np.random.default_rng(3)
     x = np.repeat(rng.uniform(1.0, 2.0, (15, 3)), 4, axis=0)
@@ -74,7 +70,7 @@ def test_cross_validation_finds_no_trend_in_noise() -> None:
     assert all(not one.clear and one.points == 15 for one in fit_trends(x, values, np.arange(60) // 4, ("a", "b", "c")))
 
 
-def test_too_few_points_have_no_trend() -> None:
+def test_too_few_points_have_no_trend():
     """Contract: three points, constants and failed cases are not fitted."""
     x = np.array([[1.0], [2.0], [3.0]])
     assert fit_trends(x, x[:, 0], np.arange(3), ("x",)) == ()
@@ -83,7 +79,7 @@ def test_too_few_points_have_no_trend() -> None:
     assert fit_trends(x, np.full(9, np.nan), np.arange(9), ("x",)) == ()
 
 
-def proportional(bound: float, points: int = 24) -> tuple:
+def proportional(bound, points=24):
     """Return a study and results with a peak force of 4e6 N/m times the clearance, 400 to 2000 N, for any speed."""
     described = study(
         factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4), "mm", 1e-3), Factor("drive.speed", sd.Interval(10.0, 20.0))),
@@ -94,7 +90,7 @@ def proportional(bound: float, points: int = 24) -> tuple:
     return described, found
 
 
-def test_conclusion_of_an_infeasible_study() -> None:
+def test_conclusion_of_an_infeasible_study():
     """Closed form: 100 N needs 25 um, below the range; the nearest point is that of the smallest clearance."""
     described, found = proportional(100.0)
     one = recommended(described, found)
@@ -128,7 +124,7 @@ def test_conclusion_of_an_infeasible_study() -> None:
 
 
 @pytest.mark.parametrize("bound", [100.0, 500.0, 1000.0, 1e4])
-def test_smallest_margin(bound: float) -> None:
+def test_smallest_margin(bound):
     """Closed form: the margin is 1 - F/bound at the smallest clearance, for met and missed bounds."""
     described, found = proportional(bound)
     (row, _) = conclude(result_of(described, found), "a.db").requirements.rows
@@ -139,7 +135,7 @@ def test_smallest_margin(bound: float) -> None:
     assert one.binding == (FORCE.label if bound < 2000.0 else "")  # all cases have less than 2000 N
 
 
-def test_a_requirement_that_all_cases_meet_does_not_bind() -> None:
+def test_a_requirement_that_all_cases_meet_does_not_bind():
     """Contract: a requirement without a violation is not binding, however small its margin is next to those that are."""
     described, found = proportional(1000.0)
     wide = Requirement("peak_force", "<", 2100.0, text="peak_force < 2.1 kN")
@@ -153,7 +149,7 @@ def test_a_requirement_that_all_cases_meet_does_not_bind() -> None:
     assert one.binding == FORCE.label
 
 
-def test_margins_of_a_bound_of_zero_are_fractions_of_the_largest_value() -> None:
+def test_margins_of_a_bound_of_zero_are_fractions_of_the_largest_value():
     """Closed form: the margin of a force above 0 N is the force over the largest one, in whatever unit it is stored."""
     described, found = proportional(1000.0)
     positive = Requirement("peak_force", ">", 0.0, text="peak_force > 0 N")
@@ -165,7 +161,7 @@ def test_margins_of_a_bound_of_zero_are_fractions_of_the_largest_value() -> None
     assert least_margins(described, found) == pytest.approx(force / force.max())
 
 
-def test_yes_or_no_responses_have_no_trend() -> None:
+def test_yes_or_no_responses_have_no_trend():
     """Contract: a response of 0 or 1 has no trend; its requirement is shown with the function's description."""
     described, _ = proportional(1000.0)
     held = Requirement("holds", ">", 0.5, text="holds > 0.5")
@@ -179,7 +175,7 @@ def test_yes_or_no_responses_have_no_trend() -> None:
     assert said.requirements.rows[0][:2] == ("holds > 0.5", "the slider stays")
 
 
-def test_cases_that_never_settle_are_failures() -> None:
+def test_cases_that_never_settle_are_failures():
     """Closed form: above 0.3 mm nothing settles; there is no trend of the others, and the worst case is an unsettled one."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
@@ -208,7 +204,7 @@ def test_cases_that_never_settle_are_failures() -> None:
     assert rows["settling_time"][-1] == str(never)
 
 
-def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
+def test_ranges_are_of_cases_and_not_of_means_over_samples():
     """Closed form: the range of samples of 100 to 432 N at one point has these ends."""
     described = study(factors=(), uncertain=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),), sampling=Sampling(12, "random"))
     peak = np.linspace(100.0, 432.0, 12)
@@ -217,14 +213,14 @@ def test_ranges_are_of_cases_and_not_of_means_over_samples() -> None:
     assert [float(cell) for cell in row[1:4]] == pytest.approx([100.0, np.sort(peak)[5], 432.0], rel=1e-3)
 
 
-def test_meaningless_extrapolations_are_left_out() -> None:
+def test_meaningless_extrapolations_are_left_out():
     """Closed form: bounds met at 250 km or 0.25 um are described without these values."""
     for bound, words in ((1e12, "any A.clearance"), (1.0, "no A.clearance")):
         described, found = proportional(bound)
         assert conclude(result_of(described, found), "a.db").requirements.rows[0][-1] == words
 
 
-def test_joints_are_ranked_from_any_sampling() -> None:
+def test_joints_are_ranked_from_any_sampling():
     """Closed form: of 19 factors in 16 samples the effective one is first and beyond chance; in noise 5 % have any."""
     rng = np.random.default_rng(5)
     numbers = rng.random((16, 19))
@@ -252,7 +248,7 @@ def test_joints_are_ranked_from_any_sampling() -> None:
     assert "8 samples of 6 parameters" in table.notes[0]
 
 
-def test_numbers_of_an_unclear_trend_are_ranked() -> None:
+def test_numbers_of_an_unclear_trend_are_ranked():
     """Contract: factors are rank_parameters only if the trend does not predict points left out."""
     described = study(design=Design("random", 20), measures=("peak_force",))
     numbers = described.numbers(np.arange(20))["A.clearance"]
@@ -263,7 +259,7 @@ def test_numbers_of_an_unclear_trend_are_ranked() -> None:
         assert len(rankings(described, found, trends(described, found))) == tables
 
 
-def test_conclusion_of_a_feasible_study() -> None:
+def test_conclusion_of_a_feasible_study():
     """Closed form: the bound is met below 0.25 mm, which is within the data."""
     described, found = proportional(1000.0)
     clearance = found["A.clearance"].values
@@ -280,7 +276,7 @@ def test_conclusion_of_a_feasible_study() -> None:
     assert trend_table(trends(described, found)).rows[0][:3] == ("peak_force", "power law", "1.00 ± 0.00")
 
 
-def test_conclusion_with_many_factors() -> None:
+def test_conclusion_with_many_factors():
     """Limit: with eight factors the table of trends has a row for each."""
     bars = [f"body.unit {unit}/bar {bar}.mass" for unit in (1, 2) for bar in (1, 2)]
     numbers = [*bars, "body.slider.mass", "drive.speed", "gravity", "A.clearance"]
@@ -300,7 +296,7 @@ def test_conclusion_with_many_factors() -> None:
     assert [row[0] for row in table.rows] == ["form", *numbers, "R2", "error at points left out"]
 
 
-def test_probability_of_the_recommended_point() -> None:
+def test_probability_of_the_recommended_point():
     """Cross-check: point 1 meets the bound in 7 of 8 samples, with scipy's interval; a failed case meets nothing."""
     drawn = Factor("A.damping.restitution", sd.Interval(0.5, 0.9))
     described = study(
@@ -325,7 +321,7 @@ def test_probability_of_the_recommended_point() -> None:
     assert conclude(result_of(described, all_failed), "a.db").sentences == (warning("undecided"),)
 
 
-def test_order_of_a_report(tmp_path: Path) -> None:
+def test_order_of_a_report(tmp_path):
     """Contract: sentences, requirements, trends and commands come first; paths are those of the store's name alone."""
     described, found = proportional(100.0)
     far = result_of(described, found, str(tmp_path / "far" / "a.db"))
@@ -349,14 +345,14 @@ def test_order_of_a_report(tmp_path: Path) -> None:
 CLEARANCE = Factor("A.clearance", sd.Interval(1e-4, 5e-4, 5), "mm", 1e-3)  # Factor with five clearances
 
 
-def of_two_members(**changes: Any) -> Study:
+def of_two_members(**changes):
     """Return a study of the clearance on a grid with two members and a requirement on the peak force."""
     bound = Requirement("peak_force", "<", 60e3, text="peak_force < 60 kN")
     fields = {"factors": (CLEARANCE,), "design": Design(), "measures": ("peak_force",), "members": 2, "requirements": (bound,)}
     return study(**(fields | changes))
 
 
-def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dataset:
+def with_peaks(described, peak, warnings=""):
     """Return results with given peaks [N], the same for all members."""
     return made_up(described, np.repeat(peak, described.members), warnings=warnings)
 
@@ -373,14 +369,14 @@ def with_peaks(described: Study, peak: np.ndarray, warnings: str = "") -> xr.Dat
     ],
 )
 @pytest.mark.parametrize("unit", [("mm", 1e-3), ("", 1.0)])
-def test_ranges_have_units(variation: Variation, said: str, unit: tuple[str, float]) -> None:
+def test_ranges_have_units(variation, said, unit):
     """Contract: ranges are in the user's unit, or with an engineering prefix."""
     described = of_two_members(factors=(Factor("A.clearance", variation, *unit),))
     found = xr.Dataset({"A.clearance": ("case", np.zeros(1), {"units": "m"})})
     assert varied_numbers(described, found).rows == [("A.clearance", "chosen", said)]
 
 
-def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_terminal_and_report_have_units(tmp_path, capsys):
     """Contract: terminal and report have the same values with the same units, and warnings with counts and commands."""
     described = of_two_members()
     found = with_peaks(described, np.array([20e3, 30e3, 40e3, 50e3, 84.07e3]), "limit 5\nother")
@@ -409,7 +405,7 @@ def test_terminal_and_report_have_units(tmp_path: Path, capsys: pytest.CaptureFi
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_fronts_and_effects_have_units() -> None:
+def test_fronts_and_effects_have_units():
     """Closed form: the best of five points; the effect of a linear function is its slope."""
     best = dataclasses.replace(of_two_members(), design=Design("adaptive", 5), optimisation=Optimisation((Goal("peak_force"),)))
     points = np.linspace(1e-4, 5e-4, 5)[:, None]
@@ -426,7 +422,7 @@ def test_fronts_and_effects_have_units() -> None:
     assert float(table.rows[0][1].split()[0]) == pytest.approx(3.0 / 0.99, rel=1e-2)
 
 
-def test_agreement_is_counted() -> None:
+def test_agreement_is_counted():
     """Contract: the text gives the number of points at which members disagree."""
     described = of_two_members()
     found = with_peaks(described, np.full(5, 30e3))
@@ -436,7 +432,7 @@ def test_agreement_is_counted() -> None:
     assert "on the requirements at 0" in str(agreement(described, by_point(described, found)))
 
 
-def test_medians_of_curves() -> None:
+def test_medians_of_curves():
     """Contract: points of a single factor are joined; a dozen points of two factors have two medians."""
     described = of_two_members()
     (one,) = response_curves(by_point(described, with_peaks(described, np.linspace(20e3, 84e3, 5))))

@@ -114,7 +114,7 @@ def test_keep(impacting):
     xr.testing.assert_identical(kept.drop_attrs(), whole.isel(cycle=slice(2, None)).drop_attrs())
 
 
-def of_joint(run: xr.Dataset) -> list[str]:
+def of_joint(run):
     """Return warnings about the laws of joint A."""
     return [text for text in warnings_of(run) if text.startswith("joint 'A'")]
 

@@ -1,7 +1,5 @@
 """Damaged stores: no wrong value is shown, intact rows are kept, and the others are computed again."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import multiprocessing
@@ -14,7 +12,6 @@ import sqlite3
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -36,7 +33,7 @@ CASES, BLOCK = 8, 2  # Number of cases of a study, and number that is computed a
 FLIPS, ALL_FLIPS = 60, 2000  # Number of bits of a file that are flipped, one at a time, in every test run and in the slow tests
 
 
-def study() -> Study:
+def study():
     """Return a study of eight clearances that all meet the requirement."""
     return Study(
         arm(),
@@ -48,7 +45,7 @@ def study() -> Study:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def whole(tmp_path_factory):
     """Return a complete store."""
     path = tmp_path_factory.mktemp("whole") / "a.db"
     execute(study(), path, block=BLOCK, engine=1)
@@ -56,19 +53,19 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def store(whole: Path, tmp_path: Path) -> Path:
+def store(whole, tmp_path):
     """Return a copy of the complete store."""
     return Path(shutil.copy(whole, tmp_path / "a.db"))
 
 
-def change(path: Path, *commands: str) -> None:
+def change(path, *commands):
     """Change a store without the program."""
     with closing(sqlite3.connect(path)) as connection, connection:
         for text in commands:
             connection.execute(text)
 
 
-def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def resumed(store, whole, capfd):
     """Check that `resume` gives the rows of the undisturbed store."""
     assert status_of(["study", "resume", str(store), "--threads", "1"]) == 0, capfd.readouterr().err
     assert rows(store) == rows(whole)
@@ -85,7 +82,7 @@ def resumed(store: Path, whole: Path, capfd: pytest.CaptureFixture[str]) -> None
         ("DELETE FROM cases WHERE number = 5", "missing"),
     ],
 )
-def test_changed_row(text: str, why: str, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_changed_row(text, why, whole, store, capfd):
     """Contract: if a row is changed, its case alone is pending and reported."""
     change(store, text)
     assert status_of(["study", "status", str(store)]) == 0
@@ -105,7 +102,7 @@ def test_changed_row(text: str, why: str, whole: Path, store: Path, capfd: pytes
 
 
 @pytest.mark.parametrize(("flips", "costs"), [(FLIPS, {0}), pytest.param(ALL_FLIPS, {0, 1}, marks=pytest.mark.slow)])
-def test_flipped_bits(flips: int, costs: set[int], whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_flipped_bits(flips, costs, whole, store, capfd):
     """Contract: no flipped bit changes a value that is read; lost rows are reported and computed again."""
     expected, content, lost = Store(whole).results(), whole.read_bytes(), set[int]()
     chance = random.Random(1)
@@ -132,7 +129,7 @@ def test_flipped_bits(flips: int, costs: set[int], whole: Path, store: Path, cap
 
 
 @pytest.mark.parametrize("size", [0.1, 0.5, 0.9])
-def test_truncated_store(size: float, whole: Path, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_truncated_store(size, whole, store, capfd):
     """Contract: a truncated file gives one line, or its intact rows."""
     store.write_bytes(whole.read_bytes()[: int(size * whole.stat().st_size)])
     status = status_of(["study", "status", str(store)])
@@ -141,7 +138,7 @@ def test_truncated_store(size: float, whole: Path, store: Path, capfd: pytest.Ca
     assert status == 0 or shown.err.count("\n") == 1
 
 
-def test_unreadable_page(tmp_path: Path) -> None:
+def test_unreadable_page(tmp_path):
     """Contract: only the rows of an unreadable page are pending."""
     path = tmp_path / "a.db"
     long = dataclasses.replace(
@@ -161,7 +158,7 @@ def test_unreadable_page(tmp_path: Path) -> None:
     xr.testing.assert_equal(execute(long, path, engine=1).results(), expected)
 
 
-def test_changed_description(store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_changed_description(store, capfd):
     """Contract: a changed description is refused in one line."""
     change(store, "UPDATE notes SET value = replace(value, '0.005', '0.006') WHERE name = 'study'")
     assert status_of(["study", "status", str(store)]) == 2
@@ -186,7 +183,7 @@ def test_changed_description(store: Path, capfd: pytest.CaptureFixture[str]) -> 
         ("cases", 10**15),
     ],
 )
-def test_rewritten_notes(name: str, value: object, store: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_rewritten_notes(name, value, store, capfd):
     """Contract: invalid notes with a valid digest give one line with status 2."""
     text = json.dumps(value)
     with closing(sqlite3.connect(store)) as connection, connection:
@@ -201,9 +198,7 @@ def test_rewritten_notes(name: str, value: object, store: Path, capfd: pytest.Ca
 
 
 @pytest.mark.parametrize("command", ["resume", "retry", "extend --points 8", "refine --vary A.clearance=0.1..0.2mm -o"])
-def test_read_only_folder(
-    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_read_only_folder(command, tmp_path, monkeypatch, capfd):
     """Contract: status 2 and one line, before anything is computed."""
     path, word = tmp_path / "a.db", command.split()[0]
     random_points = dataclasses.replace(
@@ -218,7 +213,7 @@ def test_read_only_folder(
     assert f"'{tmp_path}' can only be read" in said
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_other_files_are_refused(tmp_path):
     """Contract: a text, another database and a folder are not changed."""
     (tmp_path / "text.db").write_text("of the user" * 100)
     change(tmp_path / "other.db", "CREATE TABLE cases (number INTEGER)")
@@ -231,7 +226,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.db", "other.db", "text.db"]
 
 
-def test_store_behind_a_link(tmp_path: Path) -> None:
+def test_store_behind_a_link(tmp_path):
     """Contract: the store is at the target of a link, and continues there."""
     (tmp_path / "a.db").symlink_to(tmp_path / "b.db")
     execute(study(), tmp_path / "a.db", block=BLOCK, engine=1)
@@ -240,11 +235,11 @@ def test_store_behind_a_link(tmp_path: Path) -> None:
     assert (execute(study(), tmp_path / "a.db", engine=1).status() == COMPLETE).all()
 
 
-def test_ctrl_c_before_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+def test_ctrl_c_before_the_store(tmp_path, monkeypatch, capfd):
     """Contract: the message of an early Ctrl-C names a command that works."""
     import scissordyn.studies.compute.execute as module
 
-    def stop(*_: Any) -> None:
+    def stop(*_):
         raise KeyboardInterrupt
 
     (tmp_path / "case.toml").write_text(
@@ -263,7 +258,7 @@ def test_ctrl_c_before_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert status_of(sweep) == 0
 
 
-def test_worker_with_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_worker_with_another_program(monkeypatch):
     """Contract: a worker with other sources is refused in one line."""
     ours = study().fingerprint()
     monkeypatch.setattr(Study, "fingerprint", lambda _: {**ours, "program": "another"})
@@ -271,13 +266,13 @@ def test_worker_with_another_program(monkeypatch: pytest.MonkeyPatch) -> None:
         run_block(Block(study(), np.arange(2), fingerprint=ours))
 
 
-def _hold(address: str, held: Any, release: Any) -> None:
+def _hold(address, held, release):
     with Store(address).alone():
         held.set()
         release.wait(60)
 
 
-def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
+def test_one_writer_at_a_time(whole, store):
     """Contract: a second writer is refused; readers are not affected."""
     context = multiprocessing.get_context("spawn")
     held, release = context.Event(), context.Event()
@@ -293,7 +288,7 @@ def test_one_writer_at_a_time(whole: Path, store: Path) -> None:
         pass
 
 
-def test_creation_by_two_processes(whole: Path, tmp_path: Path) -> None:
+def test_creation_by_two_processes(whole, tmp_path):
     """Contract: of two processes that find no store, the second does not replace the first's."""
     described, path = study(), tmp_path / "a.db"
     first, second = Store(path), Store(path)
@@ -307,7 +302,7 @@ def test_creation_by_two_processes(whole: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("moment", ["fsync", "link", "unlink"])
-def test_kill_during_creation(moment: str, whole: Path, tmp_path: Path) -> None:
+def test_kill_during_creation(moment, whole, tmp_path):
     """Contract: at most one hidden file is left; the same command removes it and computes the study."""
     path = tmp_path / "a.db"
     other = multiprocessing.get_context("spawn").Process(target=_die_at, args=(str(path), moment))
@@ -322,12 +317,12 @@ def test_kill_during_creation(moment: str, whole: Path, tmp_path: Path) -> None:
     assert rows(path) == rows(whole)
 
 
-def _die_at(address: str, moment: str) -> None:
+def _die_at(address, moment):
     """Create a store and kill this process at a system call."""
     described = study()
     runs = simulated(described, np.array([0]))
 
-    def die(first: object, *_: object) -> None:
+    def die(first, *_):
         if moment == "fsync" or str(first).endswith(".part"):
             os.kill(os.getpid(), signal.SIGKILL)
 
@@ -335,7 +330,7 @@ def _die_at(address: str, moment: str) -> None:
     Store(address).create(described, runs, BLOCK)
 
 
-def test_killed_writer(whole: Path, store: Path) -> None:
+def test_killed_writer(whole, store):
     """Contract: a block is stored completely or not at all."""
     change(store, "DELETE FROM cases WHERE number >= 4", "DELETE FROM blocks WHERE number >= 2")
     before = rows(store)
@@ -350,7 +345,7 @@ def test_killed_writer(whole: Path, store: Path) -> None:
     assert rows(store) == rows(whole)
 
 
-def _die(address: str) -> None:
+def _die(address):
     store = Store(address)
     with store.alone(), store._transaction() as connection:
         connection.execute("PRAGMA cache_size = 1")
@@ -360,14 +355,14 @@ def _die(address: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of the size of a file")
-def test_full_disk(whole: Path, tmp_path: Path) -> None:
+def test_full_disk(whole, tmp_path):
     """Contract: the error names the store; afterwards the study continues."""
     path, soft = tmp_path / "a.db", resource.getrlimit(resource.RLIMIT_FSIZE)
     many = dataclasses.replace(
         study(), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4, 1000)),), options=sd.Options(1e-5)
     )
 
-    def full(progress: Any) -> None:
+    def full(progress):
         resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, soft[1]))
 
     try:
@@ -381,7 +376,7 @@ def test_full_disk(whole: Path, tmp_path: Path) -> None:
     assert not (execute(many, path).status() == PENDING).any()
 
 
-def test_damaged_optimisation(tmp_path: Path) -> None:
+def test_damaged_optimisation(tmp_path):
     """Contract: the row is computed again and the search ends with the same rows."""
     plain = dataclasses.replace(study(), factors=(Factor("A.clearance", sd.Interval(1e-4, 5e-4)),))
     plan = Optimisation((Goal("peak_force"),), generations=3, population=4)
@@ -395,7 +390,7 @@ def test_damaged_optimisation(tmp_path: Path) -> None:
     assert rows(path) == expected
 
 
-def test_many_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_columns(tmp_path, monkeypatch):
     """Identity: values packed in one column equal those of separate columns."""
     narrow = execute(study(), tmp_path / "a.db", engine=1).results()
     monkeypatch.setattr("scissordyn.studies.compute.table.COLUMNS_MAX", 1)

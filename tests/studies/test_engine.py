@@ -1,7 +1,5 @@
 """Engines: outcomes of tasks, and tasks in work whose results are no longer needed."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal
@@ -22,15 +20,15 @@ from scissordyn.run.engine import EngineError, Outcome, error_text, outcomes, wo
 LONG = 2000.0  # [s] end of a run that takes minutes
 
 
-def divided(task: object) -> float:
+def divided(task):
     """Return a value or raise an error, depending on the task."""
     if task == "refuse":
         raise sd.InputError("what came", "what is allowed")
-    return 1.0 / task  # type: ignore[operator]
+    return 1.0 / task
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_every_task_has_its_outcome(threads: int) -> None:
+def test_every_task_has_its_outcome(threads):
     """Contract: each task has a value or its error; one thread keeps the order of the tasks."""
     tasks = [4.0, 0.0, "refuse", "text", 8.0]
     found = list(outcomes(threads, divided, tasks))
@@ -44,14 +42,14 @@ def test_every_task_has_its_outcome(threads: int) -> None:
     assert list(outcomes(threads, divided, [])) == []
 
 
-def simulated(task: int) -> int:
+def simulated(task):
     """Return the first task at once, and others after minutes."""
     if task:
         sd.simulate(sd.four_bar().driven(speed=1.0), until=LONG, samples=2, most_steps=10**9)
     return task
 
 
-def test_closed_results_interrupt_running_tasks() -> None:
+def test_closed_results_interrupt_running_tasks():
     """Contract: simulating threads end after their current slice, and no other task begins."""
     sd.simulate(sd.four_bar().driven(speed=1.0), until=0.1)  # with all kernels loaded
     begun = threading.active_count()
@@ -61,7 +59,7 @@ def test_closed_results_interrupt_running_tasks() -> None:
     assert threading.active_count() == begun
 
 
-def test_interrupt_of_one_thread() -> None:
+def test_interrupt_of_one_thread():
     """Contract: a thread is interrupted only where it watches an event, and only once the event is set."""
     stop = threading.Event()
     with interrupted_by(stop):
@@ -73,14 +71,14 @@ def test_interrupt_of_one_thread() -> None:
 
 
 @pytest.mark.parametrize("threads", [0, -1, True, 1.5])
-def test_bad_numbers_of_threads(threads: int) -> None:
+def test_bad_numbers_of_threads(threads):
     """Contract: a wrong number of threads is refused in one line."""
     with pytest.raises(sd.InputError, match=f"(threads|engine) = {threads}"):
         workers_of(threads)
     assert workers_of(None) >= 1
 
 
-def test_any_executor_is_an_engine() -> None:
+def test_any_executor_is_an_engine():
     """Contract: executors of the standard library are engines; other objects are refused."""
     with ThreadPoolExecutor(2) as pool:
         assert sorted(outcome.value for outcome in outcomes(pool, abs, [-1, -2, -3])) == [1, 2, 3]
@@ -89,24 +87,24 @@ def test_any_executor_is_an_engine() -> None:
         with pytest.raises(EngineError, match=r"a worker died .*; completed tasks are kept"):
             list(outcomes(pool, fatal, [2]))
     with pytest.raises(sd.InputError, match="engine = 'two'"):
-        list(outcomes("two", abs, []))  # type: ignore[arg-type]
+        list(outcomes("two", abs, []))
 
 
 @pytest.mark.parametrize(("threads", "workers"), [({"one": 2, "two": 3}, 5), ({}, 1)])
-def test_workers_of_a_cluster(threads: dict[str, int], workers: int) -> None:
+def test_workers_of_a_cluster(threads, workers):
     """Contract: the number of tasks at once is that of all workers' threads, and at least one."""
     with ThreadPoolExecutor(1) as pool:
-        pool._client = SimpleNamespace(nthreads=lambda: threads)  # type: ignore[attr-defined]
+        pool._client = SimpleNamespace(nthreads=lambda: threads)
         assert workers_of(pool) == workers
 
 
-def getpid(_: int) -> int:
+def getpid(_):
     """Return the process of a task, after a delay."""
     time.sleep(0.2)
     return os.getpid()
 
 
-def fatal(task: int) -> int:
+def fatal(task):
     """Kill the process of the second task."""
     if task == 2:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -116,22 +114,22 @@ def fatal(task: int) -> int:
 class UnsentError(Exception):
     """Error that cannot be pickled from its arguments."""
 
-    def __init__(self, first: int, second: int) -> None:
+    def __init__(self, first, second):
         super().__init__(f"{first} {second}")
 
 
-def failing(task: int) -> int:
+def failing(task):
     """Raise a different error for each task."""
     if task == 1:
         raise sd.InputError("a bar of 0 m", "more", "1 m")
     raise UnsentError(task, 3)
 
 
-def test_outcomes_of_processes() -> None:
+def test_outcomes_of_processes():
     """Contract: values, errors, and a task whose process always dies, without loss of the others."""
     with sd.Processes(2) as engine:
-        died: list[Outcome[int, int]] = sorted(outcomes(engine, fatal, [1, 2, 3, 4]), key=lambda one: one.task)
-        errors: list[Outcome[int, int]] = sorted(outcomes(engine, failing, [1, 2]), key=lambda one: one.task)
+        died = sorted(outcomes(engine, fatal, [1, 2, 3, 4]), key=lambda one: one.task)
+        errors = sorted(outcomes(engine, failing, [1, 2]), key=lambda one: one.task)
         results = outcomes(engine, getpid, range(50))  # left early
         assert isinstance(next(results).value, int)
         results.close()
@@ -146,7 +144,7 @@ def test_outcomes_of_processes() -> None:
     assert sorted(map(int, again)) == [1, 2]
 
 
-def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
+def test_processes_end_with_the_one_that_started_them(tmp_path):
     """Contract: worker processes end when their parent is killed."""
     script = tmp_path / "killed.py"
     script.write_text(KILLED)
@@ -160,7 +158,7 @@ def test_processes_end_with_the_one_that_started_them(tmp_path: Path) -> None:
         time.sleep(0.05)
 
 
-def is_running(process: int) -> bool:
+def is_running(process):
     """Return whether a process exists and is not a zombie."""
     try:
         os.kill(process, 0)
@@ -189,7 +187,7 @@ with Processes(1) as engine:
 """
 
 
-def test_script_without_a_guard(tmp_path: Path) -> None:
+def test_script_without_a_guard(tmp_path):
     """Contract: a script that its processes would execute again ends with an error that explains it."""
     script = tmp_path / "unguarded.py"
     script.write_text(UNGUARDED)

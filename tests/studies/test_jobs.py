@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
@@ -32,27 +31,27 @@ class Job:
 
     submit_command, cancel_command, refusal = "sbatch", "true", ""
 
-    def __init__(self, address: str, name: str) -> None:
+    def __init__(self, address, name):
         self.name = name
 
-    def job_script(self) -> str:
+    def job_script(self):
         """Return its text."""
         return "#!/bin/sh\n"
 
-    def _submit_job(self, file: str) -> str:
+    def _submit_job(self, file):
         assert Path(file).read_text() == self.job_script()
         if self.refusal:
             raise RuntimeError(self.refusal)
         return f"Submitted batch job {self.name.rpartition('-')[2]}"
 
-    def _job_id_from_submit_output(self, output: str) -> str:
+    def _job_id_from_submit_output(self, output):
         return output.split()[-1]
 
 
 class Queue:
     """Jobs watched with given states at given times."""
 
-    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, count: int = 2) -> None:
+    def __init__(self, folder, monkeypatch, count=2):
         self.now, self.told = 0.0, list[str]()
         monkeypatch.setattr(module.time, "monotonic", lambda: self.now)
         cluster = SimpleNamespace(
@@ -67,14 +66,14 @@ class Queue:
         self.states: dict[str, tuple[str, str]] = {}
         monkeypatch.setattr(self.jobs, "_query", lambda: self.states)
 
-    def watch(self, finished: int, **states: Any) -> None:
+    def watch(self, finished, **states):
         """Query the queue once more; states are by number, as in j1="RUNNING"."""
         self.now += 10.0
         self.states = {name[1:]: state if isinstance(state, tuple) else (state, "None") for name, state in states.items()}
         self.jobs.watch(finished)
 
 
-def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_jobs_that_end_early_are_replaced(tmp_path, monkeypatch):
     """Contract: ended jobs are replaced while blocks are finished; else at most three times as many are submitted."""
     queue = Queue(tmp_path, monkeypatch)
     queue.watch(0, j1="RUNNING", j2=("PENDING", "Resources"))
@@ -93,7 +92,7 @@ def test_jobs_that_end_early_are_replaced(tmp_path: Path, monkeypatch: pytest.Mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_jobs_that_can_never_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_jobs_that_can_never_start(tmp_path, monkeypatch):
     """Contract: a permanent reason ends the command after a minute; a temporary one does not."""
     queue = Queue(tmp_path, monkeypatch)
     for _ in range(100):
@@ -107,7 +106,7 @@ def test_jobs_that_can_never_start(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         queue.watch(0, **lasting)
 
 
-def test_refused_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refused_job(tmp_path, monkeypatch):
     """Contract: the error has the line of the queueing system, not that of the library."""
     line = "sbatch: error: invalid partition specified: gpu"
     said = f"Command exited with non-zero exit code.\nstdout:\n\nstderr:\n{line}\nmore\n"
@@ -116,7 +115,7 @@ def test_refused_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         Queue(tmp_path, monkeypatch)
 
 
-def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
+def test_files_of_killed_commands_are_removed(tmp_path):
     """Contract: certificates and scripts of a killed command are removed, those of a running one stay."""
     names = [f"{CERTIFICATE_PREFIX}{key}.x" for key in ("ca_file", "cert", "key")] + [
         f"{SCRIPT_PREFIX}0.sh",
@@ -136,7 +135,7 @@ def test_files_of_killed_commands_are_removed(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["slurm-1.out", "study.db"]
 
 
-def test_signal_handlers_are_kept() -> None:
+def test_signal_handlers_are_kept():
     """Contract: importing dask_jobqueue does not change the user's signal handlers."""
     pytest.importorskip("dask_jobqueue")
     text = (
@@ -153,9 +152,7 @@ def test_signal_handlers_are_kept() -> None:
 
 
 @pytest.mark.parametrize(("received", "status", "says"), [([signal.SIGINT], 130, "interrupted"), ([], 1, "SystemExit(0)")])
-def test_early_exit_is_not_success(
-    received: list[int], status: int, says: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_early_exit_is_not_success(received, status, says, monkeypatch, capfd):
     """Contract: a function that exits, as a library's signal handler does, gives one line and a nonzero status."""
     monkeypatch.setattr(main.app, "invoke", lambda _: sys.exit(0))
     monkeypatch.setattr(main, "_received", received)

@@ -1,7 +1,5 @@
 """Life of worn joints: the cycle at which a requirement fails, and the warnings of a result."""
 
-from __future__ import annotations
-
 import json
 import math
 
@@ -19,7 +17,7 @@ def test_first_crossing():
     assert math.isnan(first_crossing(cycles, np.array([1.0, 2.0, 4.0]), 4.0))
 
 
-def test_a_warning_is_given_once_for_each_joint() -> None:
+def test_a_warning_is_given_once_for_each_joint():
     """Contract: warnings that differ in their numbers are one, those about joints whose names differ in a number are not."""
     texts = [f"joint 'unit {k}/pivot': began at {speed} m/s" for k in (1, 2) for speed in ("0.007", "6.58e-05")]
     assert without_repetitions(texts) == texts[::2]

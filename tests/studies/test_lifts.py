@@ -1,7 +1,5 @@
 """Lifts: measures of statics in batches and studies by closed forms, and the example study of the lightest bars."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -15,13 +13,13 @@ from scissordyn.cli.main import status_of
 G, ARMS = 9.81, 36.0  # Gravity [m/s^2] and mass of the arms [kg]
 
 
-def jack_force(payload: np.ndarray) -> np.ndarray:
+def jack_force(payload):
     """Return the jack's force across the foot of the lowest lift of three stages [N]."""
     foot = 0.9397
     return 3.0 * G * (payload + 0.5 * ARMS) * foot / math.sqrt(1.0 - foot**2)
 
 
-def test_batch_is_statics_of_each_case() -> None:
+def test_batch_is_statics_of_each_case():
     """Identity: the largest forces are those of statics; without other measures nothing is integrated."""
     lift = sd.read_case(EXAMPLES / "lift.toml").mechanism
     names = ("static_rod_force", "static_reaction", "static_component_force")
@@ -42,7 +40,7 @@ def test_batch_is_statics_of_each_case() -> None:
     assert float(also["steps"][0]) > 0.0
 
 
-def test_measures_of_couplings_servos_and_bars() -> None:
+def test_measures_of_couplings_servos_and_bars():
     """Identity: measures of couplings, drives, servos and bending bars are those of statics."""
     entry = sd.zoo["screw-driven-array"]
     forces = sd.statics(entry.mechanism, until=0.5)
@@ -62,7 +60,7 @@ def test_measures_of_couplings_servos_and_bars() -> None:
         sd.simulate_many(sd.zoo["press"].mechanism, {"gravity": [G]}, until=0.1, measures=("static_reaction",))
 
 
-def test_friction_counts_as_the_drives_move() -> None:
+def test_friction_counts_as_the_drives_move():
     """Identity: the drive torque includes friction in the direction of motion."""
     crank = sd.slider_crank(crank=0.1, rod=0.3, gravity=0.0).driven(sd.Polynomial((0.5, 1.0)))
     parts = (sd.Force("cut", ("slider", "centre"), force=(-250.0, 0.0)), sd.PinFriction("bearing", "crank", 0.02, 0.2))
@@ -102,7 +100,7 @@ bearing = "unit 3/bar 1.end"
 """
 
 
-def test_study_sizes_the_jack(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_study_sizes_the_jack(tmp_path, capsys):
     """Closed form: the force of each sample of the payload, and the fraction that meets the bound."""
     text = (EXAMPLES / "lift.toml").read_text()
     payload, rod = text.index("[[payload]]"), text.index("[[rod]]")
@@ -120,19 +118,19 @@ CASE = Path(__file__).parents[2] / "examples" / "lift_table.toml"  # Case file o
 LOOSER = ["run.rtol=1e-6", "run.atol=1e-6"]  # Options of less accurate runs
 
 
-def bars(material: str, section: str) -> list[str]:
+def bars(material, section):
     """Return changes of material and section."""
     return [f"structure.bars.material={material}", f"structure.bars.section={section}", *LOOSER]
 
 
-def test_mass_is_density_times_area() -> None:
+def test_mass_is_density_times_area():
     """Closed form: four bars of a metre, and 15 kg of table and slider."""
     chosen = sd.read_case(CASE, bars("aluminium", "tube 80x80x2 mm")).mechanism
     area = 0.08**2 - 0.076**2
     assert sum(body.mass for body in chosen.bodies) == pytest.approx(15.0 + 4 * 2700.0 * area, rel=1e-12)
 
 
-def test_sag_at_rest_is_that_of_other_beams() -> None:
+def test_sag_at_rest_is_that_of_other_beams():
     """Second formulation: chains of beam elements instead of modes, in static equilibrium."""
     sag = []
     for also in ([], ["structure.bars.modes=auto", "structure.bars.elements=4"]):
@@ -152,7 +150,7 @@ def test_sag_at_rest_is_that_of_other_beams() -> None:
         ("steel", "tube 80x80x1 mm", 10.34e-3, 0.528),
     ],
 )
-def test_numbers_of_the_measured_page(material: str, section: str, off: float, stress: float) -> None:
+def test_numbers_of_the_measured_page(material, section, off, stress):
     """Cross-check: deviation and utilisation are those of docs/decisions/measured/study_results.md."""
     case = sd.read_case(CASE, bars(material, section))
     run = sd.simulate(case.mechanism, **case.run.keywords)

@@ -1,9 +1,5 @@
 """Torque over speed compared with a motor's curve, in a run and in a study, and the smallest sufficient limit."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -39,19 +35,19 @@ reference = { harmonic = { mean = "30 deg", amplitude = "2 deg", angular_frequen
 """
 
 
-def needed(torque: list[float], speed: list[float]) -> xr.Dataset:
+def needed(torque, speed):
     """Return torques at speeds."""
     return xr.Dataset({"torque": ("time", torque), "speed": ("time", speed)})
 
 
-def test_motor_curve() -> None:
+def test_motor_curve():
     """Closed form: 60 N m up to 10 rad/s, 30 N m at 20 rad/s, none beyond 30 rad/s, in both directions."""
     np.testing.assert_allclose(CURVE.available(np.array([0.0, 10.0, -20.0, 30.0, 40.0])), [60.0, 60.0, 30.0, 0.0, 0.0])
     share = CURVE.fraction(needed([30.0, -30.0, 15.0, 0.0, 0.0, 1.0], [0.0, 20.0, -20.0, 30.0, 31.0, 30.0]))
     np.testing.assert_allclose(share, [0.5, 1.0, 0.5, 0.0, np.inf, np.inf])
 
 
-def test_motor_with_a_gear() -> None:
+def test_motor_with_a_gear():
     """Closed form: a ratio of 5 gives 300 N m up to 2 rad/s, and none beyond 6 rad/s."""
     geared = sd.MotorCurve(CURVE.speeds, CURVE.torques, ratio=5.0)
     np.testing.assert_allclose(geared.available(np.array([0.0, 2.0, 4.0, 6.5])), [300.0, 300.0, 150.0, 0.0])
@@ -70,13 +66,13 @@ def test_motor_with_a_gear() -> None:
         ((0.0, 1.0), (1.0, 0.0), 0.0, "gear ratio is 0"),
     ],
 )
-def test_wrong_curves_are_refused(speeds: tuple[float, ...], torques: tuple[float, ...], ratio: float, what: str) -> None:
+def test_wrong_curves_are_refused(speeds, torques, ratio, what):
     """Contract: the error gives the wrong values."""
     with pytest.raises(sd.InputError, match=what):
         sd.MotorCurve(speeds, torques, ratio=ratio)
 
 
-def test_texts_of_a_curve() -> None:
+def test_texts_of_a_curve():
     """Contract: points have units of speed and torque; a missing comma or a wrong unit is refused."""
     found = read_motor(["0 rpm, 60 N m", "300 rpm, 0.04 kN m", "600 rpm, 0 N m"], "servo", 2.0)
     np.testing.assert_allclose(found.speeds, np.array([0.0, 10.0, 20.0]) * np.pi)
@@ -86,7 +82,7 @@ def test_texts_of_a_curve() -> None:
             read_motor([text, "300 rpm, 0 N m"])
 
 
-def test_torque_and_speed_of_a_drive() -> None:
+def test_torque_and_speed_of_a_drive():
     """Contract: the driving torque at every sample and at its located maximum, and the prescribed speed."""
     run = sd.simulate(arm(), until=UNTIL)
     found = sd.torque_over_speed(run)
@@ -103,7 +99,7 @@ def test_torque_and_speed_of_a_drive() -> None:
         sd.torque_over_speed(run, "servo")
 
 
-def test_motor_in_a_study(tmp_path: Path) -> None:
+def test_motor_in_a_study(tmp_path):
     """Contract: the store keeps the curve, and continues with it."""
     (tmp_path / "case.toml").write_text(CASE)
     file = tmp_path / "study.toml"
@@ -127,10 +123,10 @@ def test_motor_in_a_study(tmp_path: Path) -> None:
             read_study(file)
 
 
-def test_motor_fraction_of_a_replayed_case(tmp_path: Path) -> None:
+def test_motor_fraction_of_a_replayed_case(tmp_path):
     """Identity: the fraction does not depend on samples = "auto", and is that of the replayed case bit for bit."""
     text = CASE.replace('until = "5 ms"', 'until = "20 ms"\nsamples = SAMPLES').replace('[drive]\nspeed = "150 rpm"\n', CONTROL)
-    values: list[list[float]] = []
+    values = []
     for samples in ('"auto"', "2001"):
         (tmp_path / "case.toml").write_text(text.replace("SAMPLES", samples))
         file = tmp_path / "study.toml"
@@ -146,7 +142,7 @@ def test_motor_fraction_of_a_replayed_case(tmp_path: Path) -> None:
     assert values[0] == values[1]
 
 
-def test_least_value() -> None:
+def test_least_value():
     """Cross-check: runs at the value and 1 % beyond it are on both sides of the requirement."""
     case = sd.Case(arm(), sd.Options(UNTIL))
     forces = sd.simulate_many(arm(), {"A.clearance": np.array([0.05e-3, 0.4e-3])}, until=UNTIL)["peak_force"].values.ravel()
@@ -162,7 +158,7 @@ def test_least_value() -> None:
         sd.least_value(case, "A.clearance", 0.05e-3, 0.1e-3, ["peak_force > 1 N"])
 
 
-def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_command(tmp_path, capsys):
     """Contract: the required torque, whether the motor is sufficient, the picture, and the smallest value with its unit."""
     case = tmp_path / "case.toml"
     case.write_text(CASE)

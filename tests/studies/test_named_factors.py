@@ -1,10 +1,5 @@
 """Named factors: every combination is the mechanism of a case file with these names, and names are not treated as numbers."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,7 +10,6 @@ from scissordyn.config.studies import refine_study
 from scissordyn.plot.study import feasibility_map, response_curves
 from scissordyn.studies.answer.conclusion import conclude
 from scissordyn.studies.compute.table import column
-from scissordyn.studies.result import StudyResult
 
 # Case file with a flexible bar
 CASE = """
@@ -41,7 +35,7 @@ MATERIALS = ["steel", "aluminium", "titanium"]  # Names of materials, values of 
 SECTIONS = ["tube 60x60x1.5 mm", "tube 50x50x2 mm"]  # Texts of sections, values of a factor
 
 # Arguments of a study with twelve cases
-TWELVE: dict[str, Any] = {
+TWELVE = {
     "factors": {MATERIAL: MATERIALS, "A.clearance": [0.3e-3, 0.5e-3], SECTION: SECTIONS},
     "measures": ["peak_drive_torque", "peak_bar_stress", "mass"],
     "requirements": {"peak_bar_stress": 1.2e6},
@@ -49,7 +43,7 @@ TWELVE: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def case(tmp_path_factory):
     """Write an array of one unit whose bars bend."""
     path = tmp_path_factory.mktemp("names") / "case.toml"
     path.write_text(CASE)
@@ -57,12 +51,12 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def found(case: Path) -> StudyResult:
+def found(case):
     """Return a study of three materials, two sections and two clearances."""
     return sd.study(case, **TWELVE, store=case.parent / "names.db")
 
 
-def test_each_case_is_the_run_of_its_case_file(case: Path, found: StudyResult) -> None:
+def test_each_case_is_the_run_of_its_case_file(case, found):
     """Identity: a run of the case file with these names by `simulate`, bit for bit."""
     table = found.table
     assert list(table[MATERIAL].unique()) == MATERIALS
@@ -77,7 +71,7 @@ def test_each_case_is_the_run_of_its_case_file(case: Path, found: StudyResult) -
         assert found.mechanism(row) == read.mechanism
 
 
-def test_mass_is_that_of_sections_and_materials(found: StudyResult) -> None:
+def test_mass_is_that_of_sections_and_materials(found):
     """Closed form: two bars of density times area, and the slider."""
     density = dict(zip(MATERIALS, (7850.0, 2700.0, 4430.0), strict=True))
     area = dict(zip(SECTIONS, (60e-3**2 - 57e-3**2, 50e-3**2 - 46e-3**2), strict=True))
@@ -86,11 +80,11 @@ def test_mass_is_that_of_sections_and_materials(found: StudyResult) -> None:
     assert rest == pytest.approx(rest[0], rel=1e-12)
 
 
-def test_names_in_answers(found: StudyResult) -> None:
+def test_names_in_answers(found):
     """Contract: texts, tables and the mechanism of the best point have names, not their indices."""
     assert found.best[MATERIAL] == "aluminium"
     assert found.worst(1)[0].numbers[MATERIAL] == "steel"
-    assert [part.youngs_modulus for part in found.design.components] == [70e9, 70e9]  # type: ignore[attr-defined]
+    assert [part.youngs_modulus for part in found.design.components] == [70e9, 70e9]
     said = conclude(found, "x.db")
     assert (MATERIAL, "aluminium", "steel, aluminium, titanium", "aluminium, titanium") in said.point.rows
     assert f"{MATERIAL}=[aluminium]" in said.next[0][1]
@@ -99,14 +93,14 @@ def test_names_in_answers(found: StudyResult) -> None:
     assert any(cell.startswith("x 0.") for row in said.trends.rows for cell in row)
 
 
-def test_trends_are_ratios_of_names(found: StudyResult) -> None:
+def test_trends_are_ratios_of_names(found):
     """Limit: the ratio of masses is between that of the densities and one, because of the slider."""
     trend = found.trends["mass"]
     k = trend.numbers.index(f"{MATERIAL} = aluminium instead of steel")
     assert 2700.0 / 7850.0 < np.exp(trend.slopes[k]) < 1.0
 
 
-def test_store_with_names(case: Path, found: StudyResult) -> None:
+def test_store_with_names(case, found):
     """Contract: the same call finds all cases; the store knows the names; a refined study has some of them."""
     again = sd.study(case, **TWELVE, store=found.store.path, compute=False)
     assert again.counts["pending"] == 0
@@ -118,7 +112,7 @@ def test_store_with_names(case: Path, found: StudyResult) -> None:
         refine_study(opened.built(), vary={MATERIAL: "[titan]"})
 
 
-def test_export_writes_names(found: StudyResult, tmp_path: Path) -> None:
+def test_export_writes_names(found, tmp_path):
     """Contract: CSV has the names, NetCDF their indices and the names as an attribute."""
     table = pd.read_csv(found.export(tmp_path / "names.csv"))
     assert list(table[SECTION][:4]) == [*SECTIONS, *SECTIONS]
@@ -126,7 +120,7 @@ def test_export_writes_names(found: StudyResult, tmp_path: Path) -> None:
     assert list(data[column(MATERIAL)].attrs["labels"]) == MATERIALS
 
 
-def test_pictures_have_names_at_their_axes(found: StudyResult) -> None:
+def test_pictures_have_names_at_their_axes(found):
     """Contract: ticks are the names, each with a median, and maps have a cell for each pair."""
     axes = response_curves(found.points)
     assert [label.get_text() for label in axes[-3].get_xticklabels()] == MATERIALS
@@ -137,14 +131,14 @@ def test_pictures_have_names_at_their_axes(found: StudyResult) -> None:
     assert drawn.collections[0].get_array().size == 6
 
 
-def test_search_over_names_tries_all(case: Path) -> None:
+def test_search_over_names_tries_all(case):
     """Closed form: the lightest pair is aluminium with the smaller area."""
     found = sd.study(case, {MATERIAL: MATERIALS, SECTION: SECTIONS}, measures="mass", goals="minimise mass")
     assert found.counts["complete"] == 6
     assert found.best == {MATERIAL: "aluminium", SECTION: SECTIONS[0]}
 
 
-def test_names_may_stand_for_objects() -> None:
+def test_names_may_stand_for_objects():
     """Contract: named laws are the given objects, for chosen and uncertain factors."""
     arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=5.0)
     laws = {"none": sd.NoFriction(), "lugre": sd.LuGre(kinetic=0.1)}
@@ -157,7 +151,7 @@ def test_names_may_stand_for_objects() -> None:
         assert found.mechanism(row) == made
 
 
-def test_wall_thickness_as_a_factor(case: Path) -> None:
+def test_wall_thickness_as_a_factor(case):
     """Identity: mass and stress of each wall are those of ``tube 60x60xW mm`` bit for bit; the wall is a number."""
     wall = f"{SECTION}.wall"
     found = sd.study(
@@ -179,14 +173,14 @@ def test_wall_thickness_as_a_factor(case: Path) -> None:
     assert found.best == {wall: 1e-3, MATERIAL: "aluminium", SECTION: SECTIONS[0]}
     assert found.trends["mass"].numbers[0] == wall
     fewer = refine_study(found.built(), vary={wall: "2 mm", SECTION: f"[{SECTIONS[0]}]"})
-    assert [each.components[0].axial_stiffness for each in fewer.variants] == pytest.approx(  # type: ignore[attr-defined]
+    assert [each.components[0].axial_stiffness for each in fewer.variants] == pytest.approx(
         [modulus * (60e-3**2 - 56e-3**2) for modulus in (210e9, 70e9)], rel=1e-12
     )
     with pytest.raises(sd.InputError, match="values of the study: 1 mm, 2 mm, 3 mm"):
         refine_study(found.built(), vary={wall: "2.5 mm"})
 
 
-def test_numbers_of_the_structure_vary(case: Path) -> None:
+def test_numbers_of_the_structure_vary(case):
     """Closed form: mass grows linearly with the bar length of the case file."""
     found = sd.study(case, {"structure.bar_length": "1, 2, 4 m"}, measures="mass")
     mass = found.table["mass [kg]"].values
@@ -194,7 +188,7 @@ def test_numbers_of_the_structure_vary(case: Path) -> None:
     assert list(found.table["structure.bar_length [m]"]) == [1.0, 2.0, 4.0]
 
 
-def test_names_by_probability() -> None:
+def test_names_by_probability():
     """Closed form: names have equal or given probabilities."""
     u = np.linspace(0.0, 1.0, 10, endpoint=False) + 0.05
     assert list(sd.Names(("a", "b")).quantile(u)) == [0.0] * 5 + [1.0] * 5
@@ -221,7 +215,7 @@ def test_names_by_probability() -> None:
         ({"structure.units": list("12")}, {"measures": "peak_bar_stress"}, "measures of each bar"),
     ],
 )
-def test_refused_names(case: Path, vary: dict[str, object], more: dict[str, object], said: str) -> None:
+def test_refused_names(case, vary, more, said):
     """Contract: wrong names are refused before anything is computed."""
     with pytest.raises(sd.InputError, match=said):
-        sd.study(case, vary, **more)  # type: ignore[arg-type]
+        sd.study(case, vary, **more)

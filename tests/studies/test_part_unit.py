@@ -1,14 +1,9 @@
 """Units of loads of components and couplings: force or torque, in requirements, tables, reports, pictures and exports."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from tests.build import ORIGIN, wheel
 
 import scissordyn as sd
@@ -31,13 +26,13 @@ SPRING = sd.Spring("tie", ("unit 1/bar 1", "end"), ("unit 1/bar 2", "end"), stif
 HINGE = sd.TorsionSpring("hinge", "unit 1/bar 1", stiffness=10.0)  # Component whose torque is in N m
 
 
-def study(*components: Any, **changes: Any) -> Study:
+def study(*components, **changes):
     """Return a study of the paper's array with components, over its clearance."""
-    fields: dict[str, Any] = {"factors": (Factor("A.clearance", sd.Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
+    fields = {"factors": (Factor("A.clearance", sd.Interval(1e-4, 3e-4, 3)),), "measures": (MEASURE,)}
     return Study(replace(arm(), components=components), sd.Options(0.001), **(fields | changes))
 
 
-def results(described: Study) -> xr.Dataset:
+def results(described):
     """Return made-up results: the first component 1, 2, 3; the second ten times as much."""
     units = load_units(described.mechanism)["component"]
     about = {"units": " or ".join(dict.fromkeys(units.values())), "role": "measure"}
@@ -48,7 +43,7 @@ def results(described: Study) -> xr.Dataset:
 
 
 @pytest.mark.parametrize(("component", "unit"), [(SPRING, "N"), (HINGE, "N m")])
-def test_unit_of_one_component(component: Any, unit: str) -> None:
+def test_unit_of_one_component(component, unit):
     """Contract: the unit is that of the port's output."""
     described = study(component)
     found = results(described)
@@ -57,7 +52,7 @@ def test_unit_of_one_component(component: Any, unit: str) -> None:
     assert f"{component.name}.{MEASURE} [{unit}]" in table(found).columns
 
 
-def test_unit_in_a_batch() -> None:
+def test_unit_in_a_batch():
     """Contract: simulated results have the units."""
     described = study(SPRING, HINGE)
     found = simulated(described, np.array([0]))
@@ -67,7 +62,7 @@ def test_unit_in_a_batch() -> None:
     assert [many[name].attrs["units"] for name in (MEASURE, "peak_force")] == ["N or N m", "N"]
 
 
-def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_forces_and_torques_are_kept_apart(tmp_path, capsys):
     """Contract: tables, pictures and exports separate forces and torques, each with its unit."""
     described = study(SPRING, HINGE, requirements=(read_requirement(f"{MEASURE} < 25 N m"),))
     found = results(described)
@@ -92,7 +87,7 @@ def test_forces_and_torques_are_kept_apart(tmp_path: Path, capsys: pytest.Captur
     ("text", "bound", "unit"),
     [("< 0.5 kN", 500.0, "N"), ("< 500 N mm", 0.5, "N m"), ("< 2 J/rad", None, None), ("< 5", None, None)],
 )
-def test_unit_of_a_bound(text: str, bound: float | None, unit: str | None) -> None:
+def test_unit_of_a_bound(text, bound, unit):
     """Contract: a bound is a force or a torque; other units are refused."""
     if bound is None:
         with pytest.raises(sd.InputError, match=r"N or|N\] or"):
@@ -102,7 +97,7 @@ def test_unit_of_a_bound(text: str, bound: float | None, unit: str | None) -> No
     assert (read.bound, read.unit) == (bound, unit)
 
 
-def test_label_of_a_bound() -> None:
+def test_label_of_a_bound():
     """Contract: a bound given in Python is shown with unit and prefix."""
     labels = [one.label for one in (Requirement("peak_force", "<", 500.0), Requirement("peak_track_deviation", "<", 6e-4))]
     assert labels == ["peak_force < 500 N", "peak_track_deviation < 0.6 mm"]
@@ -121,14 +116,14 @@ def test_label_of_a_bound() -> None:
         ((SPRING, HINGE), {"optimisation": Optimisation((Goal(MEASURE),))}, "of forces and of torques"),
     ],
 )
-def test_bounds_that_fit_no_component(components: Any, changes: Any, says: str) -> None:
+def test_bounds_that_fit_no_component(components, changes, says):
     """Contract: the error lists the components with their units."""
     with pytest.raises(sd.InputError, match=says) as error:
         study(*components, **changes)
     assert "[N" in str(error.value) or not components
 
 
-def test_loads_of_couplings(tmp_path: Path) -> None:
+def test_loads_of_couplings(tmp_path):
     """Closed form: a rack of 2 kg on an incline drives its pinion with J/R^2 times its acceleration, a force."""
     radius, slope, inertia = 0.05, 0.3, 0.001
     mechanism = sd.Mechanism(

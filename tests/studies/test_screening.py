@@ -22,14 +22,14 @@ from studies.test_study import arm
 MEDIAN, SPREAD = 1.0, 0.5  # Median and spread of a log-normal response
 
 
-def pairs(numbers: np.random.Generator, count: int, correlated: float) -> tuple[np.ndarray, np.ndarray]:
+def pairs(numbers, count, correlated):
     """Return lognormal responses of accurate and cheap runs."""
     z, noise = numbers.standard_normal((2, count))
     other = correlated * z + math.sqrt(1.0 - correlated**2) * noise
     return MEDIAN * np.exp(SPREAD * z), 1.3 * MEDIAN * np.exp(SPREAD * other)
 
 
-def least_held(repetitions: int, less: float = 0.0) -> float:
+def least_held(repetitions, less=0.0):
     """Return the smallest accepted number of 95 % intervals that hold the truth: 3 standard deviations below the mean."""
     return repetitions * (0.95 - 3.0 * math.sqrt(0.95 * 0.05 / repetitions) - less)
 
@@ -128,7 +128,7 @@ def test_split_of_a_budget():
     assert verified * accurate + screened * cheap <= budget
     assert screened / verified == pytest.approx(ratio, rel=0.02)
 
-    def variance(m: float) -> float:
+    def variance(m):
         n = (budget - m * accurate) / cheap
         return (1.0 - rho**2) / m + rho**2 / n
 

@@ -1,12 +1,9 @@
 """The commands of docs/howto/cluster.md on a real Slurm that the test starts; each test takes a minute or two."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -29,14 +26,14 @@ SWEEP = (
 
 
 @pytest.fixture(scope="module")
-def system(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+def system(tmp_path_factory):
     """Start Slurm and return the environment in which commands reach the queue."""
     with slurm.running(tmp_path_factory.mktemp("slurm")) as environment:
         yield environment
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """Return a folder with a case and the file of the page."""
     text = PAGE.read_text()
     (tmp_path / "cluster.yaml").write_text(text.partition("```yaml\n")[2].partition("```")[0])
@@ -45,33 +42,33 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def change(folder: Path, **options: str) -> None:
+def change(folder, **options):
     """Change or add lines of the file of the page."""
     lines = (folder / "cluster.yaml").read_text().splitlines()
     kept = [line for line in lines if line.partition(":")[0] not in options]
     (folder / "cluster.yaml").write_text("\n".join([*kept, *(f"{name}: {value}" for name, value in options.items())]))
 
 
-def started(folder: Path, system: dict[str, str], *words: str) -> subprocess.Popen[str]:
+def started(folder, system, *words):
     """Start a command of the page, with the queue."""
     command = [sys.executable, "-m", "scissordyn.cli.main", *words, "--cluster", "cluster.yaml"]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, cwd=folder, env=system, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
 
 
-def ended(process: subprocess.Popen[str], seconds: float = 300.0) -> tuple[int, str]:
+def ended(process, seconds=300.0):
     """Return status and stderr."""
     _, error = process.communicate(timeout=seconds)
     return process.returncode, error
 
 
-def jobs(system: dict[str, str], state: str = "all") -> list[str]:
+def jobs(system, state="all"):
     """Return numbers of jobs."""
     asked = ["squeue", "--noheader", "--format=%i", f"--states={state}"]
     return subprocess.run(asked, env=system, capture_output=True, text=True, check=True).stdout.split()
 
 
-def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seconds: float = 120.0) -> None:
+def wait_for(condition, process, seconds=120.0):
     """Wait until a condition holds while a command runs."""
     until = time.monotonic() + seconds
     while not condition():
@@ -80,13 +77,13 @@ def wait_for(condition: Callable[[], bool], process: subprocess.Popen[str], seco
         time.sleep(0.2)
 
 
-def blocks(folder: Path) -> int:
+def blocks(folder):
     """Return the number of stored blocks."""
     store = Store(folder / "study.db")
     return int((store.times()["attempts"] > 0).sum()) if store.has_content() else 0
 
 
-def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:
+def check_left(folder, system, submitted):
     """Check that no job and no certificate is left, and that outputs of jobs are next to the study."""
     until = time.monotonic() + 30.0
     while jobs(system, "PENDING,RUNNING,COMPLETING"):
@@ -98,7 +95,7 @@ def check_left(folder: Path, system: dict[str, str], submitted: int) -> None:
     assert names - outputs == {"case.toml", "cluster.yaml", "study.db"}
 
 
-def check_rows(folder: Path) -> None:
+def check_rows(folder):
     """Check that the study is complete, with the rows of threads."""
     assert (Store(folder / "study.db").status() == COMPLETE).all()
     words = [("threads.db" if word == "study.db" else word) for word in SWEEP]
@@ -107,7 +104,7 @@ def check_rows(folder: Path) -> None:
     assert rows(folder / "threads.db") == rows(folder / "study.db")
 
 
-def test_example_of_the_page_with_a_lost_job(folder: Path, system: dict[str, str]) -> None:
+def test_example_of_the_page_with_a_lost_job(folder, system):
     """Contract: the page's example runs on a node of two cores; a lost job is replaced; rows are those of threads."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
@@ -119,7 +116,7 @@ def test_example_of_the_page_with_a_lost_job(folder: Path, system: dict[str, str
     check_rows(folder)
 
 
-def test_all_jobs_lost(folder: Path, system: dict[str, str]) -> None:
+def test_all_jobs_lost(folder, system):
     """Contract: all jobs are cancelled, and all are replaced."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
@@ -131,7 +128,7 @@ def test_all_jobs_lost(folder: Path, system: dict[str, str]) -> None:
     check_left(folder, system, 6)
 
 
-def test_ctrl_c(folder: Path, system: dict[str, str]) -> None:
+def test_ctrl_c(folder, system):
     """Contract: status 130, one line, no job left, and completed cases are kept."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
@@ -144,7 +141,7 @@ def test_ctrl_c(folder: Path, system: dict[str, str]) -> None:
     check_left(folder, system, 2)
 
 
-def test_killed_command(folder: Path, system: dict[str, str]) -> None:
+def test_killed_command(folder, system):
     """Contract: the next command removes the certificates of the killed one, and completes its study."""
     process = started(folder, system, *SWEEP)
     wait_for(lambda: blocks(folder) >= 2, process)
@@ -157,7 +154,7 @@ def test_killed_command(folder: Path, system: dict[str, str]) -> None:
     check_left(folder, system, 4)
 
 
-def test_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
+def test_end_of_the_walltime(folder, system):
     """Contract: a job whose time is over is replaced; the study has work for ten times the walltime."""
     change(folder, jobs="1", walltime='"00:01:00"')
     words = [word.replace("200 values", "30000 values").replace("20 ms", "60 ms") for word in SWEEP]
@@ -181,7 +178,7 @@ def test_end_of_the_walltime(folder: Path, system: dict[str, str]) -> None:
         ({"queue": "short", "walltime": '"00:10:00"'}, "PartitionTimeLimit"),
     ],
 )
-def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Path, system: dict[str, str]) -> None:
+def test_jobs_that_never_start(options, reason, folder, system):
     """Contract: status 3 with the queue's reason."""
     change(folder, **options)
     status, said = ended(started(folder, system, *SWEEP))
@@ -190,7 +187,7 @@ def test_jobs_that_never_start(options: dict[str, str], reason: str, folder: Pat
     check_left(folder, system, 2)
 
 
-def test_missing_queue(folder: Path, system: dict[str, str]) -> None:
+def test_missing_queue(folder, system):
     """Contract: a refused job gives one line with status 2, in the queue's words."""
     change(folder, queue="nowhere")
     status, said = ended(started(folder, system, *SWEEP))

@@ -1,14 +1,11 @@
 """Studies: the store holds single runs, independent of the way they were computed."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import re
 import sqlite3
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -25,14 +22,14 @@ from scissordyn.studies.compute.store import COMPLETE, FAILED, Store, StoreError
 UNTIL = 0.005  # [s] end of the runs
 
 
-def arm() -> sd.Mechanism:
+def arm():
     """Return the paper's array with clearance at joint A."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
 
 
-def study(**changes: Any) -> Study:
+def study(**changes):
     """Return a study of clearance and speed on a grid, uncertain restitution, two members."""
-    fields: dict[str, Any] = {
+    fields = {
         "mechanism": arm(),
         "options": sd.Options(UNTIL),
         "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4, 3)), Factor("drive.speed", sd.Levels((10.0, 20.0)))),
@@ -45,13 +42,13 @@ def study(**changes: Any) -> Study:
     return Study(**(fields | changes))
 
 
-def rows(path: str | Path) -> list[Any]:
+def rows(path):
     """Return all rows of cases of a store, as any tool reads them."""
     with closing(sqlite3.connect(path)) as connection:
         return connection.execute("SELECT * FROM cases ORDER BY number").fetchall()
 
 
-def test_store_holds_single_runs(tmp_path: Path) -> None:
+def test_store_holds_single_runs(tmp_path):
     """Identity: peaks of member 0 equal those of `simulate` with the same values, bit for bit."""
     store = execute(study(), tmp_path / "study.db", block=7)
     found = store.results()
@@ -72,7 +69,7 @@ def test_store_holds_single_runs(tmp_path: Path) -> None:
     np.testing.assert_array_equal(raw, found["peak_force"].values)
 
 
-def test_members_differ_by_round_off_only() -> None:
+def test_members_differ_by_round_off_only():
     """Limit: early in a run members differ, and agree to nine digits."""
     numbers = {"A.clearance": np.full(3, 2e-4)}
     found = sd.simulate_many(arm(), numbers, until=UNTIL, members=[0, 1, 2], measures=("peak_force",))
@@ -83,12 +80,12 @@ def test_members_differ_by_round_off_only() -> None:
     assert float(again["peak_force"][0, 0]) == peaks[2]
 
 
-def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
+def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path):
     """Contract: rows do not depend on interruptions and threads; finished blocks are not written again."""
     whole = execute(study(), tmp_path / "whole.db", block=5, engine=1)
     stopped = tmp_path / "stopped.db"
 
-    def stop(progress: Any) -> None:
+    def stop(progress):
         if progress.done_here >= 10:
             raise KeyboardInterrupt
 
@@ -103,7 +100,7 @@ def test_resumed_rows_are_those_of_an_undisturbed_study(tmp_path: Path) -> None:
     assert whole.times()["attempts"].tolist() == [1.0] * 5
 
 
-def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
+def test_extended_designs_keep_what_is_done(tmp_path):
     """Contract: 8 points and 8 more are the study of 16 points; finished cases are not computed again."""
     sobol = {"design": Design("sobol", 8, seed=2), "factors": (Factor("A.clearance", sd.Interval(1e-4, 5e-4)),), "members": 1}
     store = execute(study(**sobol), tmp_path / "a.db", block=6)
@@ -115,7 +112,7 @@ def test_extended_designs_keep_what_is_done(tmp_path: Path) -> None:
         extend(study(), tmp_path / "a.db", 99)
 
 
-def test_another_study_is_refused(tmp_path: Path) -> None:
+def test_another_study_is_refused(tmp_path):
     """Contract: the error names the difference."""
     execute(study(), tmp_path / "a.db", block=24)
     for changes, differs in (
@@ -131,7 +128,7 @@ def test_another_study_is_refused(tmp_path: Path) -> None:
     execute(study(requirements=()), tmp_path / "a.db")  # requirements are judged afterwards
 
 
-def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
+def test_failed_cases_do_not_stop_a_study(tmp_path):
     """Contract: failed cases have their cause and are computed again on request only; the others are complete."""
     broken = study(options=sd.Options(UNTIL, most_steps=60), uncertain=(), sampling=Sampling(), members=1)
     store = execute(broken, tmp_path / "a.db", block=2)
@@ -148,7 +145,7 @@ def test_failed_cases_do_not_stop_a_study(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.flatnonzero(store.times()["attempts"] == 2), failed_blocks)
 
 
-def test_measures_of_the_user(tmp_path: Path) -> None:
+def test_measures_of_the_user(tmp_path):
     """Contract: functions of the Dataset and of the accumulators are measures; an error fails its case."""
     file = tmp_path / "mine.py"
     file.write_text(
@@ -157,10 +154,7 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
         "def fault(ended):\n    return 1 / 0\n"
         "def unfit(run):\n    from scissordyn.errors import InputError\n    raise InputError('this run', 'another')\n"
     )
-    own = (
-        OwnMeasure("largest", f"{file}:largest", units="N"),
-        OwnMeasure("own_steps", f"{file}:steps", of="accumulators"),
-    )
+    own = (OwnMeasure("largest", f"{file}:largest", units="N"), OwnMeasure("own_steps", f"{file}:steps", of="accumulators"))
     plain = study(uncertain=(), sampling=Sampling(), members=1, own_measures=own, measures=("peak_force", "steps"))
     store = execute(plain, tmp_path / "a.db", block=4)
     found = store.results()
@@ -189,15 +183,15 @@ def test_measures_of_the_user(tmp_path: Path) -> None:
     assert str(refused["cause"].values[0]) == "measure 'unfit': InputError: this run; expected another"
 
 
-def test_function_without_readable_source(tmp_path: Path) -> None:
+def test_function_without_readable_source(tmp_path):
     """Contract: the digest of a function without readable source is that of the function itself."""
-    space: dict[str, Any] = {}
+    space = {}
     (tmp_path / "page.md").write_text("(\n" * 9)
     exec(compile("\n\ndef late(run):\n    return 1.0\n", tmp_path / "page.md", "exec"), space)
     assert len(OwnMeasure("late", space["late"]).to_plain()["digest"]) == 16
 
 
-def test_requirements_and_responses() -> None:
+def test_requirements_and_responses():
     """Closed form: the worst part decides; NaN meets nothing."""
     values = np.array([[1.0, 3.0], [2.0, np.nan], [np.nan, np.nan]])
     found = xr.Dataset({"peak_force": (("case", "joint"), values, {"role": "measure"})}, coords={"joint": ["A", "B"]})
@@ -215,7 +209,7 @@ def test_requirements_and_responses() -> None:
         study(requirements=(Requirement("steps", "<", 1.0),))
 
 
-def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
+def test_stiffness_of_bars_without_clearance(tmp_path):
     """Identity: bending stiffness of all bars is varied as in single runs, also without clearance."""
     bent = sd.with_bending(
         sd.scissor(units=1, bar_length=1.0, bar_mass=1.0), bending_stiffness=2000.0, axial_stiffness=2e7, modes=2
@@ -233,10 +227,10 @@ def test_stiffness_of_bars_without_clearance(tmp_path: Path) -> None:
     assert torques[0] != torques[1]
 
 
-def test_store_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_store_on_a_full_disk(tmp_path, monkeypatch):
     """Contract: a disk that is full from the first byte leaves nothing."""
 
-    def full(*_: Any) -> None:
+    def full(*_):
         raise OSError(28, os.strerror(28))
 
     with monkeypatch.context() as patched:
@@ -248,7 +242,7 @@ def test_store_on_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert [path.name for path in tmp_path.iterdir()] == ["a.db"]
 
 
-def test_store_in_a_missing_folder(tmp_path: Path) -> None:
+def test_store_in_a_missing_folder(tmp_path):
     """Contract: the error comes before anything is computed."""
     with pytest.raises(sd.InputError, match="no study at"):
         Store(tmp_path / "a.db").status()
@@ -256,13 +250,13 @@ def test_store_in_a_missing_folder(tmp_path: Path) -> None:
         execute(study(), tmp_path / "none" / "a.db")
 
 
-def test_blocks_are_longer_for_very_many_workers() -> None:
+def test_blocks_are_longer_for_very_many_workers():
     """Limit: blocks take a few seconds; with a thousand workers the scheduler is busy half of its time."""
     assert block_seconds(1) == block_seconds(100) == BLOCK_SECONDS
     assert 1000 / block_seconds(1000) * TASK_SECONDS == pytest.approx(0.5)
 
 
-def test_cost_of_a_task() -> None:
+def test_cost_of_a_task():
     """Contract: the assumed cost is between one and ten times the measured one."""
     page = (Path(__file__).parents[2] / "docs" / "decisions" / "measured" / "studies.md").read_text(encoding="utf-8")
     words = " ".join(page.split())

@@ -1,7 +1,5 @@
 """docs/studies.md: its code runs, and its lists are complete."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path
@@ -21,13 +19,13 @@ from scissordyn.studies.compute.execute import execute
 PAGE = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")  # Text of the page about studies
 
 
-def snippets(language: str) -> list[str]:
+def snippets(language):
     """Return the blocks of code in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """Return a folder with the case and the function of the page."""
     monkeypatch.chdir(tmp_path)
     for name in ("array.toml", "paper.toml"):
@@ -37,7 +35,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("number", [0, 1])
-def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_study_files(number, folder, capsys):
     """Contract: each study file runs, and its report can be written."""
     text = [each for each in snippets("toml") if re.search("^case = ", each, re.MULTILINE)][number]
     if number == 0:  # a measure of the Dataset refuses members, which the page says
@@ -61,19 +59,19 @@ def test_study_files(number: int, folder: Path, capsys: pytest.CaptureFixture[st
     assert (folder / "report.html").read_text().startswith("<!doctype html>")
 
 
-def _written(folder: Path, text: str) -> list[str]:
+def _written(folder, text):
     (folder / "study.toml").write_text(text)
     return ["study", "study.toml"]
 
 
-def test_python(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_python(folder, capsys):
     """Contract: the Python code runs and prints a fraction."""
     exec(snippets("python")[1], {})
     assert re.match(r"all requirements: \d+% of the range \(\d+% to \d+%\)\n\{'A\.clearance'", capsys.readouterr().out)
 
 
 @pytest.mark.parametrize("file", sorted((EXAMPLES / "studies").glob("*.toml")), ids=lambda path: path.stem)
-def test_shipped_studies(file: Path) -> None:
+def test_shipped_studies(file):
     """Contract: each example study can be read, its functions exist, and the gallery names it."""
     described = study_of(read_study(file))
     assert described.cases >= 64 or (described.optimisation is not None and described.optimisation.every)
@@ -82,7 +80,7 @@ def test_shipped_studies(file: Path) -> None:
     assert file.stem in results or file.stem.startswith("statements_")
 
 
-def test_every_design_is_listed() -> None:
+def test_every_design_is_listed():
     """Contract: the table of designs is complete."""
     assert all(f"`{kind}`" in PAGE for kind in DESIGNS if kind != "adaptive")
 
@@ -121,7 +119,7 @@ SWEEP = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm
         (("study", "study.toml", "-o", "s3://bucket/a.db"), "a file on a disk"),
     ],
 )
-def test_bad_input(arguments: tuple[str, ...], says: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input(arguments, says, folder, capsys):
     """Contract: one line, status 2, and no store."""
     (folder / "bad.toml").write_text('case = "array.toml"\n[varry]\n')
     (folder / "study.toml").write_text('case = "array.toml"\n[vary]\n"A.clearance" = "0.1..0.2 mm"\n')
@@ -162,7 +160,7 @@ until = "2 ms"
 """
 
 
-def test_example_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_of_the_introduction(folder, capsys):
     """Contract: one value of all clearances, torque limits as levels, the error of a tracked point, a required force."""
     (folder / "case.toml").write_text(SERVO)
     arguments = ["sweep", "case.toml", "--vary", "clearance.all.clearance=0.05..0.4 mm"]
@@ -178,7 +176,7 @@ def test_example_of_the_introduction(folder: Path, capsys: pytest.CaptureFixture
     assert float(found["peak_track_deviation"].min()) > 0.0
 
 
-def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
+def test_pictures_have_the_units_of_the_text(folder):
     """Contract: a speed that was written in rpm is shown in rpm, and no number depends on that."""
     vary = {"A.clearance": "0.1..0.4 mm, 2 values", "drive.speed": "100, 200 rpm"}
     described = study_of(StudyText(case=str(folder / "array.toml"), vary=vary, measures=("peak_force",)))
@@ -191,7 +189,7 @@ def test_pictures_have_the_units_of_the_text(folder: Path) -> None:
     assert axes.get_ylim()[0] < 101.0 < 199.0 < axes.get_ylim()[1] < 300.0
 
 
-def test_commands_of_a_study(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands_of_a_study(folder, capsys):
     """Contract: sweep, status, extend, retry, export and replay; another study and an unknown case are refused."""
     sweep = ("sweep", "array.toml", "-o", "a.db", "--vary", "A.clearance=0.1..0.4 mm", "--design", "sobol", "--points", "4")
     assert status_of(sweep) == 0

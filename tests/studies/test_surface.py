@@ -1,7 +1,5 @@
 """Surfaces of responses between points, compared with brute force and known functions."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
@@ -20,18 +18,18 @@ from studies.test_conclusion import proportional
 NOT_LOGARITHMIC = np.array([False, False])  # No factor varies on a logarithmic scale
 
 
-def points(count: int, seed: int = 1) -> np.ndarray:
+def points(count, seed=1):
     """Return points of a Sobol sequence on [1, 3] x [10, 20]."""
     drawn = qmc.Sobol(2, rng=np.random.default_rng(seed)).random(count)
     return np.array([1.0, 10.0]) + drawn * np.array([2.0, 10.0])
 
 
-def smooth(x: np.ndarray) -> np.ndarray:
+def smooth(x):
     """Return a smooth function with values between 1 and 3."""
     return 2.0 + np.sin(x[:, 0]) * np.cos(0.3 * x[:, 1])
 
 
-def test_prediction_of_a_smooth_function() -> None:
+def test_prediction_of_a_smooth_function():
     """Closed form: 32 points predict others of sin x cos y to 2 %, and reproduce themselves."""
     x = points(32)
     found = Surface(x, smooth(x), NOT_LOGARITHMIC)
@@ -44,7 +42,7 @@ def test_prediction_of_a_smooth_function() -> None:
     assert deviation.max() < 0.1
 
 
-def test_points_left_out_are_those_of_brute_force() -> None:
+def test_points_left_out_are_those_of_brute_force():
     """Cross-check: predictions without a point equal those of a process fitted without it."""
     x = points(16)
     y = smooth(x) + 0.05 * np.random.default_rng(3).standard_normal(16)
@@ -57,7 +55,7 @@ def test_points_left_out_are_those_of_brute_force() -> None:
         assert found.left_out[k] == pytest.approx(y.mean() + y.std() * process.predict(unit[[k]])[0], rel=1e-6)
 
 
-def test_intervals_cover_noise() -> None:
+def test_intervals_cover_noise():
     """Closed form: about 95 % of further noisy points are within 1.96 standard deviations."""
     hits = 0
     for seed in range(6):
@@ -68,7 +66,7 @@ def test_intervals_cover_noise() -> None:
     assert 0.90 * 192 <= hits <= 0.99 * 192
 
 
-def test_noise_is_not_predicted_and_far_points_are_uncertain() -> None:
+def test_noise_is_not_predicted_and_far_points_are_uncertain():
     """Limit: noise has no predicted share; outside the data the deviation grows."""
     x = points(32)
     assert Surface(x, 1.0 + np.random.default_rng(5).random(32), NOT_LOGARITHMIC).predicted < 0.3
@@ -76,7 +74,7 @@ def test_noise_is_not_predicted_and_far_points_are_uncertain() -> None:
     assert found.predict(np.array([[8.0, 60.0]]))[1][0] > 10.0 * found.predict(x)[1].max()
 
 
-def test_powers_are_interpolated_by_logarithms() -> None:
+def test_powers_are_interpolated_by_logarithms():
     """Closed form: x^3 y^-1 over two decades is a plane in logarithms, predicted to 1 %."""
     drawn = qmc.Sobol(2, rng=np.random.default_rng(1)).random(32)
     x = np.array([0.1, 1.0]) * np.array([100.0, 5.0]) ** drawn
@@ -86,7 +84,7 @@ def test_powers_are_interpolated_by_logarithms() -> None:
     np.testing.assert_allclose(found.predict(x * 1.01)[0], values * 1.01**2, rtol=0.02)
 
 
-def test_maps_of_few_points_are_filled() -> None:
+def test_maps_of_few_points_are_filled():
     """Closed form: with peak force 4e6 c the line of 1000 N is at 0.25 mm, and the field is a plane."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
@@ -105,7 +103,7 @@ def test_maps_of_few_points_are_filled() -> None:
     assert surfaces(result_of(described, noise), "peak_force") == (None, [])
 
 
-def test_legends_of_lines_and_marks() -> None:
+def test_legends_of_lines_and_marks():
     """Contract: a picture has legends of the requirement's line and of the marks."""
     described, found = proportional(1000.0)
     points = by_point(described, found)
@@ -120,7 +118,7 @@ def test_legends_of_lines_and_marks() -> None:
     assert "peak_force < 500 N" in texts
 
 
-def test_maps_without_scikit_learn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_maps_without_scikit_learn(monkeypatch):
     """Contract: without the package maps show the points alone."""
     for name in [name for name in sys.modules if name.split(".")[0] == "sklearn"]:
         monkeypatch.setitem(sys.modules, name, None)

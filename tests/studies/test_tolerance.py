@@ -1,13 +1,8 @@
 """Tolerances, fits of ISO 286-1 and further distributions: texts, tables of the standard, closed forms and whole studies."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.stats.distributions import rv_frozen
 
 import scissordyn as sd
 from scissordyn.config.study import BaseCase, make_study, read_study
@@ -37,7 +32,7 @@ NUMBER = sd.Quantity("1", minimum=0.0, maximum=1.0)  # Quantity of a restitution
         ("H5/g5", 500.0, (0, 27), (-47, -20)),
     ],
 )
-def test_limits_of_known_fits(fit: str, diameter: float, hole: tuple[int, int], shaft: tuple[int, int]) -> None:
+def test_limits_of_known_fits(fit, diameter, hole, shaft):
     """Published numbers: limit deviations [um] of the standard's tables; a diameter at the end of a range belongs to it.
 
     The ends of what is drawn are quantiles of the smallest and largest probability, p and 1 - p': the sum of two uniform
@@ -50,7 +45,7 @@ def test_limits_of_known_fits(fit: str, diameter: float, hole: tuple[int, int], 
     np.testing.assert_allclose(found.clearance().ends, 0.5e-6 * np.array(ends), rtol=1e-14, atol=1e-20)
 
 
-def test_tables_are_the_formula_of_the_standard_rounded() -> None:
+def test_tables_are_the_formula_of_the_standard_rounded():
     """Cross-check: 7, 10, 16, ... 100 tolerance units, and 2.5 to 11 D^0.34..0.41, within the rounding of the tables."""
     low = np.array([1.0, *DIAMETERS[:-1]])
     middle = np.sqrt(low * np.array(DIAMETERS))
@@ -64,7 +59,7 @@ def test_tables_are_the_formula_of_the_standard_rounded() -> None:
         )
 
 
-def test_clearance_is_half_of_the_difference_of_the_diameters() -> None:
+def test_clearance_is_half_of_the_difference_of_the_diameters():
     """Cross-check: quantiles of the trapezoid are those of a million uniform holes and shafts."""
     fit, rng = read_fit("H7/g6", 10e-3), np.random.default_rng(1)
     drawn = 0.5 * (rng.uniform(*fit.hole, 1_000_000) - rng.uniform(*fit.pin, 1_000_000))
@@ -96,7 +91,7 @@ def test_clearance_is_half_of_the_difference_of_the_diameters() -> None:
         ("H7/g6 at 1 cm, norm", stats.truncnorm(-NORMAL_LIMIT, NORMAL_LIMIT, 8.5e-6, 6e-6 / NORMAL_LIMIT)),
     ],
 )
-def test_texts_of_tolerances(text: str, found: rv_frozen) -> None:
+def test_texts_of_tolerances(text, found):
     """Contract: nominal values, tolerances, fits and distributions, in SI."""
     read, expected = read_variation(text, LENGTH, parameter="A.clearance"), from_scipy(found)
     assert isinstance(read, Distribution)
@@ -112,7 +107,7 @@ def test_texts_of_tolerances(text: str, found: rv_frozen) -> None:
         ("weibull_min(2, 0.05) mm", "weibull_min(c=2, loc=0.05) mm"),
     ],
 )
-def test_arguments_need_their_names(before: str, now: str) -> None:
+def test_arguments_need_their_names(before, now):
     """Contract: arguments without names are refused, and the error has the same distribution with them."""
     with pytest.raises(sd.InputError, match="arguments without names") as error:
         read_variation(before, LENGTH, parameter="A.clearance")
@@ -147,7 +142,7 @@ def test_arguments_need_their_names(before: str, now: str) -> None:
         ("0.3 mm +- 0.02 mm, normal", "'normal' after a tolerance (did you mean 'norm'?)"),
     ],
 )
-def test_wrong_texts(text: str, what: str) -> None:
+def test_wrong_texts(text, what):
     """Contract: the error has the wrong text and what is allowed."""
     with pytest.raises(sd.InputError) as error:
         read_variation(text, LENGTH, parameter="A.clearance")
@@ -156,7 +151,7 @@ def test_wrong_texts(text: str, what: str) -> None:
     assert error.value.expected
 
 
-def test_deviations_from_a_chosen_value() -> None:
+def test_deviations_from_a_chosen_value():
     """Contract: a deviation is a fraction or a value with a unit; that of a pure number has none."""
     assert read_deviation("+- 20 %", LENGTH) == (Distribution("uniform", {"loc": -0.2, "scale": 0.4}), True)
     assert read_deviation("± 0.02 mm, norm", LENGTH)[0] == from_scipy(stats.truncnorm(-3.0, 3.0, 0.0, 0.02e-3 / 3.0))
@@ -167,7 +162,7 @@ def test_deviations_from_a_chosen_value() -> None:
         read_deviation("+- 0.02 mm", NUMBER, parameter="A.damping.restitution")
 
 
-def test_chosen_and_uncertain_factor(tmp_path: Path) -> None:
+def test_chosen_and_uncertain_factor(tmp_path):
     """Contract: the store has the chosen value and the deviation, the mechanism their product."""
     asked = {
         "until": UNTIL,
@@ -196,12 +191,12 @@ def test_chosen_and_uncertain_factor(tmp_path: Path) -> None:
     assert again.counts["complete"] == 6
 
 
-def two_joints() -> sd.Mechanism:
+def two_joints():
     """Return the paper's array with clearance at two joints."""
     return sd.scissor(units=2).with_clearance("A", sd.Clearance(0.2e-3)).with_clearance("unit 1/pivot", sd.Clearance(0.3e-3))
 
 
-def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
+def described(vary, uncertain):
     """Return a study of two joints from texts, without computing it."""
     from scissordyn.config.study import StudyText
     from scissordyn.studies.ask.design import Sampling
@@ -210,7 +205,7 @@ def described(vary: dict[str, str], uncertain: dict[str, str]) -> sd.study:
     return make_study(BaseCase(two_joints().driven(speed=10.0), sd.Options(UNTIL)), text)
 
 
-def test_each_joint_has_its_own_tolerance() -> None:
+def test_each_joint_has_its_own_tolerance():
     """Contract: with `each` the joints of a pattern are drawn independently; without it they have the same value."""
     joints = single(two_joints(), "clearance.all.clearance")
     assert joints == ["clearance.A.clearance", "clearance.unit 1/pivot.clearance"]
@@ -228,7 +223,7 @@ def test_each_joint_has_its_own_tolerance() -> None:
     assert list(together.applied(together.numbers(np.arange(4)))) == ["clearance.all.clearance"]
 
 
-def test_deviations_that_fit_nothing_are_refused() -> None:
+def test_deviations_that_fit_nothing_are_refused():
     """Contract: a deviation needs a chosen value, and may not leave the bounds."""
     with pytest.raises(sd.InputError, match="deviates from a value that is not chosen"):
         described({"drive.speed": "10, 20 rad/s"}, {"A.clearance": "+- 20 %"})
@@ -236,7 +231,7 @@ def test_deviations_that_fit_nothing_are_refused() -> None:
         described({"A.clearance": "0.1..0.4 mm"}, {"A.clearance": "+- 0.2 mm"})
 
 
-def test_each_in_a_study_file(tmp_path: Path) -> None:
+def test_each_in_a_study_file(tmp_path):
     """Contract: `each = true` in a table is the word in a text."""
     file = tmp_path / "study.toml"
     file.write_text('case = "case.toml"\n[uncertain]\n"clearance.all.clearance" = { values = "0.3 mm +- 20 %", each = true }\n')
@@ -246,7 +241,7 @@ def test_each_in_a_study_file(tmp_path: Path) -> None:
         read_study(file)
 
 
-def test_study_with_tolerances_of_each_joint(tmp_path: Path) -> None:
+def test_study_with_tolerances_of_each_joint(tmp_path):
     """Identity: each case has the clearances drawn for its joints."""
     found = sd.study(
         two_joints().driven(speed=sd.rpm(150)),

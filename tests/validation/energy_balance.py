@@ -1,25 +1,24 @@
 """Energy, momentum and closure of a run, from the motion of its bodies and the description of its mechanism alone."""
 
 import numpy as np
-import xarray as xr
 
 import scissordyn as sd
 from reference.balance import Places
 
 
-def masses(mechanism: sd.Mechanism) -> tuple[np.ndarray, np.ndarray]:
+def masses(mechanism):
     """Return masses [kg] and moments of inertia [kg m^2] of the bodies."""
     bodies = mechanism.bodies
     return np.array([body.mass for body in bodies]), np.array([body.inertia or 0.0 for body in bodies])
 
 
-def kinetic_energy(run: xr.Dataset, mechanism: sd.Mechanism) -> np.ndarray:
+def kinetic_energy(run, mechanism):
     """Return the sum of m v^2/2 + I w^2/2 over the bodies, shape (nt,) [J]."""
     mass, inertia = masses(mechanism)
     return 0.5 * np.sum(run["velocity"].values ** 2, axis=2) @ mass + 0.5 * run["angular_velocity"].values ** 2 @ inertia
 
 
-def stored_energy(run: xr.Dataset, mechanism: sd.Mechanism) -> np.ndarray:
+def stored_energy(run, mechanism):
     """Return the energy of weight and springs, relative to the start, and of contacts, shape (nt,) [J]."""
     mass, _ = masses(mechanism)
     pull = mechanism.gravity * np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
@@ -37,23 +36,23 @@ def stored_energy(run: xr.Dataset, mechanism: sd.Mechanism) -> np.ndarray:
     return energy
 
 
-def energy_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
+def energy_drift(run, mechanism):
     """Return the largest change of the total energy, over the largest of its parts."""
     kinetic, stored = kinetic_energy(run, mechanism), stored_energy(run, mechanism)
     return float(np.max(np.abs(kinetic + stored - kinetic[0] - stored[0])) / _largest_part(run, mechanism))
 
 
-def height_over_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
+def height_over_drift(run, mechanism):
     """Return weights times distances from the origin, to which positions round, over the largest part of the energy."""
     reach = np.max(np.hypot(*np.moveaxis(run["position"].values, -1, 0)), axis=0)
     return float(mechanism.gravity * reach @ masses(mechanism)[0] / _largest_part(run, mechanism))
 
 
-def _largest_part(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
+def _largest_part(run, mechanism):
     return max(float(np.max(kinetic_energy(run, mechanism))), float(np.max(np.abs(stored_energy(run, mechanism)))))
 
 
-def momentum_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> tuple[float, float]:
+def momentum_drift(run, mechanism):
     """Return the largest changes of linear and angular momentum (about the origin), over the sums of their parts.
 
     The parts are the momenta of the bodies and, for the linear one, the impulses of the contacts on both bodies.
@@ -71,7 +70,7 @@ def momentum_drift(run: xr.Dataset, mechanism: sd.Mechanism) -> tuple[float, flo
     return float(np.max(np.hypot(*change.T)) / contributions), float(np.max(np.abs(turn)) / np.max(turning))
 
 
-def closure_error(run: xr.Dataset, mechanism: sd.Mechanism) -> float:
+def closure_error(run, mechanism):
     """Return the largest error of an ideal joint, guide or weld [m or rad]."""
     places = Places(run, mechanism)
     apart = [places.at(*joint.journal) - places.at(*joint.bearing) for joint in mechanism.ideal_joints]

@@ -45,9 +45,7 @@ class Plain(Draft):
             self.components.append(sd.Spring(label, *ends, self.between(20.0, 100.0), self.between(0.1, 0.6)))
 
 
-def random_mechanism(
-    seed: int, *, floating: bool = False, clearances: tuple[sd.Clearance, ...] = BOUNCING, everywhere: bool = False
-) -> sd.Mechanism:
+def random_mechanism(seed, *, floating=False, clearances=BOUNCING, everywhere=False):
     """Return two to five bodies with every kind of joint and at least one degree of freedom.
 
     `floating`: nothing is connected to the ground, and there is no gravity. `everywhere`: every joint has clearance, and all

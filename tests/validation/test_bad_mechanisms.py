@@ -1,7 +1,6 @@
 """Impossible mechanisms are refused in one line that names their bodies and joints; possible ones run."""
 
 import math
-from collections.abc import Callable
 from itertools import combinations
 
 import numpy as np
@@ -14,14 +13,14 @@ PIN = sd.Clearance(1e-3)  # Clearance of the joints
 GROUND = (("O", (0.0, 0.0)), ("P", (1.0, 0.0)), ("Q", (2.0, 0.0)))  # Ground with the points "O", "P" and "Q"
 
 
-def part(name: str, *, x: float = 0.0, length: float = 1.0, **changed) -> sd.Body:
+def part(name, *, x=0.0, length=1.0, **changed):
     """Return a bar with points "a", "c" (its middle) and "b"."""
     points = {"a": (0.0, 0.0), "b": (length, 0.0), "c": (0.5 * length, 0.0)}
     facts = {"mass": 1.0, "inertia": 0.1, "points": points, "centre": (0.5 * length, 0.0), "position": (x, 0.0)}
     return sd.Body(name, **{**facts, **changed})
 
 
-def pin(name: str, journal: str, bearing: str, clearance: sd.Clearance | None = None) -> sd.Revolute:
+def pin(name, journal, bearing, clearance=None):
     """Return a joint between points written as "body.point"."""
     (one, here), (other, there) = journal.split("."), bearing.split(".")
     return sd.Revolute(name, (one, here), (other, there), clearance)
@@ -32,23 +31,23 @@ PENDULUM = part("bob")
 """Body that can always move, so that no mechanism is rejected because nothing in it can move."""
 
 
-def mechanism(*bodies: sd.Body, **parts) -> sd.Mechanism:
+def mechanism(*bodies, **parts):
     """Return bodies with a free pendulum and the ground's points."""
     return sd.Mechanism(bodies=(*bodies, PENDULUM), **{"ground": GROUND, **parts})
 
 
-def welded(**parts) -> sd.Mechanism:
+def welded(**parts):
     """Return two bars welded end to end, pinned to the ground at one end."""
     weld = sd.Weld("seam", ("u", "b"), ("v", "a"))
     return mechanism(part("u"), part("v", x=1.0), joints=(HUNG, *parts.pop("joints", ())), welds=(weld,), **parts)
 
 
-def spoke(name: str, x: float, stretch: float = 1.0) -> sd.Body:
+def spoke(name, x, stretch=1.0):
     """Return a bar from (x, 0) to (0.5, 1)."""
     return part(name, x=x, length=stretch * math.hypot(0.5 - x, 1.0), angle=math.atan2(1.0, 0.5 - x))
 
 
-def tripod(stretch: float) -> sd.Mechanism:
+def tripod(stretch):
     """Return three bars from the ground to one pin, one of them redundant, with a bar that hangs there."""
     joints = [pin(f"foot {n}", f"{n}.a", f"ground.{p}") for n, p in zip("uvw", "OPQ", strict=True)]
     joints += [pin("head v", "v.b", "u.b"), pin("head w", "w.b", "u.b"), pin("hinge", "x.a", "u.b")]
@@ -56,7 +55,7 @@ def tripod(stretch: float) -> sd.Mechanism:
     return mechanism(spoke("u", 0.0), spoke("v", 1.0), spoke("w", 2.0, stretch), hanging, joints=tuple(joints))
 
 
-def braced_frame(spin: float) -> sd.Mechanism:
+def braced_frame(spin):
     """Return four corners joined by six bars, one of them redundant, rotating about the origin."""
     corners = ((0.0, 0.0), (1.0, 0.0), (1.1, 1.2), (-0.1, 0.9))
     bodies, joints, first = [], [], dict[int, str]()
@@ -73,16 +72,16 @@ def braced_frame(spin: float) -> sd.Mechanism:
     return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), gravity=0.0)
 
 
-def driven_twice(array: sd.Mechanism, first: str, second: str, ratio: float) -> sd.Mechanism:
+def driven_twice(array, first, second, ratio):
     """Return an array with drives of two bodies, and a free pendulum."""
     twice = array.driven(speed=1.0, body=first).driven(speed=ratio, body=second)
     return twice.replace("bodies", (*twice.bodies, PENDULUM))
 
 
-def refused(build: Callable[[], object], *names: str) -> None:
+def refused(build, *names):
     """Check that building or running raises an `InputError` of one line with these names ("this|or that")."""
 
-    def build_and_run() -> None:
+    def build_and_run():
         sd.simulate(build(), until=1e-3, samples=2, most_steps=100)
 
     with pytest.raises(sd.InputError) as caught:
@@ -93,7 +92,7 @@ def refused(build: Callable[[], object], *names: str) -> None:
 
 
 # Functions that build an impossible mechanism, and names in its error, by fault
-REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
+REFUSED = {
     # joints and drives that contradict each other
     "two pins at different distances": (
         lambda: mechanism(
@@ -161,10 +160,7 @@ REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
         lambda: driven_twice(sd.n_four_bar(1), "crank 0", "crank 1", 2.0),
         ("'crank 0'", "'crank 1'"),
     ),
-    "drive of a coupler that cannot turn": (
-        lambda: sd.n_four_bar(1).driven(speed=1.0, body="coupler 1"),
-        ("'coupler 1'",),
-    ),
+    "drive of a coupler that cannot turn": (lambda: sd.n_four_bar(1).driven(speed=1.0, body="coupler 1"), ("'coupler 1'",)),
     "drives of crank and rocker": (
         lambda: driven_twice(sd.four_bar(), "crank", "rocker", 2.0),
         ("'crank'|'rocker'|'coupler'", "drive"),
@@ -280,14 +276,14 @@ REFUSED: dict[str, tuple[Callable[[], object], tuple[str, ...]]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_impossible_mechanisms(case: str) -> None:
+def test_impossible_mechanisms(case):
     """Contract: the error has one line and names the parts, or the part and its body."""
     build, names = REFUSED[case]
     refused(build, *names)
 
 
 # Functions that build an unusual mechanism, and whether its reactions are determined
-ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
+ALLOWED = {
     "free body": (lambda: mechanism(part("u")), True),
     "bodies that nothing joins": (lambda: mechanism(part("u"), part("v"), joints=(HUNG,)), True),
     "two joints at one point": (lambda: mechanism(part("u"), part("v"), joints=(HUNG, pin("knee", "u.a", "v.a"))), True),
@@ -312,7 +308,7 @@ ALLOWED: dict[str, tuple[Callable[[], sd.Mechanism], bool]] = {
 
 
 @pytest.mark.parametrize("case", ALLOWED)
-def test_possible_mechanisms(case: str) -> None:
+def test_possible_mechanisms(case):
     """Identity: under-constrained, disconnected and consistently over-constrained mechanisms run.
 
     Energy balances to 1e-8 J and joints stay closed; only undetermined reactions are NaN, with a warning.

@@ -15,17 +15,17 @@ ROPE = ("u", "b"), ("ground", "P")  # End points of a rod
 KNEE = pin("knee", "u.b", "v.a")  # Pin between bodies "u" and "v"
 
 
-def shrinking(rate: float) -> sd.Rod:
+def shrinking(rate):
     """Return a rod of 0.3 m whose length changes at a rate."""
     return sd.Rod("rope", *ROPE, motion=sd.Polynomial((0.3, rate)))
 
 
-def two_bars(*rods: sd.Rod) -> sd.Mechanism:
+def two_bars(*rods):
     """Return two bars with a knee, and rods."""
     return mechanism(part("u"), part("v", x=1.0, angle=1.0), joints=(HUNG, KNEE), rods=rods)
 
 
-def latched_rocker() -> sd.Mechanism:
+def latched_rocker():
     """Return a driven four-bar whose rocker reaches the angle of a latch."""
     linkage = sd.four_bar(gravity=0.0).driven(speed=3.0)
     return dataclasses.replace(linkage, latches=(sd.Latch("hold", "rocker", linkage.body("rocker").angle + 0.05),))
@@ -60,7 +60,7 @@ ENDS = {
 
 
 @pytest.mark.parametrize("case", ENDS)
-def test_end_of_a_run(case: str) -> None:
+def test_end_of_a_run(case):
     """Closed form: a run ends at the instant of the singular position, names the cause, and has no NaN.
 
     The rope has no length after 0.3 s, and the bars are straight at 1.8 m + 0.2 m. The latch's instant is that at which the
@@ -77,7 +77,7 @@ def test_end_of_a_run(case: str) -> None:
             assert np.all(np.isfinite(run[name].values)), name
 
 
-def test_instant_of_the_contradicting_latch() -> None:
+def test_instant_of_the_contradicting_latch():
     """Cross-check: without the latch the rocker reaches the latch's angle at the instant at which the run with it ends."""
     linkage = dataclasses.replace(latched_rocker(), latches=())
     run = sd.simulate(linkage, until=0.05, samples=2001, rtol=1e-12, atol=1e-12)
@@ -109,13 +109,13 @@ RODS = {
 
 
 @pytest.mark.parametrize("case", RODS)
-def test_impossible_rods(case: str) -> None:
+def test_impossible_rods(case):
     """Contract: rods of impossible, contradicting or redundant lengths are refused by name."""
     build, names = RODS[case]
     refused(build, *names)
 
 
-def test_clearance_joint_of_a_rigid_ring() -> None:
+def test_clearance_joint_of_a_rigid_ring():
     """Contract: a single clearance joint in a rigid ring cannot move, with a warning; one in a linkage can."""
     ring = sd.hoberman_ring(units=4).driven(speed=-0.3).with_clearance("unit 1/upper", PIN)
     run = sd.simulate(ring, until=0.1, samples=11)
@@ -125,7 +125,7 @@ def test_clearance_joint_of_a_rigid_ring() -> None:
     assert not any("cannot move" in sentence for sentence in warnings_of(sd.simulate(linkage, until=0.01, samples=3)))
 
 
-def test_hinge_spring_beyond_half_a_revolution() -> None:
+def test_hinge_spring_beyond_half_a_revolution():
     """Closed form: the energy of a hinge spring is that of its whole angle, after several turns."""
     wheel = mechanism(
         part("u", angular_velocity=20.0),
@@ -141,7 +141,7 @@ def test_hinge_spring_beyond_half_a_revolution() -> None:
     assert warnings_of(run) == []
 
 
-def test_determined_reactions_are_kept() -> None:
+def test_determined_reactions_are_kept():
     """Cross-check: in a tripod with a redundant foot the pin of the hanging bar has the reaction of a tripod without it."""
     whole = tripod(1.0)
     statically_determined = dataclasses.replace(
@@ -159,7 +159,7 @@ def test_determined_reactions_are_kept() -> None:
     assert "'hinge'" not in sentence
 
 
-def test_no_reaction_of_a_braced_frame_is_determined() -> None:
+def test_no_reaction_of_a_braced_frame_is_determined():
     """Identity: the frame's self-stress loads every bar, hence every pin, at every instant of its rotation."""
     run = sd.simulate(braced_frame(1.0), until=3.0, samples=2001)
     assert np.all(np.isnan(run["reaction"].values).any(axis=2))
@@ -168,7 +168,7 @@ def test_no_reaction_of_a_braced_frame_is_determined() -> None:
 
 
 @pytest.mark.parametrize(("build", "count"), [(lambda: braced_frame(1.0), 1), (lambda: tripod(1.0), 1), (sd.four_bar, 0)])
-def test_redundant_constraints_are_left_out(build, count: int) -> None:
+def test_redundant_constraints_are_left_out(build, count):
     """Contract: a frame with a redundant bar loses one constraint; a linkage, also one that starts straight, loses none."""
     made = plan(build())
     assert len(made.coordinates.redundant) == count

@@ -13,7 +13,7 @@ from scissordyn.record.summary import summary_of
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_random_linkage_stays_on_its_branch(seed: int) -> None:
+def test_random_linkage_stays_on_its_branch(seed):
     """Closed form: driven, free, turned by a torque, or with a clearance joint; see benchmarks/change_points.py."""
     assert judge(seed).verdict == "on its branch"
 
@@ -29,7 +29,7 @@ def off_branch(run) -> float:
 
 @pytest.mark.parametrize("speed", [0.5, 1.0, 2.0, 3.0, 4.5])
 @pytest.mark.parametrize("samples", [21, 361])
-def test_driven_through_the_stretched_position(speed: float, samples: int) -> None:
+def test_driven_through_the_stretched_position(speed, samples):
     """Closed form: a 4-1-3-2 linkage at any speed; velocities are continuous, energy balances, and there is one warning.
 
     With 361 samples one is at the change point itself.
@@ -51,7 +51,7 @@ def test_driven_through_the_stretched_position(speed: float, samples: int) -> No
 @pytest.mark.parametrize("motion", ["driven", "free"])
 @pytest.mark.parametrize("speed", [0.5, 2.0, -3.0])
 @pytest.mark.parametrize("before", [0.5, 0.4, 0.31])
-def test_change_point_with_hard_contacts(motion: str, speed: float, before: float) -> None:
+def test_change_point_with_hard_contacts(motion, speed, before):
     """Closed form: time stepping passes the point, with open or closed contacts, at the end of a step or within it."""
     linked = linkage(FOUR_BAR, math.copysign(math.pi - before, speed), -1.0, "driven, a bob", speed)
     hard = sd.Clearance(1e-3, contact="hard")
@@ -72,7 +72,7 @@ def lagging(delayed):
 
 @pytest.mark.parametrize("speed", [0.5, -2.0, 5.0])
 @pytest.mark.parametrize("lag", [0.05, 0.3])
-def test_change_point_with_delayed_feedback(speed: float, lag: float) -> None:
+def test_change_point_with_delayed_feedback(speed, lag):
     """Closed form of the branch, and order of convergence: the history continues across the change point."""
     linked = linkage(FOUR_BAR, math.copysign(math.pi - 0.5, speed), -1.0, "free", speed)
     braked = linked.controlled(sd.element(slot="controller", delay=lag / abs(speed), recorded="speed")(lagging)())
@@ -115,7 +115,7 @@ def five_bar(half: float, length: float, angle: float, speed: float, driven: boo
 @pytest.mark.parametrize("driven", [True, False])
 @pytest.mark.parametrize(("half", "length"), [(0.5, 0.5), (0.2, 0.7)])
 @pytest.mark.parametrize("speed", [-1.0, 0.3, -7.0, 20.0])
-def test_symmetric_five_bar(half: float, length: float, speed: float, driven: bool) -> None:
+def test_symmetric_five_bar(half, length, speed, driven):
     """Closed form: the top is 2 sin(a/2) (L (d + L cos^2(a/2)))^(1/2) below the ends of the cranks, on both sides of a = 0."""
     linked = five_bar(half, length, -math.copysign(0.8, speed), speed, driven)
     run = sd.simulate(linked, until=1.6 / abs(speed), samples=201)
@@ -132,7 +132,7 @@ def test_symmetric_five_bar(half: float, length: float, speed: float, driven: bo
 @pytest.mark.parametrize("driven", [True, False])
 @pytest.mark.parametrize("second_guide", [True, False])
 @pytest.mark.parametrize("speed", [1.0, -0.4, 6.0, -25.0])
-def test_scott_russell(speed: float, second_guide: bool, driven: bool) -> None:
+def test_scott_russell(speed, second_guide, driven):
     """Closed form: the rod turns opposite to the crank, also where its foot passes the crank's pivot."""
     r, first = 0.5, math.copysign(0.4, speed)
     tip = r * math.cos(first), r * math.sin(first)
@@ -158,7 +158,7 @@ def test_scott_russell(speed: float, second_guide: bool, driven: bool) -> None:
     assert float(np.max(np.abs(run["energy_residual"]))) < 1e-5 * float(run["kinetic_energy"].max())
 
 
-def test_lock_has_no_largest_torque() -> None:
+def test_lock_has_no_largest_torque():
     """Limit: the torque of a drive at constant speed grows without limit towards a locking position."""
     run = sd.simulate(sd.slider_crank(crank=0.12, rod=0.1, angle=0.5).driven(speed=1.0), until=1.0)
     assert run.attrs["status"] == "failed"

@@ -1,7 +1,6 @@
 """Other codes in the comparisons: each model compared with an exact solution, and the report of missing codes."""
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,9 +13,7 @@ COMPILED = ("numbalsoda",), ("squeezer",)  # Packages and cases whose models com
 # Models of other programs as test parameters
 MODELS = [
     pytest.param(
-        model,
-        id=f"{case.name}-{k}",
-        marks=pytest.mark.slow if model.package in COMPILED[0] or case.name in COMPILED[1] else (),
+        model, id=f"{case.name}-{k}", marks=pytest.mark.slow if model.package in COMPILED[0] or case.name in COMPILED[1] else ()
     )
     for case in CASES
     if case.models
@@ -38,14 +35,14 @@ def failing(setting: float) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_models_of_other_codes(model: Model) -> None:
+def test_models_of_other_codes(model):
     """Cross-check: each model agrees with its closed form, second formulation or published number."""
     if not installed(model.package):
         pytest.skip(f"{model.package} is not installed")
     assert model.measure() <= model.allowed
 
 
-def test_models_of_all_compared_codes() -> None:
+def test_models_of_all_compared_codes():
     """Contract: a case that compares other codes checks a model of each of them."""
     for case in CASES:
         if case.codes is None:
@@ -56,7 +53,7 @@ def test_models_of_all_compared_codes() -> None:
         assert others <= checked, case.name
 
 
-def test_codes_name_their_package() -> None:
+def test_codes_name_their_package():
     """Contract: a code of another package names it, so that a missing package is not taken for a failure."""
     for case in CASES:
         for one in [*(case.codes() if case.codes else ()), *(case.models() if case.models else ())]:
@@ -80,7 +77,7 @@ def constrained_slider(mbs: Any) -> int:
 
 
 @pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
-def test_exudyn_needs_a_slider_without_constraints() -> None:
+def test_exudyn_needs_a_slider_without_constraints():
     """Second formulation: the slider with one coordinate agrees until the second contact, the constrained body does not.
 
     After one revolution the constrained body has an error of a twentieth of the clearance or more at any tolerance.
@@ -97,7 +94,7 @@ def test_exudyn_needs_a_slider_without_constraints() -> None:
 
 
 @pytest.mark.skipif(not installed("exudyn"), reason="exudyn is not installed")
-def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
+def test_exudyn_reaches_the_goal_of_the_slider_crank():
     """Second formulation: every compared setting can reach the goal of the comparison."""
     from validation.slider_crank.case import CASE, EXUDYN, other
     from validation.slider_crank.exudyn_pin import exudyns
@@ -107,7 +104,7 @@ def test_exudyn_reaches_the_goal_of_the_slider_crank() -> None:
         assert min(errors) <= CASE.goal, chosen
 
 
-def test_report_of_missing_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_report_of_missing_codes(tmp_path, monkeypatch):
     """Contract: table, list and picture of a scan distinguish a missing code from one that fails."""
     from validation import curves
 
@@ -138,7 +135,7 @@ def test_report_of_missing_codes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert (tmp_path / "curves.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_report_of_wrong_models() -> None:
+def test_report_of_wrong_models():
     """Contract: a wrong or failing model is counted and marked; a missing one is named, not counted."""
     models = [
         Model("right", "x", lambda: 1e-9, 1e-8),

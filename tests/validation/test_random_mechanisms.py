@@ -24,7 +24,7 @@ ENERGY_TOL = 1e-10
 MOMENTUM_TOL = 1e-13  # Largest relative error of linear momentum, which every one-step method conserves up to round-off
 
 
-def run(mechanism: sd.Mechanism, tolerance: float, *, until: float = 0.1):
+def run(mechanism, tolerance, *, until=0.1):
     """Return a complete run."""
     found = sd.simulate(mechanism, until=until, samples=101, rtol=tolerance, atol=tolerance)
     assert found.attrs["status"] == "complete", found.attrs["cause"]
@@ -32,7 +32,7 @@ def run(mechanism: sd.Mechanism, tolerance: float, *, until: float = 0.1):
 
 
 @drawn
-def test_energy_and_closure(seed: int) -> None:
+def test_energy_and_closure(seed):
     """Identity: elastic joints and springs keep the energy to the solver's error, which falls with its tolerance.
 
     Of the largest kinetic or stored energy, a hundred tolerances may be lost in up to a hundred contacts, and some rounding,
@@ -47,7 +47,7 @@ def test_energy_and_closure(seed: int) -> None:
 
 
 @drawn
-def test_momentum_of_floating_mechanisms(seed: int) -> None:
+def test_momentum_of_floating_mechanisms(seed):
     """Identity: without ground linear momentum is constant to rounding, angular momentum to the solver's error."""
     mechanism = random_mechanism(seed, floating=True)
     coarse, fine = run(mechanism, 1e-8), run(mechanism, 1e-13)
@@ -57,7 +57,7 @@ def test_momentum_of_floating_mechanisms(seed: int) -> None:
     assert momentum_drift(fine, mechanism)[1] < 1e-11
 
 
-def angular_momentum_rate(found, mechanism: sd.Mechanism) -> tuple[np.ndarray, float]:
+def angular_momentum_rate(found, mechanism):
     """Return the rate of angular momentum over time [N m], and the largest sum of the bodies' contributions."""
     mass, inertia = masses(mechanism)
     x, a = found["position"].values, found["acceleration"].values
@@ -66,7 +66,7 @@ def angular_momentum_rate(found, mechanism: sd.Mechanism) -> tuple[np.ndarray, f
     return np.sum(contributions, axis=1), float(np.max(np.sum(lever + np.abs(contributions), axis=1)))
 
 
-def assert_momentum_balances(found, mechanism: sd.Mechanism) -> None:
+def assert_momentum_balances(found, mechanism):
     """Check that linear momentum is constant, and that forces on all bodies have no moment."""
     assert momentum_drift(found, mechanism)[0] < MOMENTUM_TOL
     rate, scale = angular_momentum_rate(found, mechanism)
@@ -75,7 +75,7 @@ def assert_momentum_balances(found, mechanism: sd.Mechanism) -> None:
 
 
 @drawn
-def test_momentum_of_mechanisms_with_friction(seed: int) -> None:
+def test_momentum_of_mechanisms_with_friction(seed):
     """Identity: with impacts and friction at all joints, actions equal reactions to 1e-13, and the energy balance closes."""
     mechanism = random_mechanism(seed, floating=True, clearances=FRICTIONAL, everywhere=True)
     found = run(mechanism, 1e-8)
@@ -83,7 +83,7 @@ def test_momentum_of_mechanisms_with_friction(seed: int) -> None:
     assert np.max(np.abs(found["energy_residual"])) < 1e-6 * np.max(found["kinetic_energy"] + found["stored_energy"])
 
 
-def test_mechanisms_of_all_sizes_and_parts() -> None:
+def test_mechanisms_of_all_sizes_and_parts():
     """Identity: with any laws, components, drives and controllers, of any size, a run balances or ends with a named cause.
 
     Each run of the test draws other mechanisms; a failure gives their numbers for `benchmarks.random_cases.random_case`.
@@ -97,7 +97,7 @@ def test_mechanisms_of_all_sizes_and_parts() -> None:
 
 @pytest.mark.parametrize("motion", ["trapezoidal", "cycloidal"])
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "rodas5p"])
-def test_breaks_of_drives(motion: str, method: str) -> None:
+def test_breaks_of_drives(motion, method):
     """Identity: the work of a drive with jumps of acceleration, with a swinging load, balances as that of a smooth one."""
     move = sd.Trapezoidal(0.4, 1.6, 0.2, 0.25) if motion == "trapezoidal" else sd.Cycloidal(0.4, 1.6, 0.2)
     bars = (
@@ -118,14 +118,14 @@ def test_breaks_of_drives(motion: str, method: str) -> None:
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-6 * float(np.max(np.abs(found["drive_work"])))
 
 
-def test_break_under_a_heavy_load() -> None:
+def test_break_under_a_heavy_load():
     """Identity: the energy balance closes over a break of a drive under a heavy load."""
     case = sd.read_case(Path(__file__).parent / "cases" / "heavy_drive.toml")
     found = sd.simulate(case.mechanism, until=case.run.until, samples=51)
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(np.abs(found["drive_work"])))
 
 
-def floating_array(units: int) -> sd.Mechanism:
+def floating_array(units):
     """Return a scissor array without ground and slider, with deployment, rotation and translation."""
     array = sd.scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
     bodies = []
@@ -138,7 +138,7 @@ def floating_array(units: int) -> sd.Mechanism:
 
 @pytest.mark.parametrize("units", [2, 5])
 @pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
-def test_momentum_of_a_frictional_array(units: int, clearance: sd.Clearance) -> None:
+def test_momentum_of_a_frictional_array(units, clearance):
     """Identity: a floating array with clearance and friction at every joint keeps linear momentum, and moments balance."""
     array = floating_array(units).with_clearance("all", clearance)
     found = run(array, 1e-8, until=0.3)
@@ -152,7 +152,7 @@ def test_momentum_of_a_frictional_array(units: int, clearance: sd.Clearance) -> 
 @pytest.mark.parametrize(
     "damping", [*(clearance.damping for clearance in BOUNCING[:1]), sd.Flores(0.7)], ids=lambda law: law.name
 )
-def test_momentum_of_an_array_with_impacts(units: int, damping) -> None:
+def test_momentum_of_an_array_with_impacts(units, damping):
     """Identity: without friction a floating array with clearance at every joint keeps angular momentum, too, to 1e-11."""
     array = floating_array(units).with_clearance("all", sd.Clearance(1e-3, damping=damping))
     found = run(array, 1e-13, until=0.3)

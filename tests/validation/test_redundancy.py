@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import scissordyn as sd
 from reference.multipliers import Multipliers
@@ -23,7 +22,7 @@ CASES = {
 }
 
 
-def state(model: Multipliers, run: xr.Dataset, instant: int) -> tuple[np.ndarray, np.ndarray]:
+def state(model, run, instant):
     """Return the reference's coordinates and rates at an instant of a run."""
     here = run.isel(time=instant)
     moved = np.column_stack([here["position"].values - model.centre[:-1], here["angle"].values - model.angle[:-1]])
@@ -32,7 +31,7 @@ def state(model: Multipliers, run: xr.Dataset, instant: int) -> tuple[np.ndarray
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_redundancy(case: str) -> None:
+def test_redundancy(case):
     """Second formulation: reactions are undetermined, with a warning, where the reference's gradients are rank deficient.
 
     A ring has 6 N coordinates, 6 N conditions of its pins, 3 of its guides and 1 of the drive, and one freedom without the
@@ -61,7 +60,7 @@ def test_redundancy(case: str) -> None:
 
 
 @pytest.mark.parametrize("units", [3, 6, 12])
-def test_ring_energy(units: int) -> None:
+def test_ring_energy(units):
     """Closed form: kinetic energy of a ring, independent of its supports, to 1e-9.
 
     Pivots move along rays at R' = -p sin th th'/sin(k/2); every bar turns at th' relative to its ray, its mass centre at
@@ -77,7 +76,7 @@ def test_ring_energy(units: int) -> None:
     assert np.allclose(run["kinetic_energy"].values, expected, rtol=1e-9, atol=0)
 
 
-def test_reactions_at_the_folded_position() -> None:
+def test_reactions_at_the_folded_position():
     """Limit: where all bars of the N-four-bar lie on one line, reactions are undetermined there and nowhere else.
 
     The start is exactly on the line, where one constraint is dependent (docs/mechanisms.md: singular mechanisms).

@@ -1,7 +1,5 @@
 """Mechanisms with few digits, and inexact or missing angles: each one that can be assembled runs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -17,7 +15,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.plan.redundancy import basis_of
 
 
-def four_bar(lengths: tuple[float, float, float, float], angles: tuple[float, float, float]) -> sd.Mechanism:
+def four_bar(lengths, angles):
     """Return ground, crank, coupler and rocker at given angles [rad]."""
     ground, crank, coupler, rocker = lengths
     a, b, c = angles
@@ -38,13 +36,13 @@ def four_bar(lengths: tuple[float, float, float, float], angles: tuple[float, fl
 
 
 @pytest.mark.parametrize("seed", range(0, 60, 2))
-def test_rounded_array_moves_as_the_exact_one(seed: int) -> None:
+def test_rounded_array_moves_as_the_exact_one(seed):
     """Closed form: random drawings and tables with 3 to 12 decimals; see benchmarks/rounded_drawings.py."""
     assert judge(seed).verdict == "as the exact one"
 
 
 @pytest.mark.parametrize("seed", [15, 39, 886])
-def test_nearly_equal_sides(seed: int) -> None:
+def test_nearly_equal_sides(seed):
     """Closed form: sides that differ by a few roundings are not taken for those of a parallelogram."""
     assert judge(seed).verdict == "as the exact one"
 
@@ -61,7 +59,7 @@ SLOPPY = {
 
 
 @pytest.mark.parametrize("case", SLOPPY)
-def test_inexact_four_bar(case: str) -> None:
+def test_inexact_four_bar(case):
     """Closed form: the rocker's angle over the crank's, on one of the two branches throughout."""
     lengths, angles = SLOPPY[case]
     run = sd.simulate(four_bar(lengths, angles), until=0.6, samples=7)
@@ -76,7 +74,7 @@ def test_inexact_four_bar(case: str) -> None:
 
 
 @pytest.mark.parametrize(("lengths", "pairs"), [((0.3, 0.1, 0.3, 0.1), 1), ((0.3, 0.1, 0.3 + 1e-11, 0.1), 0)])
-def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float], pairs: int) -> None:
+def test_elimination_only_to_rounding(lengths, pairs):
     """Contract: the linear constraint of a parallelogram replaces quadratic ones only if the sides are equal to rounding."""
     mechanism = four_bar(lengths, (0.9, 0.0, 0.9))
     assert len(plan(mechanism).coordinates.constraints) == (0 if pairs else 2)
@@ -84,12 +82,12 @@ def test_elimination_only_to_rounding(lengths: tuple[float, float, float, float]
 
 @pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 9, 10, 12, 14])
 @pytest.mark.parametrize("driven", [True, False])
-def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool) -> None:
+def test_three_parallel_cranks_with_rounded_lengths(decimals, driven):
     """Closed form: three cranks of a platform stay parallel with any number of digits; contradictions give a warning."""
     rng = np.random.default_rng(decimals)
     length, feet, angle = 0.5123456789123, (0.0, 0.7123456789, 1.3987654321), 1.0
 
-    def rounded(x: float) -> float:
+    def rounded(x):
         return x + float(rng.uniform(-0.5, 0.5)) * 10.0**-decimals
 
     cranks = [
@@ -112,10 +110,10 @@ def test_three_parallel_cranks_with_rounded_lengths(decimals: int, driven: bool)
     assert bool(contradiction) == (decimals < 8)
 
 
-def rounded_ring(units: int, decimals: int) -> tuple[sd.Mechanism, sd.Mechanism]:
+def rounded_ring(units, decimals):
     """Return a Hoberman ring and the same with rounded positions and points, in m and rad."""
 
-    def rounded(place: tuple[float, float]) -> tuple[float, float]:
+    def rounded(place):
         return round(place[0], decimals), round(place[1], decimals)
 
     exact = sd.hoberman_ring(units=units, angle=0.4).driven(speed=-0.2)
@@ -133,10 +131,10 @@ def rounded_ring(units: int, decimals: int) -> tuple[sd.Mechanism, sd.Mechanism]
 
 
 @pytest.mark.parametrize("units", [3, 8, 12])
-def test_kept_constraints_are_far_from_dependent(units: int) -> None:
+def test_kept_constraints_are_far_from_dependent(units):
     """Limit: rounding changes neither the number of kept constraints nor the condition of their gradients."""
 
-    def condition(ring: sd.Mechanism) -> tuple[int, float]:
+    def condition(ring):
         coordinates = plan(ring).coordinates
         gradients = Gradients(coordinates.free, coordinates.basis, list(coordinates.constraints))
         b = basis_of(np.array([ring.bodies[0].placed_angle]))
@@ -153,7 +151,7 @@ def test_kept_constraints_are_far_from_dependent(units: int) -> None:
 
 @pytest.mark.parametrize("decimals", [3, 4, 5, 6, 7, 8, 9, 10, 12])
 @pytest.mark.parametrize("units", [3, 8, 12])
-def test_rounded_ring_moves_as_the_exact_one(units: int, decimals: int) -> None:
+def test_rounded_ring_moves_as_the_exact_one(units, decimals):
     """Limit: a ring with rounded numbers moves as the exact one."""
     exact, rounded = rounded_ring(units, decimals)
     runs = [sd.simulate(ring, until=0.5, samples=6) for ring in (exact, rounded)]

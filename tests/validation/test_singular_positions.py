@@ -1,11 +1,9 @@
 """Singular positions: passed correctly, or named as the cause."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-import xarray as xr
 from energy_balance import closure_error, energy_drift
 
 import scissordyn as sd
@@ -14,14 +12,14 @@ PIN = sd.Clearance(1e-3)  # Clearance of the joints
 TIGHT = {"rtol": 1e-10, "atol": 1e-10}  # Tolerances of accurate runs
 
 
-def names_a_part(run: xr.Dataset, mechanism: sd.Mechanism) -> bool:
+def names_a_part(run, mechanism):
     """Return whether the cause of a failed run names a body, a joint or a guide of the mechanism."""
     names = [*(body.name for body in mechanism.bodies), *mechanism.joint_names]
     return any(f"'{name}'" in run.attrs["cause"] for name in names)
 
 
 @pytest.mark.parametrize("units", [1, 2, 3, 8])
-def test_driven_through_the_upright_position(units: int) -> None:
+def test_driven_through_the_upright_position(units):
     """Limit: at 90 deg all pivots are on one line; the array passes, and torque and energy are those of its mirror image.
 
     Without gravity the motion beyond 90 deg is the mirror image of the earlier one in reverse, so that the torque is odd.
@@ -36,7 +34,7 @@ def test_driven_through_the_upright_position(units: int) -> None:
 
 
 @pytest.mark.parametrize("units", range(1, 6))
-def test_falling_through_the_folded_position(units: int) -> None:
+def test_falling_through_the_folded_position(units):
     """Identity: a falling array passes th = 0, where its bars lie on one line, or the run ends and names them.
 
     If it passes, energy is constant and the bars of a unit stay each other's mirror image.
@@ -53,13 +51,13 @@ def test_falling_through_the_folded_position(units: int) -> None:
         assert np.allclose(first, -second, rtol=0, atol=1e-6)
 
 
-def clearance_array(units: int, joint: str) -> sd.Mechanism:
+def clearance_array(units, joint):
     """Return an array folded at 1 rad/s within 0.1 s, with clearance at one joint."""
     return sd.scissor(units=units, angle=0.1).with_clearance(joint, PIN).driven(speed=-1.0)
 
 
 # Functions that build a mechanism that reaches a singular position, and the end of its run [s]
-ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
+ENDS = {
     **{f"folded array of {n}": (lambda n=n: sd.scissor(units=n, angle=0.3).driven(speed=-1.0), 1.0) for n in (1, 2, 3)},
     "folded array, clearance at A": (lambda: clearance_array(2, "A"), 0.2),
     "folded array, clearance at a pivot": (lambda: clearance_array(2, "unit 1/pivot"), 0.2),
@@ -85,7 +83,7 @@ ENDS: dict[str, tuple[Callable[[], sd.Mechanism], float]] = {
 
 
 @pytest.mark.parametrize("case", ENDS)
-def test_singular_position_is_passed_or_named(case: str) -> None:
+def test_singular_position_is_passed_or_named(case):
     """Identity: a driven mechanism passes a singular position with closed balance and joints, or names the cause."""
     build, until = ENDS[case]
     mechanism = build()

@@ -15,7 +15,7 @@ from scissordyn.plan.model import make_model
 from scissordyn.plan.plan import plan
 
 
-def chain(count: int) -> sd.Mechanism:
+def chain(count):
     """Return an open chain of bars that hangs on the ground."""
     bodies, joints, end = [], [], (0.0, 0.0)
     for k in range(count):
@@ -45,7 +45,7 @@ def test_memory_of_an_open_chain():
     assert peak < 20e6
 
 
-def turned(count: int, excess: float) -> Elimination:
+def turned(count, excess):
     """Return directions around a ring, each rotated relative to the previous one, in all by a whole turn and an excess."""
     elimination = Elimination([False] * (2 * count), 1)
     for k in range(count):

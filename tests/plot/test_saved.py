@@ -15,12 +15,14 @@ import scissordyn as sd
 from scissordyn.cli.compare import differences
 from scissordyn.cli.main import status_of
 from scissordyn.file.export import contact_table, time_table
+from scissordyn.model.options import Options
 from scissordyn.plot.animation_scene import scene_of
 from scissordyn.plot.contact import contact_times, force_curve, insert_points
 from scissordyn.plot.joint import force
 from scissordyn.plot.over_time import comparison, energy, shared_curves, torque
 from scissordyn.plot.report import KINDS, draw_all
-from scissordyn.plot.series import select_window
+from scissordyn.plot.series import mechanism_of, select_window
+from scissordyn.run.simulate import compute_results
 
 UNTIL = 0.01  # [s] end of the saved runs
 
@@ -69,6 +71,10 @@ def test_saved_run_has_all_pictures(saved):
 def test_window_of_a_run(saved):
     """Contract: the window has the samples in it and the contacts that overlap it."""
     part = select_window(saved, 2e-3, 6e-3)
+    results = compute_results(mechanism_of(saved), Options(UNTIL, samples=201))
+    for name, variable in select_window(results, 2e-3, 6e-3).variables.items():
+        assert variable.dims == part[name].dims
+        np.testing.assert_array_equal(variable.values, part[name].values)
     assert part["time"].values[0] >= 2e-3
     assert part["time"].values[-1] <= 6e-3
     assert part.sizes["time"] == np.count_nonzero((saved["time"] >= 2e-3) & (saved["time"] <= 6e-3))
@@ -237,7 +243,7 @@ def test_line_of_a_force_reaches_its_peaks(coarse):
     points = {(float(x), float(y)) for x, y in drawn}
     assert {(float(x), float(y)) for x, y in peaks} <= points
     scale = drawn[:, 1].max() / force_curve(coarse, "slider pin").values.max()
-    at = np.isin(force_curve(coarse, "slider pin")["time"].values, coarse["time"].values)
+    at = np.isin(force_curve(coarse, "slider pin").time, coarse["time"].values)
     np.testing.assert_allclose(drawn[at, 1], scale * sampled, rtol=1e-12)
     assert np.all(np.diff(drawn[:, 0]) >= 0.0)
 
@@ -246,7 +252,7 @@ def test_flights_between_contacts_have_no_force(coarse):
     """Contract: from the end of a contact to the start of the next one the line is zero."""
     curve, found = force_curve(coarse, "slider pin"), contact_times(coarse, "slider pin")
     for end, start in zip(found.end[:-1], found.start[1:], strict=True):
-        between = (curve["time"].values >= end) & (curve["time"].values <= start)
+        between = (curve.time >= end) & (curve.time <= start)
         np.testing.assert_array_equal(curve.values[between], 0.0)
 
 

@@ -102,20 +102,21 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
     """Draw pictures and the animation of the run; return the paths of the files."""
     if plot is None and film is None:
         return []
-    from scissordyn.record.xarray_dataset import as_dataset
+    from scissordyn.model.options import Options
     from scissordyn.run.advance.interrupt import raise_if_interrupted
-    from scissordyn.run.simulate import simulate
+    from scissordyn.run.simulate import compute_results
 
-    run, files = as_dataset(result), []
+    files = []
     if plot is not None:
         from scissordyn.plot.report import draw_all
 
-        ideal = raise_if_interrupted(simulate(mechanism.ideal(), until=float(run["time"][-1]), samples=run.sizes["time"]))
-        files += draw_all(run, ideal, plot, mechanism)
+        same = Options(until=float(result["time"].values[-1]), samples=result.sizes["time"])
+        files += draw_all(result, raise_if_interrupted(compute_results(mechanism.ideal(), same)), plot, mechanism)
     if film is not None:
         from scissordyn.plot.animation import animate
+        from scissordyn.record.xarray_dataset import as_dataset
 
-        files.append(animate(run, mechanism, film))
+        files.append(animate(as_dataset(result), mechanism, film))
     return files
 
 

@@ -252,8 +252,8 @@ class DrawnCurves:
             sampled["output"] = variables["slider_position"].values
         if "beam_stress" in run:
             sampled["stress"] = along(variables["beam_stress"], "beam", "time").max(axis=0)
-        every = np.unique(np.concatenate([time, *(curve["time"].values for curve in exact.values())]))
-        values = {name: np.interp(every, curve["time"].values, curve.values) for name, curve in exact.items()}
+        every = np.unique(np.concatenate([time, *(curve.time for curve in exact.values())]))
+        values = {name: np.interp(every, curve.time, curve.values) for name, curve in exact.items()}
         for name, column in sampled.items():
             if name not in OPTIONAL_COLUMNS or np.any(np.nan_to_num(column)):
                 values[name] = column if every.size == time.size else np.interp(every, time, column)

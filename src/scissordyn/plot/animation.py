@@ -26,7 +26,7 @@ from scissordyn.plot.drawing import Drawing, draw_magnified, magnified_text
 from scissordyn.plot.label import Label, write_name
 from scissordyn.plot.series import chosen_joints, clearance_pins, largest_forces, write_more
 from scissordyn.plot.style import BLACK, SIZES, literal, small
-from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.results import Run
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
 from scissordyn.warning import LISTED_MAX
@@ -157,12 +157,12 @@ def film_title(path: Path, scene: Scene) -> str:
     return f"{path.stem.replace('_', ' ')}: {begin} to {end}"
 
 
-def magnified_first(run: xr.Dataset, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
+def magnified_first(run: Run, mechanism: Mechanism, joints: Sequence[str] | None) -> tuple[int, list[str], list[str]]:
     """Return the number of joints to magnify, all journal joints with the chosen ones first, and the guides to magnify."""
-    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
-    chosen = chosen_joints(pins, joints) if joints is not None or clearance_joints(pins) else []
-    others = [name for name in clearance_joints(pins) if name not in chosen]
-    largest = largest_forces(pins)
+    pins = clearance_pins(run)
+    chosen = chosen_joints(run, joints, pins) if joints is not None or pins else []
+    others = [name for name in pins if name not in chosen]
+    largest = largest_forces(run)
     guides = [guide.name for guide in mechanism.guides if guide.clearance is not None] if joints is None else []
     shown = len(joints) if joints is not None else LISTED_MAX
     return shown, chosen + sorted(others, key=lambda name: -largest[name]), guides

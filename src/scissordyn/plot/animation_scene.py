@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,11 +23,8 @@ from scissordyn.plot.series import time_scale
 from scissordyn.plot.style import SIZES
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
 from scissordyn.record.placement import Placement, placed
-from scissordyn.record.results import along
+from scissordyn.record.results import Run, along, values_at
 from scissordyn.warning import LISTED_MAX
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
 PAYLOAD_HALF_SIDE, PANEL_HALF_WIDTH = 1.5, 0.55  # [sizes of loads in `load_shapes`] half the dimensions of drawn loads
@@ -175,7 +171,7 @@ def scale_in_words(slower: float, magnification: float = 1.0) -> str:
 
 
 def scene_of(
-    run: xr.Dataset,
+    run: Run,
     mechanism: Mechanism,
     frames: np.ndarray,
     joints: list[str],
@@ -298,7 +294,7 @@ def _guide_lines(mechanism: Mechanism, placement: Placement, size: float) -> lis
 
 
 def _clearance_joints(
-    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, names: list[str], *, between: bool
+    run: Run, mechanism: Mechanism, placement: Placement, frames: np.ndarray, names: list[str], *, between: bool
 ) -> tuple[ClearanceJoint, ...]:
     """Return the magnified views of clearance joints in each frame."""
     path_points = 4000  # largest number of points of a journal's path, about the width of a screen in pixels
@@ -311,7 +307,7 @@ def _clearance_joints(
 
 
 def _clearance_joint(
-    run: xr.Dataset, placement: Placement, frames: np.ndarray, joint: Revolute, k: int, path: np.ndarray, *, between: bool
+    run: Run, placement: Placement, frames: np.ndarray, joint: Revolute, k: int, path: np.ndarray, *, between: bool
 ) -> ClearanceJoint:
     """Return the magnified view of joint k of a run in each frame; `path` are the samples at which its path is drawn."""
     name, read = joint.name, run.variables
@@ -336,7 +332,7 @@ def _clearance_joint(
 
 
 def _contacts(
-    run: xr.Dataset, names: Sequence[str], frames: np.ndarray, touching: np.ndarray, force: np.ndarray, *, between: bool
+    run: Run, names: Sequence[str], frames: np.ndarray, touching: np.ndarray, force: np.ndarray, *, between: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which points touch in each frame, and the largest force: at the frame's instant, or since the previous frame.
 
@@ -357,9 +353,7 @@ def guides_for_contacts(mechanism: Mechanism, names: Iterable[str]) -> list[str]
     return list(dict.fromkeys(guide.get(name, name) for name in names))
 
 
-def _channel(
-    run: xr.Dataset, mechanism: Mechanism, placement: Placement, frames: np.ndarray, guide: str, *, between: bool
-) -> Channel:
+def _channel(run: Run, mechanism: Mechanism, placement: Placement, frames: np.ndarray, guide: str, *, between: bool) -> Channel:
     """Return the magnified view of a clearance guide in each frame."""
     half_length = 1.3  # half the length of the drawn block
     described = mechanism.guide(guide)
@@ -370,8 +364,11 @@ def _channel(
         )
     points = [point for point in mechanism.contact_points if point.guide == guide]
     last = int(frames[-1]) + 1 if between else run.sizes["time"]
-    now = run[["indentation", "in_contact", "reaction"]].isel(time=slice(last)).sel(joint=[point.name for point in points])
-    now = now.transpose("time", "joint", "axis", missing_dims="ignore")
+    corner = [point.name for point in points]
+    indentation, touching = (
+        values_at(run, name, "time", "joint", joint=corner)[:last] for name in ("indentation", "in_contact")
+    )
+    reaction = values_at(run, "reaction", "time", "joint", "axis", joint=corner)[:last]
     follower = mechanism.body(described.follower[0])
     base = 0.0 if described.body == GROUND else mechanism.body(described.body).placed_angle
     direction = base + described.direction - follower.placed_angle
@@ -382,14 +379,14 @@ def _channel(
     inside = -1.0 if gap.around else 1.0  # sign of the direction from a corner towards its surface
     half = abs(float(np.mean(distance)) - gap.clearance)
     centred = inside * np.abs(across) + gap.corner_radius  # extent of the outline towards the surface with the block centred
-    moved = now["indentation"].values[frames] + distance - centred
+    moved = indentation[frames] + distance - centred
     surface = distance / half + (SIZES.magnified_clearance / gap.clearance - 1.0 / half) * gap.clearance
     heights = inside * side * (centred / half + SIZES.magnified_clearance * moved / gap.clearance)
     tips = np.stack([np.broadcast_to(half_length * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     corners = tuple(points[k].name for k in around)
-    force = np.linalg.norm(now["reaction"].values, axis=2).max(axis=1)
-    touched, largest = _contacts(run, corners, frames, now["in_contact"].values.astype(bool)[:, around], force, between=between)
+    force = np.linalg.norm(reaction, axis=2).max(axis=1)
+    touched, largest = _contacts(run, corners, frames, touching.astype(bool)[:, around], force, between=between)
     return Channel(
         guide,
         tips[:, around],

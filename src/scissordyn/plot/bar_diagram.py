@@ -17,9 +17,9 @@ from scissordyn.plot.scale import Scale, engineering
 from scissordyn.plot.style import BLUE, VERMILION, dress, small
 from scissordyn.record.bars import part_names
 from scissordyn.record.internal_forces import bars_of
+from scissordyn.record.results import Run, values_at
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 DIAGRAM_MAP = "viridis"
@@ -119,7 +119,7 @@ def check_quantity(quantity: str, mechanism: Mechanism) -> None:
         )
 
 
-def known_diagrams(run: xr.Dataset, mechanism: Mechanism) -> tuple[Diagram, ...]:
+def known_diagrams(run: Run, mechanism: Mechanism) -> tuple[Diagram, ...]:
     """Return all diagrams that a film of the run can draw."""
     if "beam_axial_force" not in run or not bars_of(mechanism):
         return ()
@@ -140,17 +140,18 @@ def _missing_fields(quantity: str, mechanism: Mechanism) -> list[tuple[str, str]
     ]
 
 
-def diagram_of(run: xr.Dataset, mechanism: Mechanism, quantity: str) -> Diagram:
-    """Return the diagram of a quantity along the bars of a run."""
+def diagram_of(run: Run, mechanism: Mechanism, quantity: str, samples: slice = slice(None)) -> Diagram:
+    """Return the diagram of a quantity along the bars of a run, at its samples or some of them."""
     check_quantity(quantity, mechanism)
     shown, parts = QUANTITIES[quantity], _parts(mechanism)
     if "beam" not in run:
         raise InputError(f"{quantity}: the run has no bending bars", "a run of this mechanism")
     ends = []
     for name in (shown.first, shown.last):
-        value = run[name if name in run else shown.whole]
-        value = value.fillna(run[shown.whole]) if shown.whole else value
-        ends.append(value.sel(beam=parts).transpose("time", "beam").values)
+        value = values_at(run, name if name in run else shown.whole, "time", "beam", beam=parts)[samples]
+        if shown.whole:
+            value = np.where(np.isnan(value), values_at(run, shown.whole, "time", "beam", beam=parts)[samples], value)
+        ends.append(value)
     values = np.stack(ends, axis=-1)
     return Diagram(quantity, tuple(parts), values, float(np.max(np.abs(values))) or 1.0)
 

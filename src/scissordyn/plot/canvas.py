@@ -19,6 +19,7 @@ from scissordyn.plot.label import PLACING
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.plot.style import SIZES
+from scissordyn.record.results import Run
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
 
@@ -31,19 +32,19 @@ CANVAS_SCRIPT = "".join((Path(__file__).parent / "assets" / part).read_text(enco
 """JavaScript module that draws a scene, for the explorer, notebooks and films."""
 
 
-def run_scene(run: xr.Dataset, mechanism: Mechanism, frames: int = SIZES.frames_max) -> Scene:
+def run_scene(run: Run, mechanism: Mechanism, frames: int = SIZES.frames_max) -> Scene:
     """Return the scene of a run in which everything with a clearance is magnified."""
     chosen = spread_samples(run["time"].values, min(run.sizes["time"], frames))
     loose = [guide.name for guide in mechanism.guides if guide.clearance is not None]
     return scene_of(run, mechanism, chosen, clearance_pins(run), guides=loose)
 
 
-def pack_run(run: xr.Dataset, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = SIZES.frames_max) -> str:
+def pack_run(run: Run, mechanism: Mechanism, *, number: int = 0, note: str = "", frames: int = SIZES.frames_max) -> str:
     """Return the scene of a run, with at most `frames` samples, as JSON for the canvas of a browser."""
     return pack_scene(run_scene(run, mechanism, frames), run, number=number, note=note)
 
 
-def pack_scene(scene: Scene, run: xr.Dataset, *, number: int = 0, note: str = "", seconds: float = SIZES.film_duration) -> str:
+def pack_scene(scene: Scene, run: Run, *, number: int = 0, note: str = "", seconds: float = SIZES.film_duration) -> str:
     """Return a scene as JSON for the canvas of a browser; it plays in `seconds`."""
     most_names = 6  # with more joints only the chosen one shows its name, as in canvas.js
     largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > most_names
@@ -187,7 +188,7 @@ if (frame > 0) place.querySelector(".sd-stage").frame(frame);
 """
 
 
-def page(scene: Scene, run: xr.Dataset, seconds: float, *, title: str = "Motion", ghost: str = "") -> str:
+def page(scene: Scene, run: Run, seconds: float, *, title: str = "Motion", ghost: str = "") -> str:
     """Return a film as a self-contained page with a player."""
     wide = float(scene.high[0] - scene.low[0])
     scale = engineering("m", wide)

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.record.joint_force import clearance_joints, joint_force, oiled_joints
+from scissordyn.record.results import Curve, Run, along, curve_of, values_at
 from scissordyn.record.summary import actuator_limits
 
 TORQUE_VARIABLES = (("control_torque", "actuator", "peak_control_torque"), ("motor_torque", "motor", "motor_peak_torque"))
@@ -26,7 +26,7 @@ class ContactTimes:
     lasting: np.ndarray  # (contacts,) True for a contact that is still closed at the end of the run
 
 
-def contact_times(run: xr.Dataset, joint: str, *, normal: bool = False) -> ContactTimes:
+def contact_times(run: Run, joint: str, *, normal: bool = False) -> ContactTimes:
     """Return the contacts of a joint with the peaks of the force, or of its normal part; empty for a run without contacts."""
     if "contact_joint" not in run:
         nothing = np.empty(0)
@@ -59,29 +59,27 @@ def insert_points(time: np.ndarray, values: np.ndarray, when: np.ndarray, also: 
     return merged[order], np.concatenate([values, also[~sampled]])[order]
 
 
-def force_curve(run: xr.Dataset, joint: str, *, normal: bool = False) -> xr.DataArray:
+def force_curve(run: Run, joint: str, *, normal: bool = False) -> Curve:
     """Return the force of a joint, or its normal part, at the samples and at its maxima between samples.
 
     For a dry joint the curve is zero at both ends of each contact. A line through the samples alone would miss peaks and short
     contacts between them.
     """
     time = run["time"].values
-    values = run["normal_force"].sel(joint=joint).values if normal else joint_force(run, joint)
-    attributes = {"units": "N", "long_name": "normal force" if normal else "force"}
+    values = values_at(run, "normal_force", "time", joint=joint) if normal else joint_force(run, joint)
     dry = joint in clearance_joints(run) and joint not in oiled_joints(run)
-    if not (normal or dry) and np.isfinite(peak := run["joint_peak_force"].sel(joint=joint).values):
-        time, values = insert_points(time, values, run["joint_peak_force_time"].sel(joint=joint).values[None], peak[None])
-        return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
+    if not (normal or dry) and np.isfinite(peak := values_at(run, "joint_peak_force", joint=joint)):
+        when = values_at(run, "joint_peak_force_time", joint=joint)
+        return Curve(*insert_points(time, values, when[None], peak[None]), "N")
     contacts = contact_times(run, joint, normal=normal)
     before, after = contacts.start[contacts.start > time[0]], contacts.end[~contacts.lasting & (contacts.end < time[-1])]
     # the force is zero at the ends of a contact, except where a sample exists
     zero = np.concatenate([before, after])
     time, values = insert_points(time, values, zero, np.zeros(zero.size))
-    time, values = insert_points(time, values, contacts.peak_time, contacts.peak)
-    return xr.DataArray(values, {"time": time}, ("time",), attrs=attributes)
+    return Curve(*insert_points(time, values, contacts.peak_time, contacts.peak), "N")
 
 
-def frame_contacts(run: xr.Dataset, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def frame_contacts(run: Run, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return whether each frame contains a contact of a joint, and the largest peak force in it.
 
     A frame covers the time since the previous one.
@@ -104,38 +102,42 @@ class TorqueSource:
     name: str
     variable: str  # Name of the variable in the run
     part: int
-    curve: xr.DataArray  # Torque along "time" [N m], including the located maximum between samples
+    curve: Curve  # Torque along "time" [N m], including the located maximum between samples
     peak: tuple[float, float] | None = None  # Instant [s] and value [N m] of the largest magnitude, if the run has it
     limit: float | None = None  # Largest torque in either direction [N m], if there is a limit
 
 
-def torque_sources(run: xr.Dataset) -> list[TorqueSource]:
+def torque_sources(run: Run) -> list[TorqueSource]:
     """Return the torques of drives, actuators and motors, in this order."""
     sources = []
     drives = run.sizes.get("drive", 1) if "drive_torque" in run else 0
     for k in range(drives):
-        sampled = run["drive_torques"].isel(drive=k) if "drive_torques" in run else run["drive_torque"]
+        sampled = _part(run, "drive_torques", "drive", k) if "drive_torques" in run else curve_of(run, "drive_torque")
         name = "driving torque" if drives == 1 else f"torque of drive {k + 1}"
         peak = _peak(run, sampled.values, "peak_drive_torque", k)
         sources.append(TorqueSource(name, "drive_torque", k, _insert_peak(sampled, peak), peak))
     limits = actuator_limits(run) if any(variable in run for variable, _, _ in TORQUE_VARIABLES) else {}
-    for variable, along, largest in TORQUE_VARIABLES:
-        if variable in run and along in run[variable].dims:
-            for k, name in enumerate(run[along].values.astype(str).tolist()):
-                sampled = run[variable].isel({along: k})
+    for variable, dim, largest in TORQUE_VARIABLES:
+        if variable in run and dim in run[variable].dims:
+            for k, name in enumerate(run[dim].values.astype(str).tolist()):
+                sampled = _part(run, variable, dim, k)
                 peak = _peak(run, sampled.values, largest, k)
                 curve = _insert_peak(sampled, peak)
                 sources.append(TorqueSource(f"torque of {name}", variable, k, curve, peak, limits.get(name)))
     return sources
 
 
-def _insert_peak(sampled: xr.DataArray, peak: tuple[float, float] | None) -> xr.DataArray:
+def _part(run: Run, variable: str, dim: str, k: int) -> Curve:
+    part = run.variables[variable]
+    return Curve(run.variables["time"].values, along(part, dim, "time")[k], part.attrs["units"])
+
+
+def _insert_peak(sampled: Curve, peak: tuple[float, float] | None) -> Curve:
     when, value = (np.empty(0), np.empty(0)) if peak is None else (np.array([peak[0]]), np.array([peak[1]]))
-    time, values = insert_points(sampled["time"].values, sampled.values, when, value)
-    return xr.DataArray(values, {"time": time}, ("time",), attrs=sampled.attrs)
+    return Curve(*insert_points(sampled.time, sampled.values, when, value), sampled.units)
 
 
-def _peak(run: xr.Dataset, values: np.ndarray, largest: str, source: int) -> tuple[float, float] | None:
+def _peak(run: Run, values: np.ndarray, largest: str, source: int) -> tuple[float, float] | None:
     """Return the instant [s] and value [N m] of a source's largest torque; None if it is not in this part of the run."""
     if largest not in run or f"{largest}_time" not in run:
         return None

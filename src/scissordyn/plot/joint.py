@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
@@ -56,12 +55,14 @@ from scissordyn.plot.style import (
     wrap_text,
 )
 from scissordyn.record.film import MIXED_RATIO_MAX
+from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.results import Curve, Run, curve_of, values_at
 
 
 @picture("One per joint, followed by one for its friction if it has any.")
 def force(
-    run: xr.Dataset,
-    ideal: xr.Dataset | None = None,
+    run: Run,
+    ideal: Run | None = None,
     *,
     joint: Joints = None,
     start: float | None = None,
@@ -82,7 +83,7 @@ def force(
     """
     run = select_window(run, start, end)
     chosen = chosen_joints(run, joint)
-    frictional = [bool(np.any(np.nan_to_num(run["friction_force"].sel(joint=name).values))) for name in chosen]
+    frictional = [bool(np.any(np.nan_to_num(values_at(run, "friction_force", "time", joint=name)))) for name in chosen]
     ratios = [ratio for has_friction in frictional for ratio in ((2.0, 1.2) if has_friction else (2.0,))]
     drawn = panels(axes, len(ratios), size=(9.0, 0.6 + 1.35 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
@@ -92,21 +93,22 @@ def force(
         if len(chosen) > 1:
             panel.set_title(f"joint {literal(name)}", loc="left", fontsize=normal())
         if has_friction:
-            draw_curves(next(following), "friction force", [(run["friction_force"].sel(joint=name), {"color": BLUE})], time)
+            friction = curve_of(run, "friction_force", joint=name)
+            draw_curves(next(following), "friction force", [(friction, {"color": BLUE})], time)
     finish_time_axes(drawn, run, time)
     legend(drawn)
     if joint is None and axes is None:
-        note_more(drawn, run, chosen)
+        note_more(drawn, clearance_joints(run), chosen)
     return drawn
 
 
-def _force(axes: Axes, run: xr.Dataset, ideal: xr.Dataset | None, joint: str, time: Scale) -> None:
+def _force(axes: Axes, run: Run, ideal: Run | None, joint: str, time: Scale) -> None:
     strip = 0.06  # height of the strip that marks contacts as a fraction of the panel
-    oiled = "film" in run.dims and joint in run["film"].values
+    oiled = "film" in run.sizes and joint in run["film"].values
     contacts = contact_times(run, joint, normal=oiled)
-    curves: list[tuple[xr.DataArray, dict[str, Any]]] = [(force_curve(run, joint), {"color": BLUE, "label": "force"})]
+    curves: list[tuple[Curve, dict[str, Any]]] = [(force_curve(run, joint), {"color": BLUE, "label": "force"})]
     if ideal is not None and "reaction" in ideal and joint in ideal["joint"].values:
-        curves.append((_magnitude(ideal["reaction"].sel(joint=joint)), IDEAL | {"label": "ideal reaction"}))
+        curves.append((_magnitude(ideal, "reaction", joint=joint), IDEAL | {"label": "ideal reaction"}))
     if oiled:
         curves.append((force_curve(run, joint, normal=True), {"color": GREEN, "label": "normal force of the metal"}))
     scale = engineering("N", contacts.peak, *(curve.values for curve, _ in curves))
@@ -146,14 +148,15 @@ def _name_peak(axes: Axes, contacts: ContactTimes, time: Scale, scale: Scale) ->
     )
 
 
-def _magnitude(vector: xr.DataArray) -> xr.DataArray:
-    sizes: xr.DataArray = xr.apply_ufunc(np.hypot, vector.sel(axis="x"), vector.sel(axis="y"), keep_attrs=True)
-    return sizes
+def _magnitude(run: Run, name: str, **labels: str) -> Curve:
+    """Return the magnitude of a vector over time."""
+    x, y = (curve_of(run, name, axis=axis, **labels) for axis in "xy")
+    return x._replace(values=np.hypot(x.values, y.values))
 
 
 @picture("One per joint.")
 def orbit(
-    run: xr.Dataset,
+    run: Run,
     *,
     joint: Joints = None,
     exaggeration: float | None = None,
@@ -176,8 +179,8 @@ def orbit(
     least_width = 1.7  # least width of an orbit's panel in a figure of user-defined width [inch]
     most_columns = 3  # largest number of orbits in a row
     run = select_window(run, start, end)
-    pins = run.sel(joint=clearance_pins(run)) if "plane_contact" in run else run
-    chosen = chosen_joints(pins, joint)
+    pins = clearance_pins(run)
+    chosen = chosen_joints(run, joint, pins)
     columns = (
         max(1, min(len(chosen), most_columns, int(min(figure_width() / least_width, most_columns)))) if axes is None else 1
     )
@@ -212,12 +215,12 @@ class JournalPath:
     title: str  # Name of the joint, and the magnification of the indentation
 
 
-def draw_orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | None = None, *, turns: int = 0) -> JournalPath:
+def draw_orbit(axes: Axes, run: Run, joint: str, exaggeration: float | None = None, *, turns: int = 0) -> JournalPath:
     """Draw the path of a journal's centre, coloured by time, after some quarter turns of the picture."""
     visible_depth = 0.1  # drawn depth of the largest indentation as a fraction of the clearance
-    place = run["eccentricity"].sel(joint=joint).transpose("time", "axis").values
+    place = values_at(run, "eccentricity", "time", "axis", joint=joint)
     place = place @ np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), turns % 4)
-    clearance = float(run["clearance"].sel(joint=joint))
+    clearance = float(values_at(run, "clearance", joint=joint))
     distance = np.hypot(place[:, 0], place[:, 1])
     depth = np.maximum(distance - clearance, 0.0)
     gain = (
@@ -234,7 +237,7 @@ def draw_orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | No
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = scale.factor * clearance * np.stack([np.cos(around), np.sin(around)])
     axes.plot(*circle, color=GREY, linewidth=0.8, linestyle=(0, (2, 2)), label="clearance circle")
-    _draw_path(axes, run, drawn, run["in_contact"].sel(joint=joint).values.astype(bool))
+    _draw_path(axes, run, drawn, values_at(run, "in_contact", "time", joint=joint).astype(bool))
     axes.plot(*drawn[0], linestyle="", marker="o", markersize=4.0, color=BLACK, label="start", zorder=4.0)
     reach = 1.08 * scale.factor * max(clearance, float(np.max(distance * stretch)))
     axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
@@ -242,7 +245,7 @@ def draw_orbit(axes: Axes, run: xr.Dataset, joint: str, exaggeration: float | No
     return JournalPath(drawn, scale, f"joint {literal(joint)}{magnified}")
 
 
-def _draw_path(axes: Axes, run: xr.Dataset, points: np.ndarray, touching: np.ndarray) -> None:
+def _draw_path(axes: Axes, run: Run, points: np.ndarray, touching: np.ndarray) -> None:
     """Draw the lines between samples: thick where both are in contact, pale beyond the predictability horizon."""
     time, until = run["time"].values, predictability_horizon(run)
     lines = np.stack([points[:-1], points[1:]], axis=1)
@@ -262,12 +265,12 @@ def _draw_path(axes: Axes, run: xr.Dataset, points: np.ndarray, touching: np.nda
         axes.plot([], [], color=LIGHT, linewidth=LINE_WIDTH, label=f"pale: {BEYOND_HORIZON}")
 
 
-def _time_norm(run: xr.Dataset, factor: float = 1.0) -> Normalize:
+def _time_norm(run: Run, factor: float = 1.0) -> Normalize:
     """Return the norm of the colours of a run's instants."""
     return Normalize(factor * float(run["time"].values[0]), factor * float(run["time"].values[-1]))
 
 
-def write_time_bar(axes: Sequence[Axes], run: xr.Dataset) -> None:
+def write_time_bar(axes: Sequence[Axes], run: Run) -> None:
     """Add a colour bar of the time next to the orbits."""
     time = time_scale(run)
     norm = _time_norm(run, time.factor)
@@ -292,7 +295,7 @@ def _round_gain(gain: float) -> float:
 
 @picture("Three panels.")
 def film(
-    run: xr.Dataset,
+    run: Run,
     *,
     joint: Joints = None,
     start: float | None = None,
@@ -313,7 +316,7 @@ def film(
     """
     dry_fraction = 0.1  # films thinner than this fraction of the roughness are drawn as contact
     run = select_window(run, start, end)
-    films = [] if "film" not in run.dims else run["film"].values.astype(str).tolist()
+    films = [] if "film" not in run.sizes else run["film"].values.astype(str).tolist()
     if not films:
         sample = "sd.Clearance(..., lubrication=sd.Lubrication(viscosity=0.05))"
         raise InputError("the run has no lubricated joint", "a run with a lubricated joint", sample)
@@ -324,10 +327,10 @@ def film(
         )
     described: dict[str, Any] = {joint.name: joint for joint in read_configuration(run).mechanism.joints}
     rough, time = float(described[chosen].clearance.lubrication.roughness), time_scale(run)
-    here, x = run.sel(film=chosen), time.factor * run["time"].values
+    x = time.factor * run["time"].values
     drawn = panels(axes, 3, size=(8.0, 7.0))
     size = engineering("m", rough)
-    thickness = size.factor * here["film_thickness"].values
+    thickness = size.factor * values_at(run, "film_thickness", "time", film=chosen)
     dry = size.factor * dry_fraction * rough
     drawn[0].plot(x, np.where(thickness > dry, thickness, np.nan), color=BLUE, linewidth=LINE_WIDTH, label="film")
     touching = np.where(thickness <= dry, dry, np.nan)
@@ -337,8 +340,8 @@ def film(
     )
     drawn[0].set_ylabel(size.label("film thickness"))
     drawn[0].set_title(literal(chosen), fontsize="medium")
-    draw_curves(drawn[1], "largest pressure", [(here["film_pressure"], {"color": BLUE})], time)
-    draw_curves(drawn[2], "force of the film", [(_magnitude(here["film_force"]), {"color": BLUE})], time)
+    draw_curves(drawn[1], "largest pressure", [(curve_of(run, "film_pressure", film=chosen), {"color": BLUE})], time)
+    draw_curves(drawn[2], "force of the film", [(_magnitude(run, "film_force", film=chosen), {"color": BLUE})], time)
     finish_time_axes(drawn, run, time)
     drawn[0].set_yscale("log")
     number_decades(drawn[0].yaxis)

@@ -42,6 +42,7 @@ from scissordyn.plot.style import (
     small,
 )
 from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.results import Curve, Run, curve_of, values_at
 from scissordyn.record.summary import at_limit, summary_of
 
 if TYPE_CHECKING:
@@ -98,8 +99,8 @@ WORKS = ("drive_work", "motor_work", "load_work")  # Variables whose sum is the 
 
 @picture("Six Axes, row by row, slider at the left; three for a mechanism without a slider.")
 def response(
-    run: xr.Dataset,
-    ideal: xr.Dataset | None = None,
+    run: Run,
+    ideal: Run | None = None,
     *,
     body: str = "",
     start: float | None = None,
@@ -133,24 +134,28 @@ def response(
     time = time_scale(run)
     for column, (title, variables, of) in enumerate(moving):
         drawn[column].set_title(literal(title), loc="left", fontsize=normal())
-        for panel, (label, variable) in zip(drawn[column::columns], variables.items(), strict=True):
-            curve = _without_round_off(run[list(variables.values())].sel(of), variable)
-            compare(panel, label, curve, None if ideal is None else ideal[variable].sel(of), time=time)
+        for order, (panel, (label, variable)) in enumerate(zip(drawn[column::columns], variables.items(), strict=True)):
+            curve = _without_round_off([curve_of(run, name, **of) for name in variables.values()], order)
+            compare(panel, label, curve, None if ideal is None else curve_of(ideal, variable, **of), time=time)
     finish_time_axes(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn
 
 
-def _without_round_off(motion: xr.Dataset, name: str) -> xr.DataArray:
-    """Return a quantity of a motion, or zero if its integral over the run is only round-off of the quantity one order lower."""
+def _without_round_off(motion: list[Curve], order: int) -> Curve:
+    """Return a derivative of a motion; zero if its integral over the run is only round-off of the quantity one order lower."""
     round_off = 1e-10  # relative change over a run that counts as round-off
-    values, at = motion[name], list(motion).index(name)
-    duration = float(motion["time"].values[-1] - motion["time"].values[0])
-    before = 0.0 if at == 0 else float(abs(list(motion.values())[at - 1]).max())
-    return 0.0 * values if float(abs(values).max()) * duration < round_off * before else values
+    curve = motion[order]
+    duration = float(curve.time[-1] - curve.time[0])
+    before = _magnitude(motion[order - 1]) if order else 0.0
+    return curve._replace(values=0.0 * curve.values) if _magnitude(curve) * duration < round_off * before else curve
 
 
-def _body(run: xr.Dataset, bodies: list[str]) -> str:
+def _magnitude(curve: Curve) -> float:
+    return float(np.nanmax(np.abs(curve.values), initial=0.0))
+
+
+def _body(run: Run, bodies: list[str]) -> str:
     """Return the output body if its rotation is the output; otherwise a coupler, or the first body."""
     output = str(read_configuration(run).mechanism.output_body) if ATTRIBUTE in run.attrs else ""
     if output in bodies and SLIDER["position"] not in run:
@@ -160,8 +165,8 @@ def _body(run: xr.Dataset, bodies: list[str]) -> str:
 
 @picture("One for each drive, actuator and motor, in this order.")
 def torque(
-    run: xr.Dataset,
-    ideal: xr.Dataset | None = None,
+    run: Run,
+    ideal: Run | None = None,
     *,
     start: float | None = None,
     end: float | None = None,
@@ -204,7 +209,7 @@ def _draw_torque_limit(axes: Axes, source: TorqueSource, scale: Scale, time: Sca
         if np.max(sign * values, initial=0.0) > 0.5 * source.limit:
             draw_limit(axes, sign * scale.factor * source.limit, "limit")
     shaded: dict[str, Any] = {"facecolor": ORANGE, "alpha": 0.22, "linewidth": 0.0, "zorder": 0.5, "label": "at the limit"}
-    for start, end in at_limit(source.curve["time"].values, values, source.limit):
+    for start, end in at_limit(source.curve.time, values, source.limit):
         axes.axvspan(time.factor * start, time.factor * end, **shaded)
 
 
@@ -236,12 +241,12 @@ def torque_speed(
     return [panel]
 
 
-def has_tracks(run: xr.Dataset) -> bool:
+def has_tracks(run: Run) -> bool:
     return "track_deviation" in run and run.sizes.get("track", 0) > 0
 
 
 @picture("One for each tracked point.")
-def track(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
+def track(run: Run, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
     """Draw the deviation of tracked points from their commanded paths, with the maximum and the tolerance.
 
     There is one panel for each point. The panel is shaded where the point is outside its tolerance.
@@ -263,7 +268,7 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
     drawn = panels(axes, len(names), size=(8.0, 0.7 + 2.4 * len(names)))
     time = time_scale(run)
     for panel, name in zip(drawn, names, strict=True):
-        sampled = run["track_deviation"].sel(track=name).values
+        sampled = values_at(run, "track_deviation", "time", track=name)
         point = answers.get(name)
         tolerance = None if point is None else point.tolerance
         peak = ([], []) if point is None else ([point.when], [point.deviation])
@@ -287,7 +292,7 @@ def track(run: xr.Dataset, *, start: float | None = None, end: float | None = No
 
 
 @picture("Three Axes, or two for a run in which no contact stored or dissipated energy.")
-def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
+def energy(run: Run, *, start: float | None = None, end: float | None = None, axes: Canvas = None) -> list[Axes]:
     """Draw energies and work, elastic energy and losses of contacts and components, and the residual of the energy balance."""
     run = select_window(run, start, end)
     shown = []
@@ -300,7 +305,7 @@ def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = N
     drawn = panels(axes, len(shown), size=(8.5, 0.6 + 1.25 * sum(ratios)), ratios=ratios)
     time = time_scale(run)
     for panel, (name, lines) in zip(drawn, shown, strict=True):
-        curves = [(run[variable], {"color": color, "label": label}) for variable, label, color in lines]
+        curves = [(curve_of(run, variable), {"color": color, "label": label}) for variable, label, color in lines]
         draw_curves(panel, name, curves, time)
     finish_time_axes(drawn, run, time)
     for panel in drawn:
@@ -308,17 +313,17 @@ def energy(run: xr.Dataset, *, start: float | None = None, end: float | None = N
     return drawn
 
 
-def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.DataArray]]]:
+def shared_curves(runs: Sequence[Run]) -> Iterator[tuple[str, list[Curve]]]:
     """Yield the name of each quantity that all runs have, with its curves: output, torques, forces, energies, work."""
     most_joints = 3  # those with the largest forces
     if all("slider_position" in run for run in runs):
-        yield "position", [run["slider_position"] for run in runs]
+        yield "position", [curve_of(run, "slider_position") for run in runs]
     torques = [{source.name: source.curve for source in torque_sources(run)} for run in runs]
     for name in _common_names([list(curves) for curves in torques]):
         yield name, [curves[name] for curves in torques]
     if not all("slider_position" in run for run in runs):
         for body in _common_names([run["body"].values.astype(str).tolist() for run in runs])[-1:]:
-            yield f"angle of {body}", [run["angle"].sel(body=body) for run in runs]
+            yield f"angle of {body}", [curve_of(run, "angle", body=body) for run in runs]
     joints = _common_names([clearance_joints(run) for run in runs])
     largest = [largest_forces(run) for run in runs]
     peaks = [max(curves[joint] for curves in largest) for joint in joints]
@@ -328,12 +333,9 @@ def shared_curves(runs: Sequence[xr.Dataset]) -> Iterator[tuple[str, list[xr.Dat
             yield f"force at {joint}", [force_curve(run, joint) for run in runs]
     for variable, name in (("kinetic_energy", "kinetic energy"), ("dissipated_energy", "dissipated")):
         if all(variable in run and np.any(run[variable].values) for run in runs):
-            yield name, [run[variable] for run in runs]
+            yield name, [curve_of(run, variable) for run in runs]
     if all(set(WORKS) <= set(run.variables) and any(np.any(run[name].values) for name in WORKS) for run in runs):
-        yield (
-            "work",
-            [sum((run[name] for name in WORKS[1:]), run[WORKS[0]]).assign_attrs(units="J") for run in runs],
-        )
+        yield "work", [Curve(run["time"].values, sum(run[name].values for name in WORKS), "J") for run in runs]
 
 
 def _common_names(names: Sequence[Sequence[str]]) -> list[str]:
@@ -342,7 +344,7 @@ def _common_names(names: Sequence[Sequence[str]]) -> list[str]:
 
 @picture("One for each of `shared_curves`.")
 def comparison(
-    run: xr.Dataset, other: xr.Dataset, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
+    run: Run, other: Run, *, labels: tuple[str, str] = ("first run", "second run"), axes: Canvas = None
 ) -> list[Axes]:
     """Draw output, torque, contact forces and energies of two runs, each pair of curves in one panel.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 
@@ -18,9 +17,7 @@ from scissordyn.plot.over_time import energy, has_tracks, response, torque, trac
 from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.still import bending, structure
 from scissordyn.record.joint_force import clearance_joints
-
-if TYPE_CHECKING:
-    import xarray as xr
+from scissordyn.record.results import Run
 
 KINDS = {
     "response": "",
@@ -44,8 +41,8 @@ def check_kinds(only: Sequence[str] | None) -> None:
 
 
 def draw_all(
-    run: xr.Dataset,
-    ideal: xr.Dataset | None,
+    run: Run,
+    ideal: Run | None,
     folder: str | os.PathLike[str],
     mechanism: Mechanism | None,
     format: str = "png",
@@ -63,17 +60,17 @@ def draw_all(
     if joints is not None:
         chosen_joints(run, joints)
     turning = None if joints is None else [name for name in joints if name in pins]
-    oiled = [name for name in joints or () if name in run["film"]] if "film" in run.dims else []
+    oiled = [name for name in joints or () if name in run["film"]] if "film" in run.sizes else []
     kinds: dict[str, tuple[bool, Callable[[], list[Axes]]]] = {
         "response": (True, lambda: response(run, ideal)),
         "track": (has_tracks(run), lambda: track(run)),
         "force": (bool(clearance_joints(run)), lambda: force(run, ideal, joint=joints)),
         "torque": (bool(torque_sources(run)), lambda: torque(run, ideal)),
         "orbit": (bool(pins) and turning != [], lambda: orbit(run, joint=turning)),
-        "film": ("film" in run.dims, lambda: film(run, joint=oiled or None)),
+        "film": ("film" in run.sizes, lambda: film(run, joint=oiled or None)),
         "energy": (True, lambda: energy(run)),
         "structure": (mechanism is not None, lambda: structure(run, mechanism, joint=joints, magnify=magnify, bars=bars)),
-        "bending": (mechanism is not None and "beam" in run.dims, lambda: bending(run, mechanism, envelope=envelope)),
+        "bending": (mechanism is not None and "beam" in run.sizes, lambda: bending(run, mechanism, envelope=envelope)),
     }
     makers = {kind: make for kind, (has_data, make) in kinds.items() if has_data}
     for kind in only or ():

@@ -28,10 +28,10 @@ from scissordyn.plot.style import (
     wrap_text,
 )
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, require_clearance_joints
+from scissordyn.record.results import Curve, Run
 from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -55,6 +55,7 @@ COMMON_PARAMETERS = {
 DOC_SECTION = re.compile(r"\n\n(Parameters|Returns|Raises)\n-+\n")
 DOC_ENTRY = re.compile(r"(?m)^(?=\w)")
 
+AnyRun = TypeVar("AnyRun", bound=Run)
 Draw = TypeVar("Draw", bound=Callable[..., object])
 
 
@@ -82,23 +83,23 @@ def picture(axes: str = "One.") -> Callable[[Draw], Draw]:
     return completed
 
 
-def time_scale(run: xr.Dataset) -> Scale:
+def time_scale(run: Run) -> Scale:
     return engineering("s", run["time"].values)
 
 
-def predictability_horizon(run: xr.Dataset) -> float | None:
+def predictability_horizon(run: Run) -> float | None:
     """Return the predictability horizon of a run [s]; None if it is the end of the run or was not computed."""
     until = float(run.attrs.get("trusted_until", math.nan))
     return until if math.isfinite(until) and until < float(run["time"].values[-1]) else None
 
 
-def clearance_pins(run: xr.Dataset) -> list[str]:
+def clearance_pins(run: Run) -> list[str]:
     """Return the names of the clearance joints that are journal bearings; contact points of guides are left out."""
     plane = set(run["joint"].values[run["plane_contact"].values].astype(str)) if "plane_contact" in run else set()
     return [name for name in clearance_joints(run) if name not in plane]
 
 
-def mechanism_of(run: xr.Dataset) -> Mechanism:
+def mechanism_of(run: Run) -> Mechanism:
     from scissordyn.casefile.configuration import read_configuration
 
     return read_configuration(run).build_mechanism()
@@ -108,9 +109,9 @@ def names_of(joint: str | Sequence[str]) -> list[str]:
     return [joint] if isinstance(joint, str) else list(joint)
 
 
-def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
+def chosen_joints(run: Run, joint: Joints, among: list[str] | None = None) -> list[str]:
     """Return the clearance joints to draw, in order: the named ones, or the `LISTED_MAX` with the largest forces."""
-    names = require_clearance_joints(run)
+    names = require_clearance_joints(run, among)
     if joint is not None:
         for name in names_of(joint):
             if name not in names:
@@ -121,18 +122,18 @@ def chosen_joints(run: xr.Dataset, joint: Joints) -> list[str]:
     return [name for name in names if name in kept]
 
 
-def largest_forces(run: xr.Dataset) -> dict[str, float]:
+def largest_forces(run: Run) -> dict[str, float]:
     """Return the largest force of each clearance joint, including maxima between samples [N]."""
     return {
         name: float(np.nanmax([largest_force(run, name), np.max(joint_force(run, name))])) for name in clearance_joints(run)
     }
 
 
-def note_more(axes: Sequence[Axes], run: xr.Dataset, chosen: Sequence[str]) -> None:
+def note_more(axes: Sequence[Axes], joints: Sequence[str], chosen: Sequence[str]) -> None:
     """Write below a figure how many clearance joints are left out."""
     figure = axes[0].get_figure(root=True)
     if figure is not None:
-        write_more(figure, len(set(clearance_joints(run)) - set(chosen)))
+        write_more(figure, len(set(joints) - set(chosen)))
 
 
 def write_more(figure: Figure, more: int) -> None:
@@ -145,16 +146,16 @@ def write_more(figure: Figure, more: int) -> None:
 def draw_curves(
     axes: Axes,
     name: str,
-    curves: Sequence[tuple[xr.DataArray, Mapping[str, Any]]],
+    curves: Sequence[tuple[Curve, Mapping[str, Any]]],
     time: Scale,
     *,
     scale: Scale | None = None,
 ) -> Scale:
     """Draw curves of one quantity over time, each in its style, in degrees or an engineering unit."""
-    unit = curves[0][0].attrs.get("units", "1")
+    unit = curves[0][0].units
     chosen = scale or (DEGREES if unit == "rad" else engineering(unit, *(curve.values for curve, _ in curves)))
     for curve, look in curves:
-        axes.plot(time.factor * curve["time"].values, chosen.factor * curve.values, **{"linewidth": LINE_WIDTH, **look})
+        axes.plot(time.factor * curve.time, chosen.factor * curve.values, **{"linewidth": LINE_WIDTH, **look})
     axes.set_ylabel(chosen.label(name))
     return chosen
 
@@ -162,8 +163,8 @@ def draw_curves(
 def compare(
     axes: Axes,
     name: str,
-    run: xr.DataArray,
-    ideal: xr.DataArray | None,
+    run: Curve,
+    ideal: Curve | None,
     *,
     scale: Scale | None = None,
     time: Scale,
@@ -185,7 +186,7 @@ def draw_limit(axes: Axes, value: float, label: str) -> None:
     axes.axhline(value, color=OUTSIDE, linewidth=0.8, linestyle=(0, (1, 1.5)), label=label)
 
 
-def finish_time_axes(axes: Sequence[Axes], run: xr.Dataset, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
+def finish_time_axes(axes: Sequence[Axes], run: Run, time: Scale, *, bottom: Sequence[Axes] | None = None) -> None:
     """Label the time axes, keep constant curves flat, and shade the time beyond the predictability horizon.
 
     Labels that are longer than their axes are broken into lines.
@@ -218,7 +219,7 @@ def _keep_constants_flat(axes: Axes) -> None:
         axes.set_ylim(middle - 0.1 * size, middle + 0.1 * size)
 
 
-def select_window(run: xr.Dataset, first: float | None = None, last: float | None = None) -> xr.Dataset:
+def select_window(run: AnyRun, first: float | None = None, last: float | None = None) -> AnyRun:
     """Return the samples, contacts and events of a run between two instants."""
     if first is None and last is None:
         return run
@@ -230,13 +231,13 @@ def select_window(run: xr.Dataset, first: float | None = None, last: float | Non
         raise InputError(
             f"fewer than two samples between {begin:g} and {end:g} s", f"at least two samples; the run has {bounds}"
         )
-    part = run.isel(time=np.flatnonzero(inside))
+    places = {"time": np.flatnonzero(inside)}
     if "contact" in run.sizes:
         start = run["contact_start"].values
         over = start + np.nan_to_num(run["contact_duration"].values, nan=math.inf)
-        part = part.isel(contact=np.flatnonzero((start <= end) & (over >= begin)))
+        places["contact"] = np.flatnonzero((start <= end) & (over >= begin))
     if "event_time" in run:
         (along,) = run["event_time"].dims
         when = run["event_time"].values
-        part = part.isel({along: np.flatnonzero((when >= begin) & (when <= end))})
-    return part
+        places[along] = np.flatnonzero((when >= begin) & (when <= end))
+    return cast("AnyRun", run.isel(places))

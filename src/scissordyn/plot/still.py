@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence, Set
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 from matplotlib.patches import Rectangle
 
-from scissordyn.equilibrium.deflection import magnified_deflection
 from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Channel, Corners, Scene, guides_for_contacts, scene_of
@@ -56,14 +55,12 @@ from scissordyn.plot.style import (
     wrap_text,
 )
 from scissordyn.record.joint_force import clearance_joints
-
-if TYPE_CHECKING:
-    import xarray as xr
+from scissordyn.record.results import Curve, Run, values_at
 
 
 @picture()
 def structure(
-    run: xr.Dataset,
+    run: Run,
     mechanism: Mechanism | None = None,
     *,
     joint: Joints = None,
@@ -108,7 +105,11 @@ def structure(
     samples = [int(np.argmin(np.abs(time - instant))) for instant in wanted]
     whole = run
     if magnify != 1.0:
-        run = magnified_deflection(run, mechanism, magnify, samples=samples)
+        # imported here because they import xarray
+        from scissordyn.equilibrium.deflection import magnified_deflection
+        from scissordyn.record.xarray_dataset import as_dataset
+
+        run = magnified_deflection(as_dataset(run), mechanism, magnify, samples=samples)
     largest = chosen_joints(run, joint) if joint is not None or clearance_joints(run) else []
     chosen = guides_for_contacts(mechanism, largest)
     if is_column() and joint is None:  # a narrow figure magnifies one joint
@@ -139,7 +140,7 @@ def structure(
         colour_bar(stills, diagram.diagram)
     if joint is None:
         drawn_points = [point.name for point in mechanism.contact_points if point.guide in chosen]
-        note_more(drawn, run, [*largest, *drawn_points])
+        note_more(drawn, clearance_joints(run), [*largest, *drawn_points])
     _write_names(drawings, {joint.name for joint in mechanism.clearance_joints}.difference(chosen))
     return drawn
 
@@ -203,7 +204,7 @@ def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> 
     return stills, [figure.add_subplot(lower[k]) for k in range(joints)]
 
 
-def _draw_marked_orbit(axes: Axes, run: xr.Dataset, name: str, samples: Sequence[int], turns: int) -> None:
+def _draw_marked_orbit(axes: Axes, run: Run, name: str, samples: Sequence[int], turns: int) -> None:
     """Draw the orbit of a journal with the numbers of the instants of the stills."""
     dress(axes)
     path = draw_orbit(axes, run, name, turns=turns)
@@ -254,7 +255,7 @@ def _write_caption(axes: Axes, text: str) -> None:
 
 @picture()
 def bending(
-    run: xr.Dataset,
+    run: Run,
     mechanism: Mechanism | None = None,
     *,
     time: float | None = None,
@@ -289,10 +290,10 @@ def bending(
     run, mechanism = select_window(run, start, end), mechanism or mechanism_of(run)
     quantities = [quantity for quantity in (MOMENT, AXIAL, "stress") if is_known(quantity, mechanism)]
     beams = list(diagram_of(run, mechanism, quantities[0]).parts)
-    strain = run["beam_fibre_strain"].sel(beam=beams).transpose("time", "beam").values
+    strain = values_at(run, "beam_fibre_strain", "time", "beam", beam=beams)
     when = int(np.argmax(strain.max(axis=1))) if time is None else int(np.argmin(np.abs(run["time"].values - time)))
-    part = run if envelope else run.isel(time=[when])
-    shown = [diagram_of(part, mechanism, quantity) for quantity in quantities]
+    samples = slice(None) if envelope else slice(when, when + 1)
+    shown = [diagram_of(run, mechanism, quantity, samples) for quantity in quantities]
     shown = [diagram.envelope() for diagram in shown] if envelope else shown
     scene = scene_of(run, mechanism, np.array([when]), clearance_pins(run), between=False)
     scene = dataclasses.replace(scene, diagrams=tuple(shown))
@@ -333,15 +334,17 @@ def _diagram_panels(diagrams: int, corners: Corners) -> tuple[list[Axes], Subplo
     return [figure.add_subplot(place) for place in places], grid[1, 1] if diagrams > 2 else grid[1, :]
 
 
-def _draw_stress(axes: Axes, run: xr.Dataset, beams: list[str], when: int) -> None:
+def _draw_stress(axes: Axes, run: Run, beams: list[str], when: int) -> None:
     """Draw the largest stress of all bars over time, with the yield strength if it is known; or the largest strain."""
-    stress, used, strain = (run[f"beam_{name}"].sel(beam=beams) for name in ("stress", "utilisation", "fibre_strain"))
-    has_stress = bool(stress.max() > 0.0)
+    stress, used = (values_at(run, f"beam_{name}", "time", "beam", beam=beams) for name in ("stress", "utilisation"))
+    has_stress = bool(np.nanmax(stress, initial=0.0) > 0.0)
     dress(axes)
-    time, shown = time_scale(run), (stress if has_stress else strain).max("beam", keep_attrs=True)
+    name = "beam_stress" if has_stress else "beam_fibre_strain"
+    largest = np.fmax.reduce(values_at(run, name, "beam", "time", beam=beams))
+    time, shown = time_scale(run), Curve(run["time"].values, largest, run[name].attrs["units"])
     scale = draw_curves(axes, "largest stress" if has_stress else "largest strain", [(shown, {"color": BLUE})], time)
-    if used.any():
-        strength = scale.factor * float((stress / used.where(used > 0.0)).min())
+    if np.any(used > 0.0):
+        strength = scale.factor * float(np.min(stress[used > 0.0] / used[used > 0.0]))
         axes.axhline(strength, color=GREY, linewidth=0.9, linestyle="--", label="yield strength")
         axes.legend(loc="best", fontsize=small())
     axes.axvline(time.factor * run["time"].values[when], color=GREY, linewidth=0.7)

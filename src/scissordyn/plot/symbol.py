@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,7 @@ from scissordyn.model.coupling import Coordinate, Coupling, Distance, RelativeAn
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.style import SIZES
 from scissordyn.record.placement import Placement
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from scissordyn.record.results import Run, values_at
 
 CIRCLE_ANGLES = np.linspace(0.0, 2.0 * math.pi, 97)
 
@@ -46,7 +43,7 @@ class Symbol:
 class _Scene:
     """Picture data that ports request (`component.port.stroke.Scene`)."""
 
-    run: xr.Dataset
+    run: Run
     mechanism: Mechanism
     placement: Placement
     samples: Any
@@ -77,7 +74,7 @@ class _Scene:
 
     def force(self, component: Any) -> np.ndarray:
         section = component.declaration.section
-        force = self.run[f"{section}_force"].sel({section: component.name}).transpose("time", "axis").values
+        force = values_at(self.run, f"{section}_force", "time", "axis", **{section: component.name})
         largest = float(np.max(np.linalg.norm(force, axis=-1))) or 1.0
         return self.placement.vectors(force[self.samples].reshape(-1, 2)) / largest
 
@@ -90,7 +87,7 @@ def cross_sections(mechanism: Mechanism) -> frozenset[str]:
     return frozenset(name for names in sections for name in names)
 
 
-def symbols(run: xr.Dataset, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:
+def symbols(run: Run, mechanism: Mechanism, placement: Placement, samples: Any, size: float) -> list[Symbol]:
     scene = _Scene(run, mechanism, placement, samples, size)
     components: tuple[Any, ...] = (*mechanism.components, *mechanism.latches, *mechanism.rods)
     drawn: list[Symbol] = []

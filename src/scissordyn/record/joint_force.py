@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from scissordyn.errors import InputError, printable
-from scissordyn.record.results import Run, along
+from scissordyn.record.results import Run, along, values_at
 from scissordyn.record.transmitted import START_DURATION
 from scissordyn.units import short
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 ESTIMATE = "an estimate, as contact is hard"
 
@@ -59,16 +59,16 @@ def joint_force(run: Run, joint: str) -> np.ndarray:
     return np.asarray(np.hypot(*along(run.variables[force], dim, "axis", "time")[k]))
 
 
-def largest_force(run: xr.Dataset, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
+def largest_force(run: Run, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
     """Return the largest force of a joint between two instants [N], including maxima between samples.
 
     The result is NaN if the joint has impacts of hard contact.
     """
     time, sizes = run["time"].values, [joint_force(run, joint)]
     whens = [time]
-    if "joint_peak_force" in run and np.isfinite(whole := float(run["joint_peak_force"].sel(joint=joint))):
+    if "joint_peak_force" in run and np.isfinite(whole := float(values_at(run, "joint_peak_force", joint=joint))):
         sizes.append(np.array([whole]))
-        whens.append(run["joint_peak_force_time"].sel(joint=joint).values[None])
+        whens.append(values_at(run, "joint_peak_force_time", joint=joint)[None])
     if "contact_joint" in run and joint not in oiled_joints(run):
         here = run["contact_joint"].values.astype(str) == joint
         sizes.append(run["peak_force"].values[here])
@@ -83,9 +83,9 @@ def oiled_joints(run: Run) -> list[str]:
     return names
 
 
-def require_clearance_joints(run: xr.Dataset) -> list[str]:
-    """Return the names of the clearance joints of a run; raise `InputError` if it has none."""
-    joints = clearance_joints(run)
+def require_clearance_joints(run: Run, among: list[str] | None = None) -> list[str]:
+    """Return the names of the clearance joints of a run, all or those `among`; raise `InputError` if there is none."""
+    joints = clearance_joints(run) if among is None else among
     if not joints:
         raise InputError(
             "a run without clearance joints",

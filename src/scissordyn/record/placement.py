@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scissordyn.components.place import GROUND, BodyPoint
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.record.results import along
-
-if TYPE_CHECKING:
-    import xarray as xr
+from scissordyn.record.results import Run, along
 
 
 def turned(vectors: np.ndarray, turns: int) -> np.ndarray:
@@ -42,9 +38,7 @@ class Placement:
     turns: int = 0
 
     @classmethod
-    def at(
-        cls, mechanism: Mechanism, run: xr.Dataset, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0
-    ) -> Placement:
+    def at(cls, mechanism: Mechanism, run: Run, samples: Sequence[int] | np.ndarray | slice, *, turns: int = 0) -> Placement:
         """Return the placement of a mechanism at samples of its run, rotated by a number of quarter turns."""
         names = [body.name for body in mechanism.bodies]
         place = {name: k for k, name in enumerate(run.variables["body"].values.tolist())}

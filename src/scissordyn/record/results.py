@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -33,7 +33,7 @@ def labels(dim: str, texts: Sequence[str], long_name: str = "") -> Variable:
 
 
 class Run(Protocol):
-    """Interface of a run that summaries and warnings need; `Results` and a Dataset both have it."""
+    """Interface of a run that summaries, warnings and pictures need; `Results` and a Dataset both have it."""
 
     @property
     def attrs(self) -> dict[Any, Any]: ...
@@ -43,12 +43,43 @@ class Run(Protocol):
     def sizes(self) -> Mapping[Any, int]: ...
     def __getitem__(self, name: str, /) -> Any: ...
     def __contains__(self, name: object, /) -> bool: ...
+    def isel(self, places: Any, /) -> Any: ...
 
 
 def along(variable: Any, *dims: str) -> np.ndarray:
     """Return the values of a variable or a DataArray with its dimensions in the given order."""
     order: np.ndarray = np.transpose(variable.values, [variable.dims.index(dim) for dim in dims])
     return order
+
+
+def values_at(run: Run, name: str, *dims: str, **labels: str | Sequence[str]) -> np.ndarray:
+    """Return the values of a variable at labels of some dimensions, with its other dimensions in the given order.
+
+    A dimension with one label is dropped; a dimension with a list of labels stays.
+    """
+    variable = run.variables[name]
+    values, left = variable.values, list(variable.dims)
+    for dim, wanted in labels.items():
+        place = {label: k for k, label in enumerate(run.variables[dim].values.tolist())}
+        chosen = place[wanted] if isinstance(wanted, str) else [place[label] for label in wanted]
+        values = np.take(values, chosen, axis=left.index(dim))
+        if isinstance(wanted, str):
+            left.remove(dim)
+    return np.transpose(values, [left.index(dim) for dim in dims])
+
+
+class Curve(NamedTuple):
+    """Quantity over time."""
+
+    time: np.ndarray  # (samples,) [s]
+    values: np.ndarray  # (samples,)
+    units: str
+
+
+def curve_of(run: Run, name: str, **labels: str) -> Curve:
+    """Return a variable over time, at one label of each other dimension."""
+    variable = run.variables[name]
+    return Curve(run.variables["time"].values, values_at(run, name, "time", **labels), str(variable.attrs.get("units", "1")))
 
 
 class Results:
@@ -70,6 +101,15 @@ class Results:
 
     def __contains__(self, name: object, /) -> bool:
         return name in self.variables
+
+    def isel(self, places: Mapping[str, np.ndarray], /) -> Results:
+        """Return the run at some places along dimensions."""
+        variables = dict(self.variables)
+        for name, part in self.variables.items():
+            for dim in places.keys() & set(part.dims):
+                values = np.take(variables[name].values, places[dim], axis=part.dims.index(dim))
+                variables[name] = Variable(part.dims, values, part.attrs)
+        return Results(variables, self.attrs)
 
     @property
     def sizes(self) -> dict[str, int]:

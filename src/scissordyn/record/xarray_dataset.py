@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import xarray as xr
 
 import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
-from scissordyn.record.results import Results
+from scissordyn.record.results import Results, Run
 from scissordyn.record.variable import Variable
 
 DATA = "_data"  # slot of xarray's variables that holds the array
@@ -63,8 +63,10 @@ class DatasetVariable(xr.Variable):
         return xr.Variable, (self._dims, self._data, self._attrs, self._encoding, True)
 
 
-def as_dataset(results: Results) -> xr.Dataset:
+def as_dataset(results: Run) -> xr.Dataset:
     """Return a run as a Dataset, without xarray's slow checks of the variables."""
+    if not isinstance(results, Results):
+        return cast("xr.Dataset", results)
     labels = {
         name: xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
         for name, part in results.variables.items()

@@ -44,7 +44,7 @@ def draw_loads(runs: Runs, cases: Sequence[PaperCase]) -> Figure:
     by_speed = len({case.speed for case in cases}) > 1
     time = time_scale(runs[cases[0]])
     for axes, letter, (name, series) in zip(drawn, "ab", curves, strict=True):
-        scale = Scale(1e-3, KILO[series[0].attrs["units"]])
+        scale = Scale(1e-3, KILO[series[0].units])
         # a larger clearance is lighter, as in all pictures
         colours = COLOURS if by_speed else shades(len(cases))[::-1]
         for case, curve, color in zip(cases, series, colours, strict=True):

@@ -6,10 +6,11 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
-if TYPE_CHECKING:
-    import xarray as xr
+from scissordyn.record.results import Run
+
+AnyRun = TypeVar("AnyRun", bound=Run)
 
 _STOP: ContextVar[threading.Event | None] = ContextVar("_STOP", default=None)
 """Event that stops the runs of a thread; Python delivers Ctrl-C to the main thread only."""
@@ -32,7 +33,7 @@ def check_interrupt() -> None:
         raise KeyboardInterrupt
 
 
-def raise_if_interrupted(part: xr.Dataset) -> xr.Dataset:
+def raise_if_interrupted(part: AnyRun) -> AnyRun:
     """Raise `KeyboardInterrupt` if a partial run was interrupted; else return the run.
 
     An interrupted run returns what it has. If that is useless by itself, the whole computation must end.

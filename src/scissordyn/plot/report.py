@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ from scissordyn.plot.contact import torque_sources
 from scissordyn.plot.file import check_format, content_of, write_content
 from scissordyn.plot.joint import film, force, orbit
 from scissordyn.plot.over_time import energy, has_tracks, response, torque, track
+from scissordyn.plot.second_process import make_all
 from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.still import bending, structure
 from scissordyn.record.joint_force import clearance_joints
@@ -60,7 +62,7 @@ def draw_all(
     if joints is not None:
         chosen_joints(run, joints)
     turning = None if joints is None else [name for name in joints if name in pins]
-    oiled = [name for name in joints or () if name in run["film"]] if "film" in run.sizes else []
+    oiled = [name for name in joints or () if name in run["film"].values] if "film" in run.sizes else []
     kinds: dict[str, tuple[bool, Callable[[], list[Axes]]]] = {
         "response": (True, lambda: response(run, ideal)),
         "track": (has_tracks(run), lambda: track(run)),
@@ -79,7 +81,8 @@ def draw_all(
                 f"picture '{kind}': the run lacks the data", f"a run with {KINDS[kind]}", f"--only {','.join(makers)}"
             )
     # as files, so that only one figure is in memory
-    contents = {kind: content_of(make(), format) for kind, make in makers.items() if only is None or kind in only}
+    chosen = [kind for kind in makers if only is None or kind in only]
+    contents = make_all({kind: partial(_content, makers[kind], format) for kind in chosen})
     target = Path(folder)
     try:
         target.mkdir(parents=True, exist_ok=True)
@@ -87,3 +90,7 @@ def draw_all(
         text = f"cannot make the folder '{target}': {error.strerror or error}"
         raise InputError(text, "a folder that can be written") from None
     return [write_content(content, target / f"{name}.{format}") for name, content in contents.items()]
+
+
+def _content(make: Callable[[], list[Axes]], format: str) -> bytes:
+    return content_of(make(), format)

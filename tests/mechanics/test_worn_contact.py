@@ -267,7 +267,6 @@ def test_wear_stops_at_its_substeps():
     [
         ({"contour": (0.0,) * 12}, "contour: 12 depths"),
         ({"contour": (-1e-6,) * 360}, "a depth that is negative"),
-        ({"contour": (0.0,) * 360, "contact": "hard"}, "a worn contour in a joint with hard contact"),
         ({"contour": (0.0,) * 360, "slip": "contact-points"}, "slip of the contact points"),
     ],
 )

@@ -32,6 +32,7 @@ from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_energy, elastic_force
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.contour import place_under, turned_contours
+from scissordyn.mechanics.hard_contour import opened_contour, place_on
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
@@ -246,9 +247,12 @@ def _eccentricity_in_worn_bearing(plan: Plan, system: System, j: int, force: np.
     if row["journal"]:
         relative = math.remainder(journal_angle - angle, 2.0 * math.pi)
         turned_contours(numbers.contour[j], numbers.journal[j], relative, contour, np.zeros(len(contour)))
-    place_under(
-        *(turn.T @ force).tolist(), contour, numbers.foundation[j], float(row["clearance"]), float(row["cell_area"]), out
-    )
+    (x, y), gap = (turn.T @ force).tolist(), float(row["clearance"])
+    if plan.clearances[j].contact == "hard":
+        opened_contour(contour, np.zeros(0), gap, np.zeros(len(contour)))
+        place_on(x / math.hypot(x, y), y / math.hypot(x, y), contour, gap, out)
+    else:
+        place_under(x, y, contour, numbers.foundation[j], gap, float(row["cell_area"]), out)
     return np.asarray(turn @ out[:2])
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.wear import Wear
+from scissordyn.tolerance import REPORTED_FRACTION
 from scissordyn.units import short
 from scissordyn.warning import NAMES_MAX
 
@@ -114,7 +115,7 @@ def repetition(run: xr.Dataset) -> list[str]:
                 f"cycles do not repeat: the wear of joint '{name}' in a cycle scatters by {100.0 * scatter:.2g} % "
                 "(standard deviation); more members narrow the interval"
             )
-        if drift:
+        if abs(drift) > REPORTED_FRACTION:
             texts.append(
                 f"cycles have not settled: the wear of joint '{name}' changes by {100.0 * drift:.2g} % within the averaged "
                 "cycles; let more periods settle"

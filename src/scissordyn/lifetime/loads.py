@@ -199,10 +199,7 @@ class CycleRunner:
         mechanism = self.mechanism
         for surface, contour in zip(self.surfaces, depths, strict=True):
             clearance: Any = mechanism.joint(surface.joint).clearance
-            change = {surface.field: tuple(contour.tolist())}
-            if clearance.contact == "hard":  # its joint stays round
-                change = {"clearance": clearance.clearance + float(contour.max())}
-            worn = dataclasses.replace(clearance, **change)
+            worn = dataclasses.replace(clearance, **{surface.field: tuple(contour.tolist())})
             mechanism = mechanism.with_clearance(surface.joint, worn)
         if self.period is not None:
             return Loads.joined(self._cycles(mechanism, 0))

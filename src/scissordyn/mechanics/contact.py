@@ -23,6 +23,7 @@ from scissordyn.laws.evaluate import (
 from scissordyn.mechanics.constraint_solver import expand_element
 from scissordyn.mechanics.contact_mass import contact_mass
 from scissordyn.mechanics.force_element import add_torques, map_values, write_wrench
+from scissordyn.mechanics.hard_contour import worn_hard_gap, worn_hard_kinematics
 from scissordyn.mechanics.plane_contact import plane_forces, plane_gap, plane_kinematics, plane_slopes
 from scissordyn.mechanics.system import (
     APPROACH_FLOOR,
@@ -48,7 +49,7 @@ def gap(j, S):
     if S.parameters.contact[j].plane == 1:
         return plane_gap(j, S, maps)
     if S.parameters.contact[j].cells > 0:
-        return worn_gap(j, S, maps)
+        return worn_gap(j, S, maps) if S.parameters.law[j].stiffness != 0 else worn_hard_gap(j, S, maps)
     ex, ey, _, _, _, _, ux, uy, _, _, _, _ = maps
     e = math.sqrt(ex * ex + ey * ey)
     # at e = 0 the normal is undefined; a journal that leaves in any direction moves outward
@@ -65,7 +66,10 @@ def kinematics(j, S):
         plane_kinematics(j, S, maps)
         return maps
     if p.cells > 0:
-        worn_kinematics(j, S, maps)
+        if S.parameters.law[j].stiffness != 0:
+            worn_kinematics(j, S, maps)
+        else:
+            worn_hard_kinematics(j, S, maps)
         return maps
     ex, ey, ax, ay, bx, by, ux, uy, px, py, qx, qy = maps
     e = math.sqrt(ex * ex + ey * ey)

@@ -41,7 +41,7 @@ from scissordyn.mechanics.hard_rows import (
     along,
     assemble,
     contact_rows,
-    convective,
+    curving_speed,
     element_of,
     speed_along,
 )
@@ -200,7 +200,7 @@ def close_gaps(h, S, H):
             if H.work.was[i] == 1:
                 kinematics(j, S)
                 contact_rows(i, S, H)
-                H.work.turn[i] = 0.5 * h * convective(j, S)
+                H.work.turn[i] = curving_speed(j, h, S)
                 closes = True
             continue
         # beyond its surface, or so close that the forces of this step alone may close it
@@ -211,8 +211,7 @@ def close_gaps(h, S, H):
             H.work.closed[i] = 1
             H.work.rebound[i] = 0.0 if H.work.was[i] == 1 or depth < 0.0 else H.parameters.restitution[i]
             H.work.yields[i] = 1 if H.work.was[i] == 1 and H.parameters.locate[0] == 0 else 0
-            # h kappa/2 of (H3a)
-            H.work.turn[i] = 0.5 * h * convective(j, S) if H.work.was[i] == 1 or depth < 0.0 else 0.0
+            H.work.turn[i] = curving_speed(j, h, S) if H.work.was[i] == 1 or depth < 0.0 else 0.0
             # U_N+ >= -2 g/h: the step ends on the surface
             H.work.bias[i] = -2.0 * depth / h if depth < 0.0 and H.parameters.locate[0] == 0 else 0.0
             closes = True
@@ -343,10 +342,11 @@ def turn_normals(h, m, S, H):
             H.work.turn[i] = min(H.work.turn[i], max(-H.work.before[at], 0.0))
         H.work.bias[i] = max(H.work.bias[i] - 0.5 * H.work.turn[i], 0.0) - H.work.turn[i]
         contact = S.work.contact[j]
-        if S.parameters.contact[j].plane == 1 or H.work.was[i] == 0 or not contact.distance > 0.0:
+        length = contact.bend if S.parameters.contact[j].cells > 0 else contact.distance
+        if S.parameters.contact[j].plane == 1 or H.work.was[i] == 0 or not length > 0.0:
             continue
         # (H3b): N h^2/c, and z from it
-        load = H.work.load[i] * h * h / contact.distance
+        load = H.work.load[i] * h * h / length
         z = load * H.work.gram[other, H.model.reach[0]]
         f = z * z / (1.0 + z * z)
         H.work.turning_mass[i] = load * (0.25 + 0.75 * f)

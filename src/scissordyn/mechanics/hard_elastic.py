@@ -24,8 +24,8 @@ from scissordyn.mechanics.hard_rows import largest_impulse, mark_changed
 # [clearances] the law is linear at smaller indentations, and a closed contact stays in the equations up to this gap
 TOUCHING_DEPTH_MAX = 1e-3
 
-MISFIT_TOL = 1e-2  # Accepted error of a linearised law, relative to its force
-NEGLIGIBLE_FRACTION = 1e-4  # Accepted error of a linearised law, relative to the largest force of the step
+# Accepted error of a linearised law, relative to its force; its square is that relative to the largest force of the step
+MISFIT_TOL = 1e-2
 
 
 @kernel
@@ -89,10 +89,7 @@ def law_fits(m, H):
         at = H.model.place[m + 2 * i]
         delta = law_depth(i, at, H)
         force = force_at(i, max(delta, 0.0), H)
-        if (
-            abs(h * force - H.work.impulse[at])
-            > MISFIT_TOL * max(h * force, H.work.impulse[at]) + NEGLIGIBLE_FRACTION * largest
-        ):
+        if abs(h * force - H.work.impulse[at]) > MISFIT_TOL * max(h * force, H.work.impulse[at]) + MISFIT_TOL**2 * largest:
             linearise_law(i, max(delta, 0.0), H)
             mark_changed(i, m, H)
             fits = False

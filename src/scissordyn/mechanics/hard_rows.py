@@ -9,6 +9,7 @@ from scissordyn.kernel import F1, F2, I1, I2, kernel, opener
 from scissordyn.mechanics.band import product
 from scissordyn.mechanics.constraint_solver import solve_constraints
 from scissordyn.mechanics.force_element import map_values
+from scissordyn.mechanics.hard_contour import worn_convective, worn_turning
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 IN_ANY_CASE, AS_DEEP, STEP, TOO_LONG = range(-2, 2)
@@ -137,11 +138,13 @@ def contact_rows(i, S, H):
     """Write generalised forces of unit forces along N and T of hard contact i; Work.contact contains its normal."""
     M, j = S.model, H.model.which[i]
     ux, uy, ax, ay, bx, by, _, _, _, _, _, _ = map_values(j, S)
-    p, contact = S.parameters.contact[j], S.work.contact[j]
+    p, contact, lever = S.parameters.contact[j], S.work.contact[j], 0.0
     nx, ny, radius = contact.nx, contact.ny, p.radius
     # forces on the journal or corner for F_n = 1, then for F_t = 1, as in `contact` and `plane_contact`
-    if p.plane == 1:
+    if p.plane == 1 or p.cells > 0:
         moment_n, moment_t = -(uy * nx - ux * ny), ux * nx + uy * ny + radius
+        if p.cells > 0:
+            lever = contact.lever
     else:
         moment_n, moment_t = 0.0, radius + contact.distance
     for k in range(M.element_start[j], M.element_start[j + 1]):
@@ -155,6 +158,8 @@ def contact_rows(i, S, H):
         )
         first, other = ax * r3 - ay * r2, bx * r5 - by * r4
         H.work.normal[0, k] = -nx * r0 - ny * r1 + moment_n * other
+        if lever != 0.0:
+            H.work.normal[0, k] += lever * (other - first)
         H.work.normal[1, k] = ny * r0 - nx * r1 - radius * first + moment_t * other
 
 
@@ -163,6 +168,8 @@ def convective(j, S):
     """Return the second derivative of the indentation at zero acceleration [m/s^2]; Work.contact contains the normal."""
     ex, ey, _, _, bx, by, ux, uy, _, _, qx, qy = map_values(j, S)
     contact = S.work.contact[j]
+    if S.parameters.contact[j].cells > 0:
+        return worn_convective(j, S)
     nx, ny = contact.nx, contact.ny
     along_t = uy * nx - ux * ny
     if S.parameters.contact[j].plane == 1:
@@ -172,8 +179,28 @@ def convective(j, S):
 
 
 @kernel
+def curving_speed(j, h, S):
+    """Return the speed along N that the curvature of the surface requires at the end of a step, h kappa/2 of (H3a) [m/s].
+
+    On a worn contour it tends to zero where the normal turns by more than a radian in the step: such an end has no direction.
+    """
+    speed = 0.5 * h * convective(j, S)
+    if S.parameters.contact[j].cells > 0:
+        _, turned = worn_turning(j, S)
+        angle = h * turned / S.work.contact[j].bend
+        speed /= 1.0 + angle * angle * angle * angle
+    return speed
+
+
+@kernel
 def speed_along(j, S):
-    """Return the part of U_T [m/s] from the motion of the journal's centre; Work.contact contains the normal."""
+    """Return the part of U_T [m/s] from the motion of the journal's centre; Work.contact contains the normal.
+
+    On a worn contour it is the speed that turns the normal with the curvature there.
+    """
+    if S.parameters.contact[j].cells > 0:
+        _, turned = worn_turning(j, S)
+        return -turned
     _, _, _, _, _, _, ux, uy, _, _, _, _ = map_values(j, S)
     contact = S.work.contact[j]
     return ux * contact.ny - uy * contact.nx

@@ -46,11 +46,13 @@ LAW = np.dtype([(name, "i8") for name in (*LAW_KERNELS, "bristles", "loaded")])
 stored before the states of the normal force; `loaded`, 1 if damping uses `laws.evaluate.reference_speed`, else 0.
 """
 
-CONTACT_RESULT = np.dtype(
-    [(name, "f8") for name in ("depth", "rate", "slip", "elastic", "normal", "tangential", "nx", "ny", "distance", "lever")]
-)
-"""Fields: delta [m], delta' [m/s], slip speed [m/s], elastic, normal and tangential force [N], n, |e| or the distance
-towards the surface from the middle [m], and the lever of the normal force about a worn journal [m].
+_RESULTS = "depth rate slip elastic normal tangential nx ny distance aside lever twist bend"
+
+CONTACT_RESULT = np.dtype([(name, "f8") for name in _RESULTS.split()])
+"""Fields: delta [m], delta' [m/s], slip speed [m/s], elastic, normal and tangential force [N], n, e . n or the distance
+towards the surface from the middle [m], e . t on a worn contour [m], the lever of the normal force about a worn journal [m],
+and for a hard contact on a worn contour the lever's derivative by angle and the radius of curvature of the path of the
+journal's centre [m].
 """
 
 (ARM_N, ARM_T, N_BY_X, N_BY_V, SLIP_BY_X, SLIP_BY_V, DEPTH_BY_X, RATE_BY_X, OWN, OTHER, TURN_OWN, PSI_BY_X, LEVER_BY_X) = range(

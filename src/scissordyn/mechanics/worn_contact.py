@@ -125,7 +125,7 @@ def gap_on(j, S, maps, contour):
 
 @kernel
 def worn_kinematics(j, S, maps):
-    """Write delta, delta', slip speed, n, |e|, the elastic force and its lever of contact j into Work.contact."""
+    """Write delta, delta', slip speed, n, e, the elastic force and its lever of contact j into Work.contact."""
     ex, ey, ax, ay, bx, by, vx, vy, px, py, qx, qy = maps
     contact = S.work.contact[j]
     fx, fy, depth, nx, ny, lever = pressed(j, S, maps, ex, ey, 0.0)
@@ -144,7 +144,7 @@ def worn_kinematics(j, S, maps):
         contact.rate += lever * (ax * py - ay * px - spin)
     contact.slip = uy * nx - ux * ny + p.radius * (ax * py - ay * px - spin)
     contact.nx, contact.ny = nx, ny
-    contact.distance = math.sqrt(ex * ex + ey * ey)
+    contact.distance, contact.aside = ex * nx + ey * ny, ey * nx - ex * ny
 
 
 @kernel

@@ -265,9 +265,6 @@ class Clearance:
         if not all(0.0 <= depth < self.journal_radius for depth in depths):
             raise InputError(f"{name}: a depth that is negative or not below the journal radius", "depths of the worn surface")
         self.check_worn(name)
-        if self.contact == "hard":
-            expected = "a compliant contact; wear enlarges the clearance of a hard one"
-            raise InputError(f"{name}: a worn contour in a joint with hard contact", expected, 'contact = "compliant"')
 
     def check_worn(self, what: str) -> None:
         """Raise `InputError` if bearings with this contact cannot wear; `what` names the joint or the option in the message."""

@@ -15,6 +15,7 @@ from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
 from scissordyn.laws.trial import trial_forces
+from scissordyn.mechanics.hard_contour import opened_contour
 from scissordyn.mechanics.system import CONTACT, LAW, Parameters
 from scissordyn.mechanics.time_function import PIECE_COLUMNS, breaks_of, function_rows
 from scissordyn.model.clearance import HARD_STATES, Clearance, ContactPoint
@@ -131,10 +132,10 @@ def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
     if len(counts) > 1:
         raise InputError(f"contours of {' and '.join(map(str, sorted(counts)))} depths", "as many depths for each worn surface")
     hard = [part.name for part in contacts if part.clearance is not None and part.clearance.contact == "hard"]
-    if hard:
+    if hard and any(part.contact == "compliant" for part in worn.values()):
         raise InputError(
-            f"a mechanism with a worn bearing has hard contact at '{hard[0]}'",
-            "compliant contacts only",
+            f"a mechanism with a worn bearing of compliant contact has hard contact at '{hard[0]}'",
+            "one kind of contact in worn bearings and in the other joints",
             'contact = "compliant"',
         )
     count, pressures = counts.pop(), {j: pressure_table(part.stiffness, part.surfaces) for j, part in worn.items()}
@@ -145,6 +146,8 @@ def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
         contour[j], foundation[j] = contour_table(clearance.contour or (0.0,) * count), pressures[j]
         if clearance.journal_contour:
             journal[j] = clearance.journal_contour
+        elif clearance.contact == "hard":  # with a worn journal, the sum of both contours is opened in each position
+            opened_contour(contour[j], np.zeros(0), clearance.clearance, np.zeros(count))
     return contour, journal, foundation
 
 

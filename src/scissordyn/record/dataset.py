@@ -135,8 +135,11 @@ def _joint_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
         return DeferredArray(shape, lambda: spread_over(contact[name], at, joints))
 
     def eccentricity() -> np.ndarray:
-        parts = [spread_over(contact["distance"] * contact[component], at, joints) for component in ("nx", "ny")]
-        return np.stack(parts, axis=-1)
+        towards, aside, nx, ny = (contact[part] for part in ("distance", "aside", "nx", "ny"))
+        parts = towards * nx, towards * ny
+        if np.any(aside):  # a worn contour touches in another direction
+            parts = parts[0] - aside * ny, parts[1] + aside * nx
+        return np.stack([spread_over(part, at, joints) for part in parts], axis=-1)
 
     touching = DeferredArray(shape, lambda: spread_over(mode == 1, at, joints, fill=False), bool)
     clearance = spread_over(path.system.content.parameters.contact["clearance"], at, joints)

@@ -126,3 +126,9 @@ def test_slow_ends():
     assert fraction(AFTER_START, 0.3) == pytest.approx(0.09)
     assert fraction(BEFORE_END, 0.7) == pytest.approx(1.0 - 0.09)
     assert speed(AFTER_START, 0.0) == speed(BEFORE_END, 1.0) == 0.0
+
+
+def test_errors_whose_squares_are_zero(name: str) -> None:
+    """Limit: a state of 1e-170 that decays has an error below the smallest square, and no step is rejected for it."""
+    result = solve_problem(name, GROWTH, (1e-170,), 1.0, first=0.1, rtol=1e-9, atol=1e-9, parameters=(-3.0,))
+    assert (result.status, result.state.counts["rejected"][0]) == (FINISHED, 0)

@@ -6,9 +6,12 @@ import math
 import numpy as np
 import pytest
 from bouncing import NORMAL, Sliding, at, by_name, row
+from tests.build import counts_of
 
 import scissordyn as sd
 from scissordyn.laws import catalogue
+from scissordyn.laws.damping.factors import Flores
+from scissordyn.laws.elastic.linear import Linear
 from scissordyn.laws.evaluate import friction_force, friction_limit
 from scissordyn.laws.friction.bengisu_akay import BengisuAkay
 from scissordyn.laws.friction.brown_mcphee import BrownMcPhee
@@ -268,3 +271,16 @@ def test_friction_keeps_to_its_limit_in_a_run(array, kinetic):
     assert float(joint["normal_force"].max()) > 5e4
     # the bristle's deflection has a relative error of 1e-6
     assert np.all(np.abs(joint["friction_force"]) <= 1.5 * kinetic * (1.0 + 2e-6) * joint["normal_force"])
+
+
+def test_explicit_steps_pass_states_near_the_smallest_numbers() -> None:
+    """Second road: DOP853 agrees with Rodas5P although the dwell of a sliding journal is 1e-311."""
+    laws = {"stiffness": Linear(1e9), "damping": Flores(0.5), "friction": GonthierBristle()}
+    gap = sd.Clearance(1.7e-3, journal_radius=0.017, **laws)
+    thrown = {"velocity": (0.177, -0.0547), "angular_velocity": 2.9}
+    body = sd.Body("ball", 2.35, 6.85e-4, {"centre": (0.0, 0.0)}, position=(0.0, 0.0), **thrown)
+    pin = sd.Revolute("pin", ("ball", "centre"), ("ground", "o"), gap)
+    ball = sd.Mechanism((body,), joints=(pin,), ground=(("o", (0.0, 0.0)),), gravity=0.0)
+    runs = [sd.simulate(ball, until=0.0275, start="as-placed", method=name, rtol=1e-9) for name in ("dop853", "rodas5p")]
+    assert counts_of(runs[0])["steps"] < 500
+    np.testing.assert_allclose(runs[0]["velocity"].values[-1], runs[1]["velocity"].values[-1], rtol=1e-6)

@@ -145,8 +145,9 @@ def integral_error(T, h, s, w):
             first += T.error[0, stage] * w.power[stage, q]
             second += T.error[T.combined, stage] * w.power[stage, q]
         error = abs(h * first)
-        if T.combined == 1 and error > 0.0:
-            error *= error / math.sqrt(error * error + 0.01 * h * h * second * second)
+        if T.combined == 1:
+            root = math.sqrt(error * error + 0.01 * h * h * second * second)
+            error *= error / (root if root != 0.0 else 1.0)
         if not error <= worst:
             worst = error
         size = max(size, abs(s.total[q]) + abs(step_integral(T, h, w, q)))

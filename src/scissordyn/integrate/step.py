@@ -219,5 +219,5 @@ def weigh_errors(T, h, size, start, stop, s, w):
         weight = absolute[i] + relative[i] * size + rounding[i] / h
         error, other = abs(h * first[i]) / weight, abs(h * second[i]) / weight
         root = math.sqrt(error * error + 0.01 * other * other)
-        # avoids 0/0 for a zero error
-        first[i] = error * error / (root if error != 0.0 else 1.0)
+        # avoids 0/0 for errors whose squares are zero
+        first[i] = error * error / (root if root != 0.0 else 1.0)

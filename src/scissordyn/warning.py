@@ -126,6 +126,18 @@ WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
         "aligned": "at {count} of {instants} instants, first at t = {time:.6g} s, bodies are aligned (a singular position): "
         "the reactions of {names} are not determined there and are left out (NaN)",
         "checkpoints": "the last checkpoints are missing: {problem}",
+        # wear
+        "unworn": ": wear of a joint with lubrication or slip of the contact points: it is left unworn",
+        "unused coefficient": "no joint takes the wear coefficient of '{pair}'",
+        "ideal forces": "estimated from forces of ideal joints: close while journals stay in contact, but without the wear of "
+        "impacts, as after a concentric start or at forces near zero; that of '{joint}' falls to {percent:.3g} % of its "
+        "largest",
+        "ideal deviation": "the life until a tracked point leaves its tolerance needs simulated cycles",
+        "cycle error": ": the error of a single cycle exceeds the tolerance of {tolerance}",
+        "scatter": ": cycles do not repeat: the wear of a cycle scatters by {percent:.2g} % (standard deviation); more members "
+        "narrow the interval",
+        "drift": ": cycles have not settled: the wear changes by {percent:.2g} % within the averaged cycles; let more periods "
+        "settle",
         # studies: whether the requirements are met
         "undecided": "No case is complete: the requirements cannot be judged.",
         "probability": "Probability that all requirements are met: {fraction:.1%}{interval}, from {trials} samples.",
@@ -193,6 +205,15 @@ def warning(kind: str, part: str = "", what: str = "joint", /, **numbers: Any) -
 def plain(texts: Iterable[str]) -> list[RunWarning]:
     """Convert sentences to warnings of the kind "plain"."""
     return [warning("plain", text=text) for text in texts]
+
+
+def first_of_each(warnings: Iterable[RunWarning]) -> list[RunWarning]:
+    """Return warnings without those that differ from an earlier one only in numbers."""
+    found: dict[Any, RunWarning] = {}
+    for item in warnings:
+        texts = tuple(value for value in item.numbers.values() if isinstance(value, str))
+        found.setdefault((item.kind, item.what, item.part, texts), item)
+    return list(found.values())
 
 
 def group(warnings: Iterable[RunWarning]) -> list[list[RunWarning]]:

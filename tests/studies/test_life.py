@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scissordyn.lifetime.life import first_crossing, warning_lines, without_repetitions
+from scissordyn.lifetime.life import first_crossing
+from scissordyn.record.warn import warning_lines, warnings_of
+from scissordyn.warning import first_of_each, warning
 
 
 def test_first_crossing():
@@ -18,12 +20,18 @@ def test_first_crossing():
 
 
 def test_a_warning_is_given_once_for_each_joint():
-    """Contract: warnings that differ in their numbers are one, those about joints whose names differ in a number are not."""
-    texts = [f"joint 'unit {k}/pivot': began at {speed} m/s" for k in (1, 2) for speed in ("0.007", "6.58e-05")]
-    assert without_repetitions(texts) == texts[::2]
+    """Contract: warnings that differ in their numbers are one, those about other joints or texts are not."""
+    told = [warning("scatter", f"unit {k}/pivot", percent=part) for k in (1, 2) for part in (8.0, 3.0)]
+    told += [warning("unused coefficient", pair=pair) for pair in ("steel/brass", "steel/bronze")]
+    assert first_of_each(told) == [told[0], told[2], told[4], told[5]]
 
 
 def test_warnings_of_alike_joints_are_one_line():
-    told = [f"joint '{name}': {k} of 24 contacts are fast" for k, name in enumerate(("A", "unit 2/pivot", "B"), start=1)]
-    run = xr.Dataset(attrs={"warnings": json.dumps([*told, "cycles do not repeat"])})
-    assert warning_lines(run) == [f"{told[0]}; alike at 'unit 2/pivot', 'B'.", "cycles do not repeat."]
+    told = [warning("scatter", name, percent=part) for name, part in (("A", 2.0), ("unit 2/pivot", 9.5), ("B", 3.0))]
+    told.append(warning("ideal deviation"))
+    run = xr.Dataset(attrs={"warning_data": json.dumps([item.data for item in told])})
+    first, second = warning_lines(warnings_of(run))
+    assert first.startswith("3 joints ('A', 'unit 2/pivot', 'B'): cycles do not repeat")
+    assert "scatters by 2 to 9.5 %" in first
+    assert first.endswith("the worst is 'unit 2/pivot'")
+    assert second == str(told[-1])

@@ -35,6 +35,7 @@ from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
 from scissordyn.record.summary import summary_of
+from scissordyn.record.warn import warning_lines, warnings_of
 from scissordyn.run.bristle_recoil import recoil_warnings
 from scissordyn.run.ideal import IDEAL_SAMPLES
 from scissordyn.run.sample_memory import check_samples
@@ -298,7 +299,7 @@ def worn_lines(case: Case) -> list[str]:
         run = wear_out(case.mechanism, case.run, settings)
     except ScissordynError as error:
         return [f"Wear is not estimated: {error}."]
-    return [f"Wear: {line}." for line in (*life_lines(run), *json.loads(run.attrs["warnings"]))]
+    return [f"Wear: {line}." for line in (*life_lines(run), *warning_lines(warnings_of(run)))]
 
 
 def _static_lines(mechanism: Mechanism, ideal: xr.Dataset, until: float, revolutions: int = 2) -> list[str]:

@@ -151,8 +151,23 @@ def _show_summary(run: Run, mechanism: Mechanism | None, to: Console) -> None:
         relative = f", {residual / turned_over:.1e} of the converted energy" if turned_over > 0.0 and closes != "0 J" else ""
         parts.append(f"The energy balance closes to {closes}{relative}.")
     to.print(" ".join(parts))
-    for warning in warning_lines(warnings_of(run), mechanism):
-        to.print(f"Warning: {warning}" if not warning.startswith(EXPLANATION_PREFIX) else f"  {warning}")
+    for text in warning_texts(run, mechanism):
+        to.print(text)
+
+
+def warning_texts(run: Run, mechanism: Mechanism | None = None) -> list[str]:
+    """Return the lines that show the warnings of a run, or of a wear result."""
+    lines = warning_lines(warnings_of(run), mechanism)
+    return [f"  {line}" if line.startswith(EXPLANATION_PREFIX) else f"Warning: {line}" for line in lines]
+
+
+def warning_record(run: Run) -> dict[str, Any]:
+    """Return the warnings of a run, or of a wear result, for JSON."""
+    return {
+        "warnings": json.loads(run.attrs["warnings"]),
+        "warnings_in_short": warning_lines(warnings_of(run)),
+        "warning_data": [item.data for item in warnings_of(run)],
+    }
 
 
 def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
@@ -166,8 +181,6 @@ def run_record(run: Run, files: Sequence[Path | str] = ()) -> dict[str, Any]:
         "joints": [joint.plain() for joint in joint_summaries(run)],
         "energy_residual": float(np.abs(run["energy_residual"].values).max()) if run.sizes["time"] else None,
         "trusted_until": float(run.attrs.get("trusted_until", math.nan)),
-        "warnings": json.loads(run.attrs["warnings"]),
-        "warnings_in_short": warning_lines(warnings_of(run)),
-        "warning_data": [warning.data for warning in warnings_of(run)],
+        **warning_record(run),
         "files": [str(path) for path in files],
     }

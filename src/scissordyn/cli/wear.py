@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -108,9 +107,10 @@ def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]
 
 def _report(run: xr.Dataset, path: Path) -> Path:
     """Write the report of a life: its answers, a table of the joints, warnings, and the pictures."""
-    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines, warning_lines
+    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines
     from scissordyn.plot.file import figure_of
     from scissordyn.plot.wear import history, profile
+    from scissordyn.record.warn import warning_lines, warnings_of
     from scissordyn.studies.answer.report import write_page
     from scissordyn.studies.answer.section import Section
 
@@ -118,7 +118,7 @@ def _report(run: xr.Dataset, path: Path) -> Path:
     simulated = f"{run.attrs['simulated_cycles']} of {int(run['cycle'][-1])} cycles simulated."
     answers = Section(lines=(*life_lines(run)[: count or None], simulated))
     sections = [answers, Section(JOINT_HEAD, joint_rows(run), "Joints")]
-    if warnings := warning_lines(run):
+    if warnings := warning_lines(warnings_of(run)):
         sections.append(Section(title="Warnings", lines=tuple(warnings)))
     drawn = [("Clearance and deviation over the cycles", figure_of(history(run)))]
     drawn += [(f"Worn bearing of joint {joint}", figure_of(profile(run, joint))) for joint in joints]
@@ -126,12 +126,13 @@ def _report(run: xr.Dataset, path: Path) -> Path:
 
 
 def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
-    from scissordyn.lifetime.life import life_lines, warning_lines
+    from scissordyn.cli.show import warning_texts
+    from scissordyn.lifetime.life import life_lines
 
     reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
     say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)
     say(f"{run.attrs['simulated_cycles']} of {reached} cycles simulated.", highlight=False)
-    say(*(f"Warning: {warning}" for warning in warning_lines(run)), highlight=False, soft_wrap=True)
+    say(*warning_texts(run), highlight=False, soft_wrap=True)
     if output is not None and run.sizes["state"]:
         say(f"Saved to {output}" + ("" if run.attrs["status"] == "complete" else f", marked {run.attrs['status']}"))
     say(*files)
@@ -139,6 +140,8 @@ def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
 
 def _record(run: xr.Dataset) -> dict[str, Any]:
     """Return the result as a dictionary for JSON, in SI units."""
+    from scissordyn.cli.show import warning_record
+
     numbers, keys = ("life", "life_low", "life_high"), ("depth_largest", "depth_error", "worn_volume", "worn_clearance")
     needs, limiting = run["requirement"].values.tolist(), run["limited_by"].values.tolist()
     lives = [
@@ -147,4 +150,4 @@ def _record(run: xr.Dataset) -> dict[str, Any]:
     ]
     joints = {name: {key: float(run[key].sel(joint=name)[-1]) for key in keys} for name in run["joint"].values.tolist()}
     attributes = {key: run.attrs[key] for key in ("status", "cause", "cycles", "simulated_cycles")}
-    return {**attributes, "lives": lives, "joints": joints, "warnings": json.loads(run.attrs["warnings"])}
+    return {**attributes, "lives": lives, "joints": joints, **warning_record(run)}

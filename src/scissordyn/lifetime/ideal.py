@@ -14,6 +14,7 @@ from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.model.commanded import commanded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.simulate import simulate
+from scissordyn.warning import warning
 
 
 class IdealRunner:
@@ -60,13 +61,10 @@ def ideal_loads(mechanism: Mechanism, surfaces: Sequence[WornSurface], until: fl
         peak[0, j] = size.max()
         least[name] = float(size.min() / size.max()) if size.any() else 0.0
     near = min(least, key=lambda name: least[name])
-    texts = [
-        "estimated from forces of ideal joints: close while journals stay in contact, but without the wear of impacts, as "
-        f"after a concentric start or at forces near zero; that of '{near}' falls to {100.0 * least[near]:.3g} % of its largest"
-    ]
+    warnings = [warning("ideal forces", joint=near, percent=100.0 * least[near])]
     if any(track.tolerance is not None for track in mechanism.tracks):
-        texts.append("the life until a tracked point leaves its tolerance needs simulated cycles")
-    return Loads(parts[0], parts[1], parts[2], parts[3], peak, np.full((1, len(mechanism.tracks)), np.nan), tuple(texts))
+        warnings.append(warning("ideal deviation"))
+    return Loads(parts[0], parts[1], parts[2], parts[3], peak, np.full((1, len(mechanism.tracks)), np.nan), tuple(warnings))
 
 
 def _of_body(run: xr.Dataset, variable: str, body: str) -> np.ndarray:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +14,9 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.wear import Wear
 from scissordyn.tolerance import REPORTED_FRACTION
 from scissordyn.units import short
-from scissordyn.warning import NAMES_MAX
+from scissordyn.warning import RunWarning, warning
 
 REPEATED_SCATTER = 0.01  # [-] relative standard deviation of the wear of cycles that repeat, to the two digits that are printed
-
-
-NAME_OR_NUMBER = re.compile(r"('[^']*')|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-"""Quoted name in a warning, which is group 1, or number."""
-
 NO_INTERVAL = {"simulated": " (no interval from a single member)", "ideal": ""}  # text in place of an interval, by loads
 
 
@@ -85,42 +79,15 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
     return run.assign_coords(requirement=("requirement", np.array([need.text for need in listed], dtype=object)))
 
 
-def without_repetitions(warnings: Iterable[str]) -> list[str]:
-    """Return warnings without those that differ from an earlier one only in numbers outside of quoted names."""
-    kinds: dict[str, str] = {}
-    for text in warnings:
-        kinds.setdefault(NAME_OR_NUMBER.sub(r"\1", text), text)
-    return list(kinds.values())
-
-
-def warning_lines(run: xr.Dataset) -> list[str]:
-    """Return the warnings of a wear result as sentences; those that differ only in joints and numbers are joined."""
-    groups: dict[str, list[str]] = {}
-    for text in json.loads(run.attrs["warnings"]):
-        groups.setdefault(NAME_OR_NUMBER.sub("", text), []).append(text)
-    lines = []
-    for first, *others in groups.values():
-        names = [next(filter(None, NAME_OR_NUMBER.findall(text)), "") for text in others]
-        more = [f"{len(names) - NAMES_MAX} more"] if len(names) > NAMES_MAX else []
-        lines.append(f"{first}; alike at {', '.join([*names[:NAMES_MAX], *more])}." if names else f"{first}.")
-    return lines
-
-
-def repetition(run: xr.Dataset) -> list[str]:
+def repetition(run: xr.Dataset) -> list[RunWarning]:
     """Return the warnings of a wear result about cycles that do not repeat: their wear scatters, or drifts."""
-    texts = []
+    warnings = []
     for name, scatter, drift in zip(run["joint"].values, run["cycle_scatter"].values, run["cycle_drift"].values, strict=True):
         if scatter > REPEATED_SCATTER:
-            texts.append(
-                f"cycles do not repeat: the wear of joint '{name}' in a cycle scatters by {100.0 * scatter:.2g} % "
-                "(standard deviation); more members narrow the interval"
-            )
+            warnings.append(warning("scatter", name, percent=100.0 * scatter))
         if abs(drift) > REPORTED_FRACTION:
-            texts.append(
-                f"cycles have not settled: the wear of joint '{name}' changes by {100.0 * drift:.2g} % within the averaged "
-                "cycles; let more periods settle"
-            )
-    return texts
+            warnings.append(warning("drift", name, percent=100.0 * drift))
+    return warnings
 
 
 def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float:

@@ -28,15 +28,17 @@ from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import can_deviate, ideal_path
 from scissordyn.run.stops import stops
 from scissordyn.run.trajectory import current_trajectory, make_driver, model_failure
+from scissordyn.run.trajectory_warnings import stepping_warnings
 from scissordyn.tolerance import CONVERGENCE_TOL
+from scissordyn.warning import RunWarning, plain, warning
 
 
-def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -> tuple[Mechanism, list[str]]:
+def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -> tuple[Mechanism, list[RunWarning]]:
     """Return a mechanism whose joints have the wear coefficient of their pair of materials, and warnings.
 
     The pair is 'journal/bearing'. Joints with a coefficient keep it. Joints that cannot wear are named in a warning.
     """
-    used, warnings = set(), []
+    used, warnings = set(), list[RunWarning]()
     for joint in mechanism.clearance_joints if coefficients else ():
         clearance = joint.clearance
         if clearance is None or clearance.wear is not None:
@@ -44,8 +46,8 @@ def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -
         pair = f"{clearance.surfaces.journal.name}/{clearance.surfaces.bearing.name}"
         try:
             clearance.check_worn(f"joint '{joint.name}'")
-        except InputError as error:
-            warnings.append(f"{error.what}: it is left unworn")
+        except InputError:
+            warnings.append(warning("unworn", joint.name))
             continue
         if pair not in coefficients:
             raise InputError(
@@ -55,7 +57,7 @@ def with_coefficients(mechanism: Mechanism, coefficients: Mapping[str, float]) -
             )
         used.add(pair)
         mechanism = mechanism.with_clearance(joint.name, dataclasses.replace(clearance, wear=coefficients[pair]))
-    warnings += [f"no joint takes the wear coefficient of '{pair}'" for pair in sorted(coefficients.keys() - used)]
+    warnings += [warning("unused coefficient", pair=pair) for pair in sorted(coefficients.keys() - used)]
     return mechanism, warnings
 
 
@@ -109,7 +111,7 @@ class Loads(NamedTuple):
     sine: np.ndarray  # (members, surfaces, directions) the same with sin(psi) [J]
     peak: np.ndarray  # (members, surfaces) largest force [N]
     deviation: np.ndarray  # (members, tracks) largest deviation [m]
-    warnings: tuple[str, ...] = ()
+    warnings: tuple[RunWarning, ...] = ()
 
     def member(self, index: int) -> Self:
         """Return the loads of one simulated cycle."""
@@ -120,7 +122,7 @@ class Loads(NamedTuple):
         """Join loads of several cycles into one object with a member per cycle."""
         listed = list(parts)
         arrays = (np.concatenate([part[k] for part in listed]) for k in range(len(LOADS)))
-        return cls._make([*arrays, tuple(dict.fromkeys(text for part in listed for text in part.warnings))])
+        return cls._make([*arrays, tuple(item for part in listed for item in part.warnings)])
 
     def by_direction(self, surface: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return friction energy [J], mean force [N], and mean and half range of psi by direction, means over the members.
@@ -155,7 +157,7 @@ class Loads(NamedTuple):
         }
 
     @classmethod
-    def from_row(cls, row: xr.Dataset, warnings: Sequence[str]) -> Self:
+    def from_row(cls, row: xr.Dataset, warnings: Sequence[RunWarning]) -> Self:
         """Return the loads of one state from a Dataset that `columns` made."""
         return cls._make([*(row[f"member_{name}"].values for name in LOADS), tuple(warnings)])
 
@@ -231,10 +233,12 @@ class CycleRunner:
             if cause:
                 raise ScissordynError(f"the simulated cycle stopped at t = {driver.time:.9g} s: {cause}")
             if stop.number >= settle:
-                found = Extremes(driver.plan).add(current_trajectory(driver)).texts()
-                yield self._loads_of_cycle(driver, (*map(str, prepared.warnings), *found))
+                found = [*plain(prepared.warnings), *Extremes(driver.plan).add(current_trajectory(driver)).of_a_case()]
+                if driver.stepping is not None:
+                    found += stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))
+                yield self._loads_of_cycle(driver, tuple(found))
 
-    def _loads_of_cycle(self, driver: Driver, texts: tuple[str, ...]) -> Loads:
+    def _loads_of_cycle(self, driver: Driver, warnings: tuple[RunWarning, ...]) -> Loads:
         """Return the loads of the cycle that the driver has just finished."""
         totals, numbers = driver.state.total[BALANCED:].reshape(-1, LOAD_DIRECTIONS), driver.system.content.parameters.contact
         contacts = [contact.name for contact in driver.plan.contacts]
@@ -249,4 +253,4 @@ class CycleRunner:
         deviation = driver.peak["largest"][driver.rows(TRACK_DEVIATION)]
         if self.ideal is None:
             deviation = np.full(deviation.shape, np.nan)
-        return Loads(parts[0], parts[1], parts[2], parts[3], peak[None], deviation[None].copy(), texts)
+        return Loads(parts[0], parts[1], parts[2], parts[3], peak[None], deviation[None].copy(), warnings)

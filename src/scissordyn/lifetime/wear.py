@@ -16,14 +16,16 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.lifetime.error import depth_errors, mean_error
 from scissordyn.lifetime.ideal import IdealRunner
-from scissordyn.lifetime.life import add_lives, repetition, without_repetitions
+from scissordyn.lifetime.life import add_lives, repetition
 from scissordyn.lifetime.loads import CycleRunner, Loads, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import Worn, WornJoint
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, StartKind
 from scissordyn.model.wear import Coefficients, CycleKind, LoadsKind, Wear
+from scissordyn.record.warn import warnings_of
 from scissordyn.run.stops import drive_period
 from scissordyn.units import Meaning, checked, quantities, short
+from scissordyn.warning import first_of_each, warning
 
 TITLE = "scissordyn wear"
 
@@ -235,8 +237,7 @@ class _Life:
             n = min(n - 1, max(1, int(n * _factor(error))))
         if error > 1.0:
             worst = int(np.argmax(np.abs(correction).max(axis=1) / self.tolerance))
-            text = f"the error of a single cycle exceeds the tolerance of {short(float(self.tolerance[worst]), 'm')}"
-            self.warnings += [f"{text} at joint '{self.names[worst]}'"]
+            self.warnings.append(warning("cycle error", self.names[worst], tolerance=short(float(self.tolerance[worst]), "m")))
         return State(last.cycle + n, n, depths, loads, rates, last.correction + correction, simulations)
 
     def _proposed_step(self, last: State, growth: float = 4.0) -> int:
@@ -267,7 +268,7 @@ class _Life:
     def _add(self, state: State) -> None:
         """Keep a state; note a bush that has worn through."""
         self.states.append(state)
-        self.warnings = without_repetitions([*self.warnings, *state.loads.warnings])
+        self.warnings = first_of_each([*self.warnings, *state.loads.warnings])
         for joint in self.joints:
             row = joint.rows[0]
             if joint.bush is not None and state.depths[row].max() >= joint.bush and not self.cause:
@@ -292,7 +293,7 @@ class _Life:
         """Load the states of an earlier result of the same wear computation, so that it continues from its last state."""
         self._check_same(earlier)
         said = repetition(earlier)
-        self.warnings = [text for text in json.loads(earlier.attrs["warnings"]) if text not in said]
+        self.warnings = [item for item in warnings_of(earlier) if item not in said]
         for k in range(earlier.sizes["state"]):
             row = earlier.isel(state=k)
             depths, rates, correction = (row[name].values.copy() for name in ("depth", "member_rate", "depth_correction"))
@@ -351,7 +352,11 @@ class _Life:
                 "configuration": self._configuration(),
             },
         )
-        run.attrs["warnings"] = json.dumps([*self.warnings, *repetition(run)])
+        warnings = [*self.warnings, *repetition(run)]
+        run.attrs |= {
+            "warnings": json.dumps([str(item) for item in warnings]),
+            "warning_data": json.dumps([item.data for item in warnings]),
+        }
         return add_lives(run, self.mechanism, self.settings)
 
     def _of_both(self, values: np.ndarray) -> np.ndarray:

@@ -133,7 +133,11 @@ class Extremes:
         return warnings + coupling_warnings(plan.mechanism)
 
     def texts(self) -> list[str]:
-        """Return the warnings about a run without samples, each once.
+        """Return the warnings about a run without samples as sentences, each once."""
+        return list(dict.fromkeys(map(str, self.of_a_case())))
+
+    def of_a_case(self) -> list[RunWarning]:
+        """Return the warnings about a run without samples.
 
         Only runs with samples report singular positions, redundant joints and energy errors.
         """
@@ -149,7 +153,7 @@ class Extremes:
             least = gap.clearance - self._output(k, "eccentricity")[0]
             if least < MIXED_RATIO_MAX * oil.roughness:
                 warnings.append(warning("thin film in a case", joint.name, roughness=oil.roughness, least=least))
-        return list(dict.fromkeys(map(str, warnings + self.warnings())))
+        return warnings + self.warnings()
 
 
 def lawful_warnings(part: Any, speeds: Sequence[float], depth: float, time: float) -> list[RunWarning]:

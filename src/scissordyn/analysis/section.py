@@ -22,12 +22,7 @@ DIRECTION_SIGNS: dict[str, tuple[int, ...]] = {"both": (-1, 1), "rising": (1,), 
 
 @checked
 def section(
-    run: xr.Dataset,
-    *,
-    variable: str,
-    level: float = 0.0,
-    direction: Direction = "both",
-    at: Mapping[str, str] | None = None,
+    run: xr.Dataset, *, variable: str, level: float = 0.0, direction: Direction = "both", at: Mapping[str, str] | None = None
 ) -> xr.Dataset:
     """Return the states at which a variable crosses a level, by cubic Hermite interpolation between the samples.
 

@@ -119,10 +119,7 @@ def number_attribute(run: HasAttributes, name: str) -> float:
 
 
 def write_configuration(
-    mechanism: Mechanism,
-    options: Options | None = None,
-    *,
-    diagram: Mapping[str, str | int | float | bool] | None = None,
+    mechanism: Mechanism, options: Options | None = None, *, diagram: Mapping[str, str | int | float | bool] | None = None
 ) -> str:
     """Return the text of the attribute "configuration" for a mechanism and the options of a run or diagram."""
     return record_text(mechanism, options, diagram)

@@ -159,10 +159,7 @@ COUPLING_KEYS: Hints = (
 TRANSMISSIONS: Mapping[str, type] = {"teeth": Teeth, "belt": Belt, "screw": Screw}
 """Keys of a coupling that determine where its force acts, and the class that each describes."""
 BacklashTable = table_of(
-    with_backlash,
-    (("mechanism", None), ("coupling", None)),
-    spelt={"backlash": "angle"},
-    backlash="0.5 deg",
+    with_backlash, (("mechanism", None), ("coupling", None)), spelt={"backlash": "angle"}, backlash="0.5 deg"
 )
 
 
@@ -435,10 +432,7 @@ PARTS: Mapping[str, Part] = {
     "weld": _part(Weld, "welds", "a rigid connection of two bodies", name="weld", start="rod.end", end="tool.base"),
     "track": _part(Track, "tracks", "a point whose motion is recorded", name="tip", body="rod", point="end"),
     "coupling": Part(
-        lambda: CouplingTable,
-        CouplingTable.reader(),
-        "couplings",
-        "a linear relation of two angles, slides or distances",
+        lambda: CouplingTable, CouplingTable.reader(), "couplings", "a linear relation of two angles, slides or distances"
     ),
     "coordinate_drive": _part(
         CoordinateDrive,
@@ -455,10 +449,7 @@ PARTS: Mapping[str, Part] = {
         if section != "actuator"  # described by a [control] table
     },
     "component": Part(
-        lambda: UserComponentTable,
-        _read_user_component,
-        "components",
-        "a component of a class in the user's file",
+        lambda: UserComponentTable, _read_user_component, "components", "a component of a class in the user's file"
     ),
 }
 """Tables of a case file that describe one part of the mechanism each."""

@@ -44,12 +44,7 @@ from scissordyn.units import quantities
 BARS_EXAMPLE: dict[str, Any] = {"section": "tube 60x60x1.56 mm", "material": "steel"}  # key `bars`, as error texts show it
 
 BendingTable = table_of(
-    with_bending,
-    (("mechanism", None),),
-    spelt={"bodies": "bars"},
-    bodies="unit */bar *",
-    modes="auto",
-    **BARS_EXAMPLE,
+    with_bending, (("mechanism", None),), spelt={"bodies": "bars"}, bodies="unit */bar *", modes="auto", **BARS_EXAMPLE
 )
 
 

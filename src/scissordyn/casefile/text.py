@@ -58,8 +58,7 @@ Place = tuple[int | str, ...]  # place of a value: keys from the top level down,
 NAME_KEYS = ("joint", "guide", "name", "body")  # keys whose value names a table in a list; the first one present is used
 
 TOKEN_PATTERN = re.compile(
-    r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]',
-    re.DOTALL,
+    r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'|#[^\n]*|[\[\]{}\n]', re.DOTALL
 )
 """Pattern of what decides where a TOML statement ends: a string, a comment, a bracket or a line end."""
 

@@ -62,12 +62,7 @@ class Unit:
     whole = INT
 
     def __init__(
-        self,
-        types: dict[Any, Any] | None = None,
-        *,
-        table: bool = False,
-        derivatives: int = 0,
-        doubles: Iterable[type] = (),
+        self, types: dict[Any, Any] | None = None, *, table: bool = False, derivatives: int = 0, doubles: Iterable[type] = ()
     ) -> None:
         self.derivatives = derivatives + derivatives % 2  # pairs, see dual.c
         self.number = DUAL if derivatives else FLOAT

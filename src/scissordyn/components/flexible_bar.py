@@ -55,12 +55,7 @@ class FlexibleBar:
     bending_stiffness: elastic.BendingStiffness
     mass_per_length: Annotated[
         float,
-        Quantity(
-            "kg/m",
-            above=0.0,
-            help="mass per length, part of the cross-sections'",
-            tied=elastic.SECTION_OR_MATERIAL,
-        ),
+        Quantity("kg/m", above=0.0, help="mass per length, part of the cross-sections'", tied=elastic.SECTION_OR_MATERIAL),
     ]
     modes: Annotated[int | None, MODES] = None
     turned: Annotated[tuple[float, ...], Quantity("rad", help="angle of the bar against the x axis of each cross-section")] = ()

@@ -13,21 +13,7 @@ from scissordyn.plugin.element import numbers
 from scissordyn.units import Meaning, Quantity
 
 
-def force(
-    x,
-    y,
-    angle,
-    x_rate,
-    y_rate,
-    speed,
-    reaction,
-    kinetic,
-    static,
-    stribeck_speed,
-    transition,
-    along_x,
-    along_y,
-):
+def force(x, y, angle, x_rate, y_rate, speed, reaction, kinetic, static, stribeck_speed, transition, along_x, along_y):
     """Return the force along the guide [N], stored energy [J], dissipated power [W] and the normal force [N]."""
     slip = along_x * x_rate + along_y * y_rate
     friction = reaction * friction_ratio(slip, kinetic, static, stribeck_speed, transition)

@@ -27,19 +27,7 @@ def bristle_ratio(slip, bristles, kinetic, static, stribeck_speed, stiffness, da
 
 
 @kernel
-def pin_force(
-    speed,
-    bristles,
-    reaction,
-    kinetic,
-    static,
-    stribeck_speed,
-    stiffness,
-    damping,
-    viscous,
-    damping_speed,
-    radius,
-):
+def pin_force(speed, bristles, reaction, kinetic, static, stribeck_speed, stiffness, damping, viscous, damping_speed, radius):
     """Return torque [N m], stored energy [J], dissipated power [W], the reaction [N] and the rate of the bristles [1/s]."""
     ratio, rate = bristle_ratio(
         radius * speed, bristles, kinetic, static, stribeck_speed, stiffness, damping, viscous, damping_speed

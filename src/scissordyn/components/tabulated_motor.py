@@ -51,12 +51,7 @@ class TabulatedMotor:
     ratio: Annotated[float, Quantity("1", above=0.0, maximum=1e6, help="turns of the motor for one of the body")] = 1.0
     inertia: Annotated[
         float,
-        Quantity(
-            "kg m^2",
-            minimum=0.0,
-            maximum=1e9,
-            help="at the body: the rotor's times ratio^2",
-        ),
+        Quantity("kg m^2", minimum=0.0, maximum=1e9, help="at the body: the rotor's times ratio^2"),
     ] = 0.0
     time_function: Factor = None
 

@@ -158,19 +158,11 @@ class TapeSpring:
     free_angle: Annotated[float, Quantity("rad", minimum=-1e4, maximum=1e4, help="angle of the straight tape")] = 0.0
     straight: Annotated[
         tuple[Point, ...],
-        Pairs(
-            ("angles", "moments"),
-            ("rad", "N m"),
-            help="the straight branch, from one snap to the other",
-        ),
+        Pairs(("angles", "moments"), ("rad", "N m"), help="the straight branch, from one snap to the other"),
     ] = ()
     folded: Annotated[
         tuple[Point, ...],
-        Pairs(
-            ("angles", "moments"),
-            ("rad", "N m"),
-            help="the fold, which snaps back at the angles next to zero",
-        ),
+        Pairs(("angles", "moments"), ("rad", "N m"), help="the fold, which snaps back at the angles next to zero"),
     ] = ()
 
     def check(self) -> None:

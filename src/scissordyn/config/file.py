@@ -66,11 +66,7 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     tree = apply_changes(written, of_file)
     if is_study(written):
         what = f"'{path}' is a study file"
-        raise InputError(
-            what,
-            "a case file",
-            command("scissordyn", "study", path, "-o", f"{path.stem}.db"),
-        )
+        raise InputError(what, "a case file", command("scissordyn", "study", path, "-o", f"{path.stem}.db"))
     if "body" in tree and "structure" not in tree:
         raise InputError(f"{path}: missing key 'structure'", "the kind of structure", 'structure = { kind = "mechanism" }')
     with in_file(path, text, tree, written):

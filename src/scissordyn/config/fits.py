@@ -92,8 +92,7 @@ def _numbers(row: list[str], count: int, path: Path, line: int) -> list[float]:
     if len(row) != count or not all(cell.strip() for cell in row):
         empty = f"{len(row)} numbers" if len(row) != count else "an empty cell"
         raise InputError(
-            f"'{path}' line {line}: {empty}",
-            f"{count} numbers in each line; one file for each record without gaps",
+            f"'{path}' line {line}: {empty}", f"{count} numbers in each line; one file for each record without gaps"
         )
     try:
         numbers = [float(cell) for cell in row]

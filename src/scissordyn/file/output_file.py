@@ -83,9 +83,7 @@ def check_target(
     if beginning:
         if size and not _starts_with(path, beginning):
             raise InputError(
-                f"'{path}' exists and is not a case file of scissordyn; it is not overwritten",
-                "the name of a new file",
-                sample,
+                f"'{path}' exists and is not a case file of scissordyn; it is not overwritten", "the name of a new file", sample
             )
         return
     if size == 0 or (_is_picture(path, ending) if ending in FIRST_BYTES else _is_result(path, replace_broken)):

@@ -30,10 +30,7 @@ def print_pdf(page: bytes, sample: str = "-o report.html") -> bytes:
             options.append("--no-sandbox")
         try:
             subprocess.run(
-                [browser, *options, f"--print-to-pdf={target}", source.as_uri()],
-                capture_output=True,
-                timeout=120,
-                check=False,
+                [browser, *options, f"--print-to-pdf={target}", source.as_uri()], capture_output=True, timeout=120, check=False
             )
             content = target.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:

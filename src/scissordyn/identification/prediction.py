@@ -18,12 +18,7 @@ from scissordyn.units import checked
 
 @checked
 def prediction(
-    mechanism: Mechanism,
-    options: Options,
-    records: Sequence[Measured],
-    *,
-    segment: float | None = None,
-    window: float = 0.1,
+    mechanism: Mechanism, options: Options, records: Sequence[Measured], *, segment: float | None = None, window: float = 0.1
 ) -> xr.Dataset:
     """Run a mechanism for records that were not used to fit it.
 

@@ -102,15 +102,7 @@ def grid(plan: Plan, until: float) -> np.ndarray:
     return np.unique(np.concatenate([np.linspace(0.0, until, INPUT_SAMPLES), breaks]))
 
 
-def follow(
-    closure: Closure,
-    parameter: str,
-    inputs: AtPlace,
-    start: np.ndarray,
-    first: float,
-    low: float,
-    high: float,
-) -> Path:
+def follow(closure: Closure, parameter: str, inputs: AtPlace, start: np.ndarray, first: float, low: float, high: float) -> Path:
     """Follow the positions of a mechanism from `start` (nZ,) on its path to both ends."""
     forth, back = (walk(closure, inputs, start, first, end) for end in (high, low))
     points = back.points[:0:-1] + forth.points

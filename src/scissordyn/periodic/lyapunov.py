@@ -204,8 +204,7 @@ def _check_continuous(mechanism: Mechanism) -> None:
             )
     if any(part.declaration.gap is not None for part in mechanism.components) or mechanism.latches:
         raise InputError(
-            "the variational equation is discontinuous at end stops and latches",
-            "a mechanism without end stops or latches",
+            "the variational equation is discontinuous at end stops and latches", "a mechanism without end stops or latches"
         )
 
 

@@ -88,14 +88,7 @@ def make_consistent(system: Handle, state: Snapshot) -> Snapshot:
     clock = state.arrays["clock"].copy()
     clock["longest"], clock["prepared"], clock["first"], clock["last_event"] = answer[1], 0, 0.0, NO_EVENT
     clock["touching"], clock["reach"] = 0, np.inf
-    return state.changed(
-        clock=clock,
-        y=y,
-        mode=live.mode,
-        memory=live.memory,
-        mass=live.mass,
-        reference=live.reference,
-    )
+    return state.changed(clock=clock, y=y, mode=live.mode, memory=live.memory, mass=live.mass, reference=live.reference)
 
 
 def run_cycles(

@@ -24,9 +24,7 @@ def static_coefficient(law: str, kinetic: float, static: float | None, ratio: fl
         return ratio * kinetic
     if static < kinetic:
         raise InputError(
-            f"{law}: static = {static:g} below kinetic = {kinetic:g}",
-            "static >= kinetic",
-            f"static = {ratio * kinetic:g}",
+            f"{law}: static = {static:g} below kinetic = {kinetic:g}", "static >= kinetic", f"static = {ratio * kinetic:g}"
         )
     return static
 

@@ -106,12 +106,7 @@ def _block_size(study: Study, workers: int, points: np.ndarray | None) -> int:
     return whole if whole <= 2 * size else size
 
 
-def execute(
-    study: Study,
-    path: str | os.PathLike[str],
-    points: np.ndarray | None = None,
-    **how: Unpack[How],
-) -> Store:
+def execute(study: Study, path: str | os.PathLike[str], points: np.ndarray | None = None, **how: Unpack[How]) -> Store:
     """Compute the cases of a study that its store does not have yet; `points` (points, factors) are those of a search."""
     store = Store(path)
     if store.exists():

@@ -144,17 +144,12 @@ def _names(given: Any, context: Context) -> tuple[str, ...]:
     return tuple(given)
 
 
-def _of_points(about: tuple[Any, ...]) -> Reader:
-    """Return the reader of a sequence of points: pairs of numbers if the annotation has `Pairs`, otherwise corners."""
-    return next((_pairs(extra) for extra in about if isinstance(extra, Pairs)), _corners)
-
-
 read_as(BodyPoint, BODY_POINT)
 read_as(Point, lambda about: pair_reader(_unit(about)))
 read_as(str | Point, _named_or_placed)
 read_as(Mapping[str, Point], _points)
 read_as(Mapping[str, float], lambda about: _named_numbers(_unit(about)))
-read_as(tuple[Point, ...], _of_points)
+read_as(tuple[Point, ...], lambda about: next((_pairs(extra) for extra in about if isinstance(extra, Pairs)), _corners))
 read_as(tuple[float, ...], lambda about: _numbers(_unit(about)))
 read_as(tuple[str, ...], _names)
 

@@ -88,16 +88,15 @@ class EngineOptions:
         elif self.scheduler is not None or self.cluster is not None:
             from scissordyn.studies.compute.cluster import cluster
 
-            with cluster(self.scheduler or self.cluster or "", folder, _tell) as workers:
+            def tell(line: str) -> None:
+                print(f"scissordyn: {line}", file=sys.stderr)
+
+            with cluster(self.scheduler or self.cluster or "", folder, tell) as workers:
                 if self.scheduler is not None and not self.scheduler.startswith("tls://"):
                     print(NO_TLS_WARNING, file=sys.stderr)
                 yield workers
         else:
             yield self.threads
-
-
-def _tell(line: str) -> None:
-    print(f"scissordyn: {line}", file=sys.stderr)
 
 
 def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:

@@ -47,7 +47,8 @@ def legs_of(body: Body) -> Legs | None:
     if len(groups) < 2 or not _is_uniform(body, list(body.points.values())):
         return None
     placed = [[body.points[name] for name in names] for names in groups]
-    straight = next((k for k, line in enumerate(placed) if _is_on_axis(line)), None)
+    on_axis = [all(y == 0.0 for _, y in line) and line[-1][0] > line[0][0] for line in placed]
+    straight = on_axis.index(True) if any(on_axis) else None
     if straight is None:
         return None
     per_length = body.mass / sum(itertools.starmap(math.dist, itertools.pairwise(body.points.values())))
@@ -84,10 +85,6 @@ def _turn_angle(before: Point, here: Point, after: Point) -> float:
     """Return the angle by which a line turns at a point [rad]."""
     (ax, ay), (bx, by) = (here[0] - before[0], here[1] - before[1]), (after[0] - here[0], after[1] - here[1])
     return math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-
-
-def _is_on_axis(line: list[Point]) -> bool:
-    return all(y == 0.0 for _, y in line) and line[-1][0] > line[0][0]
 
 
 def _is_uniform(body: Body, line: Sequence[Point]) -> bool:

@@ -218,13 +218,10 @@ def _warnings_of_path(path: Path, until: float) -> list[PositionWarning]:
                 f"{singular.subject} can continue on another branch of the assembly"
             )
         else:
-            text = f"locking position {where}: {singular.subject} hold{_s(singular)} it there; the drive cannot move further"
+            verb = "hold" if len(singular.bodies) > 1 else "holds"
+            text = f"locking position {where}: {singular.subject} {verb} it there; the drive cannot move further"
         statements.append(PositionWarning(times[0], singular.kind, text))
     return sorted(statements)
-
-
-def _s(singular: SingularPosition) -> str:
-    return "" if len(singular.bodies) > 1 else "s"
 
 
 def _describe_input(path: Path, place: float) -> str:

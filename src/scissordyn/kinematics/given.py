@@ -75,7 +75,8 @@ def _rows(plan: Plan, origins: list[Any], directions: list[Any]) -> Given | None
     for body, origin, direction in zip(plan.bodies, origins, directions, strict=True):
         for weight, (a, b, c) in _squares(body, origin is not None, direction is not None and body.rotates):
             place, frame = plan.coordinates.origin(body.name), plan.coordinates.direction(body.name)
-            point_map = combined((place, a), (frame, b), (PointMap(frame.columns, _turned(frame.rows)), c))
+            normal = PointMap(frame.columns, np.stack([-frame.rows[1], frame.rows[0]]))
+            point_map = combined((place, a), (frame, b), (normal, c))
             (x, y), (dx, dy) = origin or (0.0, 0.0), direction or (0.0, 0.0)
             maps.append(PointMap(point_map.columns, weight * point_map.rows))
             target += [weight * (a * x + b * dx - c * dy), weight * (a * y + b * dy + c * dx)]
@@ -92,10 +93,6 @@ def _squares(body: Body, origin: bool, direction: bool) -> list[tuple[float, tup
     if direction:
         return [(math.sqrt(inertia + body.mass * (x * x + y * y)), (0.0, 1.0, 0.0))]
     return [(math.sqrt(body.mass), (1.0, 0.0, 0.0))] if origin else []
-
-
-def _turned(rows: np.ndarray) -> np.ndarray:
-    return np.stack([-rows[1], rows[0]])
 
 
 def change_towards(given: Given, missed: np.ndarray, jacobian: Any, free: int) -> np.ndarray:

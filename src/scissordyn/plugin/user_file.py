@@ -95,7 +95,7 @@ def note_origin(made: Any, described: type) -> None:
         described
     )  # set even if None, so that the class does not inherit the origin of its base
     if origin is not None:
-        made.__reduce__ = _reduced
+        made.__reduce__ = lambda part: (_empty, type(part).origin, part.__dict__)
         _CLASSES[origin] = made
 
 
@@ -110,10 +110,6 @@ def class_in(kind: str, reference: str, folder: Path) -> tuple[Any, str]:
     path, name = split_reference(kind, reference, folder)
     loaded = load_function(kind, f"{path}:{name}")
     return loaded if isinstance(loaded, type) else None, f"{path}:{name}"
-
-
-def _reduced(part: Any) -> Any:
-    return _empty, type(part).origin, part.__dict__
 
 
 def _empty(reference: str, digest: str) -> Any:

@@ -103,7 +103,8 @@ def _verdict(result: StudyResult) -> RunWarning:
     study, points, fraction = result.study, result.points, result.fractions[-1]
     if result.recommendation is None:
         return warning("undecided")
-    about = {"fraction": fraction.fraction, "interval": _interval_text(fraction)}
+    interval = "" if np.isnan(fraction.low) else f" (95 % interval {fraction.low:.1%} to {fraction.high:.1%})"
+    about = {"fraction": fraction.fraction, "interval": interval}
     if study.points == 1 and study.uncertain:
         return warning("probability", "", "", **about, trials=fraction.trials)
     always = (points["met"] == 1.0) & (points["complete"] == 1.0)
@@ -113,10 +114,6 @@ def _verdict(result: StudyResult) -> RunWarning:
     return warning(
         "met" if met and not partly else "met and partly" if met else "partly" if partly else "nowhere", "", "", **about
     )
-
-
-def _interval_text(fraction: FeasibleFraction) -> str:
-    return "" if np.isnan(fraction.low) else f" (95 % interval {fraction.low:.1%} to {fraction.high:.1%})"
 
 
 def agreement(study: Study, points: xr.Dataset) -> RunWarning:

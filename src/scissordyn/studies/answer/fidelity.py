@@ -151,16 +151,12 @@ def _run_pilot(study: Study) -> tuple[xr.Dataset, float]:
 
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
-    """Return the smallest correlation between cheap and accurate runs over the responses of the requirements."""
+    """Return the smallest correlation of both kinds of runs over the responses of requirements, or over all measures."""
+    judged = [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
     both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
-    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in _responses(study)]
+    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in judged]
     correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
     return min((some for some in correlations if np.isfinite(some)), default=0.0)
-
-
-def _responses(study: Study) -> list[Response]:
-    """Return the responses of the requirements, or all measures if there are none."""
-    return [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
 
 
 def _confirm(study: Study, store: Store, how: How) -> None:

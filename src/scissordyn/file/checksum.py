@@ -16,13 +16,7 @@ def checksum_line(content: bytes | memoryview) -> bytes:
 
 
 def verify_checksum(path: str | os.PathLike[str]) -> bool:
-    """Check a file against its checksum; return False if it has no checksum.
-
-    Raises
-    ------
-    ValueError
-        If the content does not match the checksum.
-    """
+    """Return True if a file matches its checksum, False if it has none; raise `ValueError` if they differ."""
     with open(path, "rb") as file:
         rest = os.fstat(file.fileno()).st_size - LINE_BYTES
         digest = hashlib.sha256()

@@ -102,20 +102,7 @@ def estimate_start(
     guess: tuple[Body, ...],
     windows: Sequence[float],
 ) -> tuple[Segment, tuple[Body, ...]]:
-    """Estimate the start of a segment by least squares, with the parameters of the case.
-
-    Parameters
-    ----------
-    guess : tuple of Body
-        Bodies with a first estimate of the start.
-    windows : sequence of float
-        Initial fractions of the segment to which the start is fitted, one after another.
-
-    Returns
-    -------
-    tuple
-        The segment with its estimated start, and the bodies at its end.
-    """
+    """Estimate the start of a segment by least squares over its first parts `windows`; return it and the bodies at its end."""
     placed = with_start_states(mechanism, _measured_bodies(record, guess))
     try:
         for window in windows:

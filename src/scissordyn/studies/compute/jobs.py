@@ -50,20 +50,9 @@ CERTIFICATE_PREFIX, SCRIPT_PREFIX = ".dask-jobqueue.worker.", ".scissordyn-job."
 
 
 class Jobs:
-    """Jobs whose workers compute a study.
+    """Jobs of the queueing system `kind` whose workers compute a study; `count` of them are kept submitted.
 
-    Parameters
-    ----------
-    cluster : dask_jobqueue.JobQueueCluster
-        Cluster with the scheduler and the description of a job.
-    kind : str
-        Name of the queueing system.
-    count : int
-        Number of jobs to keep submitted.
-    folder : Path
-        Folder for the scripts of jobs while they are submitted, and for the output of jobs.
-    report : callable
-        Called with one line whenever the state of the jobs changes.
+    The JobQueueCluster of dask has the scheduler and describes a job; `folder` gets scripts and outputs, `report` lines.
     """
 
     def __init__(self, cluster: Any, kind: str, count: int, folder: Path, report: Callable[[str], None]) -> None:

@@ -184,3 +184,15 @@ def test_thick_oil_is_integrated_by_the_stiff_method(array):
     bent = (with_tubes(array.with_clearance("A", oiled(viscosity)), modes=4) for viscosity in (0.1, 0.001))
     runs = [sd.simulate(made, until=1e-6, samples=2) for made in bent]
     assert [counts_of(run)["method"] for run in runs] == ["rodas5p", "dop853"]
+
+
+def test_a_straight_edge_along_a_bar_that_bends_is_refused() -> None:
+    """Contract: an edge is straight, so it cannot follow the bar; a disc at one of its points can."""
+    edge = sd.EdgeContact("edge", ("arm", "start"), ("fore", "end"), length=0.3, half_width=0.01)
+    with pytest.raises(
+        sd.InputError, match="the straight edge of component 'edge' acts on flexible bar 'arm'; expected a rigid"
+    ):
+        sd.with_bending(adding("components", edge)(bars()), "arm", **SOFT)
+    disc = replace(edge, length=0.0)
+    bent = sd.with_bending(adding("components", disc)(bars()), "arm", **SOFT)
+    assert bent.components[0].start == ("arm", "start")

@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from scissordyn.components.beam import Beam
+from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.elastic import EXPANSION, Across, Damping, Warmer, node_inertia
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.lugre import PinLuGre
@@ -422,6 +423,9 @@ def _move_attachments(
                 "a roller that runs along it, two for a block that keeps its direction; or a rigid bar",
                 f'Roller("{guide.name}", {guide.follower}, rail="{name}")',
             )
+    for part in mechanism.components:
+        if isinstance(part, EdgeContact) and part.start[0] == name and part.length != 0.0:
+            raise refused(f"the straight edge of component '{part.name}'")
     pins = {frozenset(joint.bodies): joint for joint in mechanism.joints}
 
     def at_pin(part: Any) -> Any:

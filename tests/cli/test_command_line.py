@@ -22,6 +22,7 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
+from scissordyn.processor import limit_library_threads
 
 EXAMPLES = PAPER.parent  # Folder of the package's example cases
 
@@ -297,6 +298,13 @@ def test_commands_go_without_heavy_libraries(folder, options, library):
     loaded = subprocess.run(called, capture_output=True, text=True, check=True, timeout=300).stdout.split()
     assert {"h5py", "matplotlib"} & set(loaded) == set(library.split())
     assert not {"scipy", "xarray", "pandas", "dask", "pint"} & set(loaded)
+
+
+def test_commands_give_linear_algebra_one_thread(monkeypatch):
+    """Contract: a number of threads that the user has set stays."""
+    monkeypatch.setattr(os, "environ", {"OPENBLAS_NUM_THREADS": "3"})
+    assert limit_library_threads() == ["OMP_NUM_THREADS", "MKL_NUM_THREADS"]
+    assert os.environ == {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "3", "MKL_NUM_THREADS": "1"}
 
 
 def test_simulate_imports_no_heavy_libraries():

@@ -23,6 +23,7 @@ from scissordyn import __version__
 from scissordyn.cli.output import BAD_INPUT, BUG, DONE, INTERRUPTED
 from scissordyn.cli.parameter import HELP_OPTIONS, make_command
 from scissordyn.errors import AssemblyError, ScissordynError, printable, shortened
+from scissordyn.processor import limit_library_threads
 
 ABOUT = "Dynamics of deployable scissor structures with clearance joints."
 
@@ -202,6 +203,7 @@ def run() -> None:
     # otherwise garbage collection takes a third of the time of a short command: while libraries load, and at the end, when
     # the operating system frees all memory anyway
     gc.set_threshold(200_000)
+    limit_library_threads()
     install_signal_handlers()
     prepare_streams()
     warnings.formatwarning = _warning_line

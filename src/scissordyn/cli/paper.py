@@ -80,7 +80,7 @@ def paper(
 
 def _engine_options(threads: int | None, workers: int | None, figure: int | None) -> EngineOptions:
     """Return options of the engine: threads or processes as requested, by default processes, which run in parallel."""
-    from scissordyn.run.engine import processors
+    from scissordyn.processor import processors
 
     several = min(processors(), WORKERS_MAX)
     if threads is None and workers is None and figure is None and several > 1:

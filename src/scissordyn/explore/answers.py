@@ -14,14 +14,13 @@ from scissordyn.plot.contact import force_curve, torque_sources
 from scissordyn.plot.scale import DEGREES, Scale, engineering
 from scissordyn.plot.series import predictability_horizon
 from scissordyn.record.joint_force import LATER_FORCE_RATIO_MAX, ForceAnswer, clearance_joints, kinds_left_out, parts_of_oiled
-from scissordyn.record.results import along
+from scissordyn.record.results import Run, along, values_at
 from scissordyn.units import counted, short
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scissordyn.explore.case import Case
-    from scissordyn.record.results import Run
     from scissordyn.record.summary import ActuatorAnswer, PointAnswer, Summary
 
 
@@ -177,7 +176,7 @@ class Figure(NamedTuple):
 class DrawnCurves:
     """Choice of the curves of a run that the page draws: of a joint, the output body, torques, and the worst tracked point."""
 
-    def __init__(self, run: xr.Dataset, summary: Summary, joint: str, output: str) -> None:
+    def __init__(self, run: Run, summary: Summary, joint: str, output: str) -> None:
         most_torques = 4  # those with the largest values are drawn
         self.joint, bodies = joint, run["body"].values.astype(str).tolist()
         self.output = output if output in bodies else bodies[-1]
@@ -222,7 +221,7 @@ class DrawnCurves:
             "track": Figure("m", track + allowed, {"track": ("track", track)}),
         }
 
-    def columns(self, run: xr.Dataset) -> tuple[np.ndarray, Columns]:
+    def columns(self, run: Run) -> tuple[np.ndarray, Columns]:
         """Return the instants and the curves in SI units, including the located peaks of force and torque between samples.
 
         Other curves are interpolated linearly between samples. Curves that the run does not have are left out.
@@ -292,9 +291,9 @@ def drawn_points(count: int, curves: Sequence[np.ndarray]) -> np.ndarray | slice
 
 
 def figures(
-    run: xr.Dataset,
+    run: Run,
     summary: Summary,
-    pins: Sequence[xr.Dataset],
+    pins: Sequence[Run],
     joint: str,
     output: str,
     tangent: Tangent | None = None,
@@ -341,7 +340,7 @@ def figures(
     }
 
 
-def _bands(chosen: DrawnCurves, run: xr.Dataset, tangent: Tangent, far: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
+def _bands(chosen: DrawnCurves, run: Run, tangent: Tangent, far: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
     """Return instants, values and drawn changes of the curves; a change is NaN if it exceeds `far` of the curve's range.
 
     An impact that moves in time changes a steep curve so much that its tangent is not valid there.
@@ -361,7 +360,7 @@ def _line(label: str, color: str, x: np.ndarray, y: np.ndarray, style: str = "so
     return {"label": label, "color": color, "x": x, "y": y, "style": style}
 
 
-def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
+def orbit(run: Run, joint: str, factor: float) -> Columns:
     """Return the journal's orbit as columns "x" and "y"; a long orbit is reduced to the outermost points of each interval."""
     k = run.variables["joint"].values.tolist().index(joint)
     x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
@@ -369,10 +368,10 @@ def orbit(run: xr.Dataset, joint: str, factor: float) -> Columns:
     return {"x": x[kept].copy(), "y": y[kept].copy()}
 
 
-def _orbit(run: xr.Dataset, pins: Sequence[xr.Dataset], joint: str) -> dict[str, Any] | None:
-    if not joint or ("plane_contact" in run and bool(run["plane_contact"].sel(joint=joint))):
+def _orbit(run: Run, pins: Sequence[Run], joint: str) -> dict[str, Any] | None:
+    if not joint or ("plane_contact" in run and bool(values_at(run, "plane_contact", joint=joint))):
         return None
-    clearance = float(run["clearance"].sel(joint=joint))
+    clearance = float(values_at(run, "clearance", joint=joint))
     scale = engineering("m", clearance)
     around, size = np.linspace(0.0, 2.0 * math.pi, 181), scale.factor * clearance
     now = orbit(run, joint, scale.factor)
@@ -401,7 +400,7 @@ def _round_up(reach: float) -> float:
     return math.ceil(reach / digit) * digit
 
 
-def curves_as_csv(run: xr.Dataset, summary: Summary, joint: str, output: str) -> str:
+def curves_as_csv(run: Run, summary: Summary, joint: str, output: str) -> str:
     """Return the curves of a run as drawn by the page, as CSV, including located peaks between samples."""
     chosen = DrawnCurves(run, summary, joint, output)
     time, values = chosen.columns(run)

@@ -24,6 +24,7 @@ from scissordyn.plan.bending import bends
 from scissordyn.plot.canvas import pack_run
 from scissordyn.plot.series import largest_forces
 from scissordyn.record.joint_force import clearance_joints
+from scissordyn.record.results import Run
 from scissordyn.record.warn import warnings_of
 from scissordyn.units import short
 from scissordyn.warning import group, line
@@ -141,7 +142,7 @@ class Page:
             return
         self.shown, self._drawing = good, True
         if self.selected not in clearance_joints(good.run):
-            largest = largest_forces(good.run) if clearance_joints(good.run) else {"": 0.0}
+            largest = largest_forces(good.results or good.run) or {"": 0.0}
             self.selected = max(largest, key=lambda name: largest[name])
         self._publish(scene=True)
 
@@ -156,7 +157,8 @@ class Page:
         """Send the shown run with its number as one message."""
         if self.shown is None or self.shown.run is None or self.shown.curves is None:
             return
-        run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
+        run, mechanism, pinned = self.shown.results or self.shown.run, self.shown.case.mechanism, self.session.pins
+        curves = run if self.shown.fine is None else self.shown.fine
         summary, before = self.shown.summary, [pin.run for pin in pinned if pin.run is not None]
         tangent = None
         if self._influence is not None and self._influence.order.outcome is self.shown:
@@ -167,12 +169,12 @@ class Page:
             "bar": self._bar(self.shown, run, tangent.label if tangent else ""),
             "cards": list(cards(summary)),
             "measures": list(measures(summary, mechanism).items()),
-            **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body, tangent),
+            **figures(curves, summary, before, self.selected, mechanism.output_body, tangent),
         }
         if scene:
             message |= {
                 "scene": self._scene(self.shown, run),
-                "table": contact_table(self.shown.results or run),
+                "table": contact_table(run),
                 "bends": bends(mechanism),
                 "selected": self.selected,
             }
@@ -180,7 +182,7 @@ class Page:
             message["ghost"] = pack_run(before[-1], pinned[-1].case.mechanism) if before else ""
         self.send(message)
 
-    def _bar(self, shown: Outcome, run: xr.Dataset, tangent: str) -> dict[str, Any]:
+    def _bar(self, shown: Outcome, run: Run, tangent: str) -> dict[str, Any]:
         """Return the contents of the status bar for a run; `tangent` is the label of its bands, or ""."""
         statistics = json.loads(run.attrs["statistics"])
         pins = self.session.pins[::-1]
@@ -205,22 +207,24 @@ class Page:
             return 1.0
         return magnification_of(self._wish, shown.run, shown.case.mechanism)
 
-    def _scene(self, shown: Outcome, run: xr.Dataset) -> str:
+    def _scene(self, shown: Outcome, run: Run) -> str:
         """Return the scene of a run; magnified deflections are computed in a thread and sent later."""
         factor = self._factor(shown)
         if self._larger is not None and self._larger[0] == (shown.number, factor):
             return self._larger[1]
         if factor != 1.0 and not self._enlarging:  # otherwise it is requested again after the current computation
             self._enlarging = True
-            self._in_thread("magnifies", lambda: self._enlarge(shown, run, factor))
+            self._in_thread("magnifies", lambda: self._enlarge(shown, factor))
         return pack_run(run, shown.case.mechanism, number=shown.number)
 
-    def _enlarge(self, shown: Outcome, run: xr.Dataset, factor: float) -> None:
+    def _enlarge(self, shown: Outcome, factor: float) -> None:
         most_frames = 61  # each frame requires one assembly of the mechanism
         from scissordyn.equilibrium.deflection import magnified_deflection
         from scissordyn.record.sampling import spread_samples
 
-        mechanism, frames = shown.case.mechanism, min(run.sizes["time"], most_frames)
+        mechanism, run = shown.case.mechanism, shown.run
+        assert run is not None
+        frames = min(run.sizes["time"], most_frames)
         try:
             samples = spread_samples(run["time"].values, frames).tolist()
             larger = magnified_deflection(run, mechanism, factor, samples=samples)

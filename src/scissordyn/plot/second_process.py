@@ -10,13 +10,15 @@ import threading
 import warnings
 from collections.abc import Callable, Mapping
 
+from scissordyn.processor import processors
+
 
 def make_all(makers: Mapping[str, Callable[[], bytes]]) -> dict[str, bytes]:
     """Return the results of functions by name; this process and a duplicate of it take the functions in turn.
 
     All functions are called here if there are several threads, because a duplicate has only one of them, or one processor.
     """
-    if len(makers) < 2 or sys.platform != "linux" or threading.active_count() > 1 or len(os.sched_getaffinity(0)) < 2:
+    if len(makers) < 2 or sys.platform != "linux" or threading.active_count() > 1 or processors() < 2:
         return {name: make() for name, make in makers.items()}
     tasks, tasks_end = os.pipe()
     os.write(tasks_end, bytes(range(len(makers))))

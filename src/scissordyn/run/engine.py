@@ -26,6 +26,7 @@ from typing import Any, Generic, Self, TypeVar
 from cloudpickle import dumps
 
 from scissordyn.errors import InputError, ScissordynError, whole_number
+from scissordyn.processor import limit_library_threads, processors
 from scissordyn.run.advance.interrupt import check_interrupt, interrupted_by
 from scissordyn.run.advance.loop import CALL_SECONDS
 
@@ -36,10 +37,6 @@ TASKS_PER_WORKER = 2  # tasks submitted per worker: one in work and one waiting,
 STOP_SECONDS = 0.5  # [s] longest wait after Ctrl-C for a thread or process to end by itself
 RECOUNT_SECONDS = 1.0  # [s] interval at which the workers of an executor are counted
 STATUSES = ("pending", "complete", "failed")  # statuses of a case; a store saves their indices
-
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables that limit the threads of linear algebra libraries; by default each process starts one per processor.
-"""
 
 NO_TASK_LEFT: Any = object()  # returned by `next` when all tasks have been submitted
 
@@ -52,10 +49,6 @@ ENGINES = "a number of threads, sd.Processes(8), or an executor of concurrent.fu
 
 class EngineError(ScissordynError):
     """Failure of an engine: its workers died, cannot be started or cannot be reached."""
-
-
-def processors() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
 
 
 @dataclass(frozen=True)
@@ -332,8 +325,7 @@ def _watch_parent() -> None:
 @contextmanager
 def _shield_processes() -> Iterator[None]:
     """Shield processes started in this block from Ctrl-C and give them one thread for linear algebra, unless set otherwise."""
-    added = {name: "1" for name in THREAD_VARIABLES if name not in os.environ}
-    os.environ.update(added)
+    added = limit_library_threads()
     try:
         with block_signals():
             yield

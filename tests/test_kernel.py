@@ -9,7 +9,7 @@ import pytest
 import scissordyn as sd
 from scissordyn import kernel
 from scissordyn.compiler.c import compile_library
-from scissordyn.kernel import Handle
+from scissordyn.kernel import F2, I1, Handle, Template
 from scissordyn.mechanics.functions import rate
 
 
@@ -41,6 +41,35 @@ def test_a_tuple_is_of_the_declared_types():
     assert Handle(Pair(1, 2.0)).address
     with pytest.raises(TypeError, match=r"Pair.first: str instead of int"):
         Handle(Pair("1", 2.0))
+
+
+class Integers(NamedTuple):
+    """Two arrays of integers."""
+
+    shared: I1
+    own: I1
+
+
+class Nested(NamedTuple):
+    """An array, a number and arrays that copies share or are given."""
+
+    own: F2
+    inner: Integers
+    number: int
+
+
+def test_copies_of_a_template():
+    """Contract: a copy has its own arrays in memory, except shared ones; a handle of the same content has the same shapes."""
+    shared, content = np.arange(3), Nested(np.eye(2), Integers(np.arange(3), np.arange(5)), 7)
+    template = Template(content, {"Integers.shared"})
+    first, second = template.copy({}), template.copy({"Integers.shared": shared})
+    first.content.own[:], first.content.inner.own[:] = 3.0, 4
+    assert first.content.inner.shared is content.inner.shared
+    assert second.content.inner.shared is shared
+    np.testing.assert_equal(second.content, Nested(np.eye(2), Integers(shared, np.arange(5)), 7))
+    words, addresses = Handle(second.content)._memory, [0, 6]
+    np.testing.assert_array_equal(second._memory, words)
+    assert not np.any(first._memory[addresses] == words[addresses])
 
 
 def test_the_process_that_builds_the_library_uses_it(tmp_path, monkeypatch):

@@ -16,7 +16,7 @@ import subprocess
 import sys
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
@@ -233,11 +233,11 @@ def _describe_value(part: Any) -> str:
 class Handle:
     """Named tuple of arrays, or of named tuples, laid out in memory as in C; kernels receive its address."""
 
-    def __init__(self, content: Any, like: Handle | None = None) -> None:
-        """Write the addresses of all arrays; those of tuples that `like` has too are copied from there."""
+    def __init__(self, content: Any, words: np.ndarray | None = None) -> None:
+        """Write the addresses of all arrays, unless they are given as `words`."""
         self.content = content
         self.lock = threading.RLock()  # held by one thread at a time where several may evaluate the same system
-        self._memory = _memory_of(content, type(content), like)
+        self._memory = _memory_of(content, type(content)) if words is None else words
         self.address = int(self._memory.ctypes.data)
         _HANDLES[self.address] = self
 
@@ -262,6 +262,63 @@ class Handle:
     def opened(self) -> Any:
         """Content for kernels that run in Python: structured arrays have attributes instead of named columns."""
         return with_attributes(self.content)
+
+
+class Template:
+    """Named tuple from which handles are copied; each copy has its arrays in one piece of memory.
+
+    Parts in `shared` are not copied: all copies have those of the template, unless a copy is given its own.
+    """
+
+    def __init__(self, content: Any, shared: Collection[str] = ()) -> None:
+        self._words, self._parts, self._own = list[int](), list[tuple[type, list[Any], int, int]](), list[tuple[Any, ...]]()
+        self.shared = dict[str, tuple[_Field, int, int, int]]()  # field, part, place in it and first word, by name
+        self._size = 0
+        sources = list[np.ndarray]()
+        self._add(content, type(content), shared, 0, 0, sources)
+        self._memory = np.zeros(self._size, np.uint8)
+        for source, array in zip(sources, self._arrays(self._memory), strict=True):
+            array[...] = source
+        self._image, self._addresses = np.array(self._words, np.int64), np.array([word for *_, word in self._own], int)
+
+    def _add(
+        self, content: Any, described: type, shared: Collection[str], parent: int, place: int, sources: list[np.ndarray]
+    ) -> None:
+        """Add a named tuple, which is an entry of a parent."""
+        number = len(self._parts)
+        self._parts.append((described, list(content), parent, place))
+        for at, (field, part) in enumerate(zip(_fields_in_memory(described), content, strict=True)):
+            if field.name in shared:
+                self.shared[field.name] = field, number, at, len(self._words)
+                _append_field(field, part, self._words)
+            elif field.nested:
+                self._add(part, field.hint, shared, number, at, sources)
+            elif field.array is None:
+                _append_field(field, part, self._words)
+            else:
+                self._own.append((part.shape, part.dtype, self._size, number, at, len(self._words)))
+                self._words += [self._size, *_array_words(part, field.array, field.name)[1:]]
+                self._size += part.nbytes + -part.nbytes % 64  # a cache line has 64 bytes
+                sources.append(part)
+
+    def _arrays(self, memory: np.ndarray) -> list[np.ndarray]:
+        return [np.ndarray(shape, dtype, memory, first) for shape, dtype, first, *_ in self._own]
+
+    def copy(self, given: Mapping[str, Any]) -> Handle:
+        """Return a handle with copies of all arrays; `given` has shared parts of its own, by type and field."""
+        memory, words, parts = self._memory.copy(), self._image.copy(), [list(part) for _, part, *_ in self._parts]
+        words[self._addresses] += memory.ctypes.data
+        for (*_, part, place, _), array in zip(self._own, self._arrays(memory), strict=True):
+            parts[part][place] = array
+        for name, value in given.items():
+            field, part, place, first = self.shared[name]
+            parts[part][place], written = value, list[int]()
+            _append_field(field, value, written)
+            words[first : first + field.words] = written
+        for number in range(len(parts) - 1, 0, -1):
+            described, _, parent, place = self._parts[number]
+            parts[parent][place] = described(*parts[number])
+        return Handle(self._parts[0][0](*parts[0]), words)
 
 
 _HANDLES: weakref.WeakValueDictionary[int, Handle] = weakref.WeakValueDictionary()  # handles by their address
@@ -296,12 +353,9 @@ def with_attributes(content: Any) -> Any:
     return content.view(np.recarray if content.dtype.names else CheckedArray)
 
 
-def _memory_of(content: Any, described: type, like: Handle | None = None) -> np.ndarray:
+def _memory_of(content: Any, described: type) -> np.ndarray:
     words: list[int] = []
-    if like is None:
-        _append_words(content, described, words)
-    else:
-        _append_changed(content, described, words, like.content, like._memory.tolist())
+    _append_words(content, described, words)
     return np.array(words, np.int64)
 
 
@@ -353,17 +407,6 @@ def _append_field(field: _Field, part: Any, words: list[int]) -> None:
         _append_words(part, hint, words)
     else:
         words.append(part if isinstance(part, int) else int(np.float64(part).view(np.int64)))
-
-
-def _append_changed(content: Any, described: type, words: list[int], other: Any, known: list[int]) -> None:
-    """Append the words of a named tuple; a nested tuple that `other` has too is copied from `known`, the words of `other`."""
-    for field, part, same in zip(_fields_in_memory(described), content, other, strict=True):
-        if field.nested and part is same:
-            words += known[len(words) : len(words) + field.words]
-        elif field.nested and isinstance(part, field.hint):
-            _append_changed(part, field.hint, words, same, known)
-        else:
-            _append_field(field, part, words)
 
 
 class Opener:

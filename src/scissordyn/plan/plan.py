@@ -19,6 +19,7 @@ from scissordyn.components.time_function import TimeFunction
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.body_maps import BodyMaps
+from scissordyn.mechanics.monitored import companions, monitored_rows
 from scissordyn.mechanics.system import FrictionWorkspace, Model, Parameters
 from scissordyn.model.body import Body
 from scissordyn.model.clearance import Clearance, ContactKind, ContactPoint, GuideClearance, Lubrication, contact_states
@@ -76,6 +77,15 @@ class Plan:
             made = self.answers[name] = make()
         return made
 
+    @property
+    def companions(self) -> np.ndarray:
+        """Row of each guard's contact force including friction; -1 if that is the normal force (`monitored.companions`)."""
+        return np.asarray(self.table("companions", lambda: companions(self.model)))
+
+    def monitored_rows(self, kind: int) -> np.ndarray:
+        """Return the rows of one kind of quantity, counted over guards and monitored quantities."""
+        return np.asarray(self.table(f"monitored rows {kind}", lambda: monitored_rows(self.model, kind)))
+
     def numbers(self) -> Parameters:
         """Return the parameters of the case in new arrays."""
         return make_parameters(self.mechanism, self.coordinates)
@@ -111,22 +121,22 @@ class Plan:
         """Rods; the kernels treat them after the components."""
         return self.mechanism.rods
 
-    @property
+    @cached_property
     def components(self) -> tuple[Component, ...]:
         """Components that exert forces."""
         return self.mechanism.exerting
 
-    @property
+    @cached_property
     def acting(self) -> tuple[Component, ...]:
         """Components that the kernels read: those that exert forces, then the latches."""
         return acting(self.mechanism)
 
-    @property
+    @cached_property
     def actuators(self) -> list[tuple[int, Actuator]]:
         """Actuators with their component indices."""
         return [(i, part) for i, part in enumerate(self.mechanism.components) if isinstance(part, Actuator)]
 
-    @property
+    @cached_property
     def contacts(self) -> tuple[Revolute | ContactPoint, ...]:
         """Possible contacts: clearance joints, then the contact points of clearance guides."""
         return self.mechanism.contacts
@@ -136,12 +146,12 @@ class Plan:
         """Clearance and laws of each possible contact."""
         return tuple(contact.clearance for contact in self.contacts if contact.clearance is not None)
 
-    @property
+    @cached_property
     def hard_places(self) -> list[int]:
         """Indices of hard contacts."""
         return self._places("hard")
 
-    @property
+    @cached_property
     def compliant_places(self) -> list[int]:
         """Indices of compliant contacts."""
         return self._places("compliant")
@@ -149,7 +159,7 @@ class Plan:
     def _places(self, kind: ContactKind) -> list[int]:
         return [j for j, clearance in enumerate(self.clearances) if clearance.contact == kind]
 
-    @property
+    @cached_property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
         """Joints with an oil film, each with its clearance and its oil."""
         return self.mechanism.lubricated

@@ -8,35 +8,35 @@ from typing import Any
 
 import numpy as np
 
-from scissordyn.kernel import Handle
+from scissordyn.kernel import Handle, Template
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.system import FrictionWorkspace, Parameters, System, Workspace
+from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.workspace import initial_state, make_workspace, worn_surfaces
 from scissordyn.plan.plan import Plan
 
 
 def make_system(plan: Plan) -> Handle:
     """Return a new system of a plan, at rest with all contacts open; each thread needs its own."""
-    model, numbers = plan.model, plan.numbers()
-    first: Handle = plan.table("system", lambda: _first_system(plan, numbers))
-    state, content = initial_state(model, plan.angles), first.content
-    work = Workspace(*(part.copy() for part in content.work))._replace(**worn_surfaces(numbers))
-    work.value[0] = numbers.value
-    friction = plan.friction_workspace() if content.friction.component.size else _without_friction(content.friction)
-    friction.gravity[:] = plan.gravity_vector
-    return Handle(System(model, numbers, state, work, friction), first)
+    numbers = plan.numbers()
+    first: Template = plan.table("system", lambda: _first_system(plan, numbers))
+    given: dict[str, Any] = {f"Workspace.{name}": part for name, part in worn_surfaces(numbers).items()}
+    given["System.parameters"] = numbers
+    if "System.friction" in first.shared:
+        given["System.friction"] = plan.friction_workspace()
+    system = first.copy(given)
+    system.content.work.value[0] = numbers.value
+    system.content.friction.gravity[:] = plan.gravity_vector
+    return system
 
 
-def _without_friction(first: FrictionWorkspace) -> FrictionWorkspace:
-    """Return a copy of the tables of a mechanism without friction in ideal joints, in which the nested ones are empty."""
-    copies: dict[str, Any] = {name: part.copy() for name, part in first._asdict().items() if isinstance(part, np.ndarray)}
-    return first._replace(**copies)
-
-
-def _first_system(plan: Plan, numbers: Parameters) -> Handle:
-    """Return the system from which all systems with the same tables are copied; no run uses it directly."""
-    state, work = initial_state(plan.model, plan.angles), make_workspace(plan.model, numbers)
-    return Handle(System(plan.model, numbers, state, work, plan.friction_workspace()))
+def _first_system(plan: Plan, numbers: Parameters) -> Template:
+    """Return the system from which all systems with the same tables are copied."""
+    state, friction = initial_state(plan.model, plan.angles), plan.friction_workspace()
+    content = System(plan.model, numbers, state, make_workspace(plan.model, numbers), friction)
+    shared = {"System.model", "System.parameters", *(f"Workspace.{name}" for name in worn_surfaces(numbers))}
+    # with friction in ideal joints its tables depend on the case; without it the nested ones are empty
+    tables = {f"FrictionWorkspace.{name}" for name in ("balance", "maps", "bending")}
+    return Template(content, shared | ({"System.friction"} if friction.component.size else tables))
 
 
 def put_numbers(system: Handle, plan: Plan) -> bool:

@@ -10,7 +10,6 @@ import numpy as np
 
 from scissordyn.integrate.integration import Samples, StepRecord
 from scissordyn.kernel import Handle
-from scissordyn.mechanics.monitored import companions, monitored_rows
 from scissordyn.mechanics.outputs import record
 from scissordyn.mechanics.sample import Record
 from scissordyn.plan.plan import Plan
@@ -105,11 +104,11 @@ class Trajectory:
     @cached_property
     def contacts(self) -> np.recarray:
         """Table of contacts in the order of their onsets."""
-        return contacts(self.log, self.peak, companions(self.system.content.model)[: len(self.plan.contacts)])
+        return contacts(self.log, self.peak, self.plan.companions[: len(self.plan.contacts)])
 
     def peaks(self, kind: int) -> np.ndarray:
         """Return the `PEAK` rows of one kind of monitored quantity."""
-        return np.asarray(self.peak[monitored_rows(self.system.content.model, kind)])
+        return np.asarray(self.peak[self.plan.monitored_rows(kind)])
 
     def monitored(self, kind: int) -> np.ndarray:
         """Return the indices of the drives, components, contacts or tracked points with a monitored quantity of this kind."""
@@ -118,5 +117,4 @@ class Trajectory:
 
     def bands(self, kind: int) -> np.ndarray:
         """Return the `BAND` rows of one kind of monitored quantity."""
-        model = self.system.content.model
-        return np.asarray(self.band[monitored_rows(model, kind) - model.guard_component.size])
+        return np.asarray(self.band[self.plan.monitored_rows(kind) - self.plan.model.guard_component.size])

@@ -27,9 +27,9 @@ from scissordyn.integrate.integration import (
     reset_state,
 )
 from scissordyn.integrate.method import tableau
-from scissordyn.kernel import Handle
+from scissordyn.kernel import Handle, Template
 from scissordyn.mechanics import functions
-from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, companions, entries_read, monitored_rows
+from scissordyn.mechanics.monitored import BALANCED, TRACK_DEVIATION, entries_read
 from scissordyn.mechanics.system import Parameters, System
 from scissordyn.mechanics.worn_contact import LOAD_DIRECTIONS
 from scissordyn.plan.plan import Plan
@@ -116,40 +116,14 @@ class Driver:
         self.stepping = Stepping(plan) if method.step > 0.0 else None
         self.slice_steps, self._most = FIRST_STEPS, np.inf
         content: System = system.content
-        model, signals = content.model, content.state.initial_history.size
+        signals = content.state.initial_history.size
         if signals:
             system.exchange("state", history=make_history(signals))
-        mechanism, contacts = system.content.state, content.parameters.contact
-        blocks = int(contacts["loads"].sum())
-        state = make_state(
-            np.zeros(size),
-            quadratures=BALANCED + (LOAD_DIRECTIONS * blocks if loads else 0),
-            monitors=model.monitor.shape[0],
-            mode=mechanism.mode,
-            memory=mechanism.memory,
-            mass=mechanism.mass,
-            reference=mechanism.reference,
-            history=mechanism.history,
-            history_length=mechanism.history_length,
-        )
-        coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stages
-        absolute, relative, rounding = tolerances.weights(coefficients.kind)
-        work = make_work(
-            state,
-            coefficients,
-            atol=absolute,
-            rtol=relative,
-            rounding=rounding,
-            group=tolerances.group,
-            precision=tolerances.precision,
-            crossable=tolerances.crossable,
-            reads=plan.table("reads", lambda: entries_read(model, len(plan.contacts))),
-            companion=plan.table("companion", lambda: companions(model)),
-            delays=tolerances.delays,
-        )
-        log = np.zeros((256 + 4 * model.guard_component.size, LOG_COLUMNS))
-        samples, record = make_samples(np.zeros(0), state), make_record(0, state)
-        self.integration = Handle(Integration(coefficients, state, work, samples, record, log))
+        blocks = int(content.parameters.contact["loads"].sum()) if loads else 0
+        key = f"driver {method.method} {size} {blocks} {tolerances.delays}"
+        template: Template = plan.table(key, lambda: _template(plan, system, size, method, tolerances, blocks))
+        mechanism = {f"State.{name}": getattr(system.content.state, name) for name in SHARED_STATE}
+        self.integration = template.copy(mechanism)
 
     def begin(
         self,
@@ -239,7 +213,7 @@ class Driver:
 
     def rows(self, kind: int) -> np.ndarray:
         """Return the row indices of the quantities of one kind, in arrays of guards followed by monitored quantities."""
-        return monitored_rows(self.system.content.model, kind)
+        return self.plan.monitored_rows(kind)
 
     def _limits(self) -> np.ndarray:
         """Return the limit of each monitored quantity: the tolerance of a tracked point, or infinity."""
@@ -392,6 +366,44 @@ class Driver:
         self.system = Handle(self.system.content._replace(parameters=parameters))
         self.system.content.work.instant[:] = np.nan
         self.state.clock["prepared"] = 0
+
+
+SHARED_STATE = ("mode", "memory", "mass", "reference", "history", "history_length")
+"""Arrays of `integration.State` that belong to the mechanism."""
+
+
+def _template(plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, blocks: int) -> Template:
+    """Return the arrays from which those of all drivers with the same tables, method and sizes are copied.
+
+    `blocks`: number of loads on worn bearings.
+    """
+    content: System = system.content
+    model = content.model
+    state = make_state(
+        np.zeros(size),
+        quadratures=BALANCED + LOAD_DIRECTIONS * blocks,
+        monitors=model.monitor.shape[0],
+        **{name: getattr(content.state, name) for name in SHARED_STATE},
+    )
+    coefficients = tableau("dopri5" if method.step > 0.0 else method.method)  # time stepping needs few stages
+    absolute, relative, rounding = tolerances.weights(coefficients.kind)
+    work = make_work(
+        state,
+        coefficients,
+        atol=absolute,
+        rtol=relative,
+        rounding=rounding,
+        group=tolerances.group,
+        precision=tolerances.precision,
+        crossable=tolerances.crossable,
+        reads=entries_read(model, len(plan.contacts)),
+        companion=plan.companions,
+        delays=tolerances.delays,
+    )
+    log = np.zeros((256 + 4 * model.guard_component.size, LOG_COLUMNS))
+    samples, record = make_samples(np.zeros(0), state), make_record(0, state)
+    shared = {"Integration.method", *(f"State.{name}" for name in SHARED_STATE)}
+    return Template(Integration(coefficients, state, work, samples, record, log), shared)
 
 
 def _doubled(rows: np.ndarray) -> np.ndarray:

@@ -93,6 +93,18 @@ def test_threads_and_order_of_cases(case):
         np.testing.assert_array_equal(again[name].values, batch[name].values[order], err_msg=name)
 
 
+@pytest.mark.parametrize("path", ["gravity", "A.clearance"])
+def test_forces_of_cases_in_one_pass(path):
+    """Identity: reactions of cases that are evaluated together, or differ in gravity, are those of each case alone."""
+    values = np.array([9.81, 1.62, 9.81, 3.71]) if path == "gravity" else 1e-4 * np.arange(1.0, 5.0)
+
+    def forces(*chosen):
+        batch = sd.simulate_many(arm(), {path: np.repeat(chosen, 8)}, until=2e-3, measures=["peak_reaction"], threads=1)
+        return np.asarray(batch["peak_reaction"].values[::8])
+
+    np.testing.assert_array_equal(forces(*values), [forces(value)[0] for value in values])
+
+
 def test_failed_case():
     """Contract: a failed case has its cause and NaN, and does not affect the others."""
     batch = sd.simulate_many(arm(), {"A.clearance": [1e-4, 2e-4, -1.0, 3e-4]}, until=0.01, threads=2)

@@ -248,7 +248,7 @@ class CycleRunner:
             count = min(4, int(numbers["loads"][at]))
             first = int(numbers["loads"][:at].sum()) + (count if surface.side == "journal" else 0)
             parts[:count, 0, row] = totals[first : first + count]
-        forces = force_peaks(driver.plan, current_trajectory(driver)).size
+        forces = force_peaks(current_trajectory(driver)).size
         peak = forces[driver.plan.places([surface.joint for surface in self.surfaces])]
         deviation = driver.peak["largest"][driver.rows(TRACK_DEVIATION)]
         if self.ideal is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ import numpy as np
 from scissordyn.components.port import AXIS
 from scissordyn.kernel import F1, F2, I1, Handle, entry, kernel
 from scissordyn.laws.evaluate import elastic_energy
-from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, mapped, pressure_size, push, push_apart
+from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, pressure_size, push, push_apart
 from scissordyn.mechanics.constraint_solver import engage, project, rod_force, value_errors
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
@@ -26,9 +28,13 @@ def write_bodies(at, B, S, R, counted):
     """Write the motion of the bodies at a sample; `counted` contains the angles of the families."""
     W = S.work
     for body in range(B.rotation.size):
-        cx, cy, ux, uy = mapped(B, body, W.X)
-        vx, vy, px, py = mapped(B, body, W.V)
-        ax, ay, qx, qy = mapped(B, body, W.A)
+        cx = cy = ux = uy = vx = vy = px = py = ax = ay = qx = qy = 0.0
+        for i in range(B.start[body], B.start[body + 1]):
+            x, v, a = W.X[B.column[i]], W.V[B.column[i]], W.A[B.column[i]]
+            to_x, to_y, along_x, along_y = B.row[0, i], B.row[1, i], B.row[2, i], B.row[3, i]
+            cx, cy, ux, uy = cx + to_x * x, cy + to_y * x, ux + along_x * x, uy + along_y * x
+            vx, vy, px, py = vx + to_x * v, vy + to_y * v, px + along_x * v, py + along_y * v
+            ax, ay, qx, qy = ax + to_x * a, ay + to_y * a, qx + along_x * a, qy + along_y * a
         R.position[at, body, 0], R.position[at, body, 1] = cx, cy
         R.velocity[at, body, 0], R.velocity[at, body, 1] = vx, vy
         R.acceleration[at, body, 0], R.acceleration[at, body, 1] = ax, ay
@@ -161,7 +167,7 @@ def sampled(samples: Any) -> Sampled:
 
 
 def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
-    """Return a record of `nt` samples for `fill`."""
+    """Return a record of `nt` samples for `fill`; its arrays lie in one piece of memory."""
     columns, bodies = content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     shapes = {
@@ -169,6 +175,7 @@ def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
         **dict.fromkeys(("position", "velocity", "acceleration", "direction"), (bodies, 2)),
         **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), (bodies,)),
         "load": (bodies, 3),
+        "contact": (contacts, len(CONTACT_RESULT.fields or ())),
         "wrench": (maps.body.shape[0], 4),
         "coordinate": (components, 4),
         "result": (components, COMPONENT_RESULTS_MAX),
@@ -177,16 +184,31 @@ def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
         "multiplier": (content.parameters.value.size,),
         **dict.fromkeys(("kinetic", "potential", "elastic", "stored"), ()),
     }
-    return Record(
-        contact=np.zeros((nt, contacts), CONTACT_RESULT),
-        length_error=np.zeros(1),
-        **{name: np.zeros((nt, *shape)) for name, shape in shapes.items()},
-    )
+    ends = np.cumsum([0, *(nt * math.prod(shape) for shape in shapes.values())]).tolist()
+    # NumPy asks the system for huge pages from 2^22 bytes on: memory of a long record is then ten times as fast to obtain
+    values = np.empty(2**19 if 2**17 < ends[-1] < 2**19 else ends[-1])
+    parts = {
+        name: values[first:last].reshape(nt, *shape)
+        for (name, shape), first, last in zip(shapes.items(), ends, ends[1:], strict=False)
+    }
+    parts["load"][...] = 0.0
+    parts["contact"] = parts["contact"].view(CONTACT_RESULT)[..., 0]
+    return Record(**parts, length_error=np.zeros(1))
 
 
 def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     """Evaluate everything at the samples."""
-    content = system.content
-    samples_record = empty_record(maps, content, samples.time.size)
-    fill(sampled(samples), system.address, maps, samples_record, np.zeros(content.model.rotation_start.size - 1))
-    return samples_record
+    return record_together(maps, [(system, samples)])
+
+
+def record_together(maps: BodyMaps, cases: Sequence[tuple[Handle, Any]]) -> Record:
+    """Evaluate everything at the samples of several cases with the same tables, one after the other."""
+    counts, first = [samples.time.size for _, samples in cases], 0
+    found, content = empty_record(maps, cases[0][0].content, sum(counts)), cases[0][0].content
+    for (system, samples), count in zip(cases, counts, strict=True):
+        part = found
+        if len(cases) > 1:
+            part = Record._make((*(rows[first : first + count] for rows in found[:-1]), found.length_error))
+        fill(sampled(samples), system.address, maps, part, np.zeros(content.model.rotation_start.size - 1))
+        first += count
+    return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from typing import NamedTuple
 
@@ -12,9 +13,10 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.monitored import JOINT_FORCE, oiled_contacts
-from scissordyn.mechanics.outputs import record
+from scissordyn.mechanics.outputs import record, record_together
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.sample import Record
+from scissordyn.plan.bending import bends
 from scissordyn.plan.bodies import guides_with_moment
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept
@@ -122,7 +124,8 @@ def start_end(path: Trajectory) -> float:
     table = path.contacts
     if not table.size:
         return math.inf
-    return START_DURATION * max(float(np.min(table["start"][table["joint"] == j])) for j in np.unique(table["joint"]))
+    _, first = np.unique(table["joint"], return_index=True)  # contacts are in the order of their starts
+    return START_DURATION * float(np.max(table["start"][first]))
 
 
 def _chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
@@ -133,29 +136,69 @@ def _chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
     wanted = source.time <= path.end
     for instant, width in path.change_points:
         wanted &= np.abs(source.time - instant) >= width
+    if source.time.size <= CHUNK_ROWS and wanted.all():
+        yield source
+        return
     rows = np.flatnonzero(wanted)
     for first in range(0, rows.size, CHUNK_ROWS):
         yield Samples(*(part[rows[first : first + CHUNK_ROWS]] for part in source))
 
 
-def force_peaks(plan: Plan, path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
+def force_peaks(path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
     """Return the largest forces of a run: located for compliant and oiled contacts, else at samples and ends of steps.
 
     Forces of hard contacts are NaN, because their impacts have no finite force. `sampled` are the forces at the samples;
     without them only some samples are evaluated, because fast changes occur at the ends of steps.
     """
-    sizes, sources = list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
-    if sampled is None:
-        step = max(1, (path.samples.time.size - 1) // (COARSE_SAMPLES - 1))
-        sources.append(Samples(*(part[::step] for part in path.samples)))
-    else:
+    plan, sizes, sources = path.plan, list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
+    if sampled is not None:
         sizes.append((path.samples.time, sampled.sizes))
-    if path.recorded is not None:
-        sources.append(Samples(*(getattr(path.recorded, name) for name in Samples._fields)))
+        sources = _recorded(path)
+    else:
+        sources = [_coarse(path), *_recorded(path)]
     with state_kept(path.system):
         for part in _chunks(path, sources):
             found = transmitted(plan, record(plan.maps, path.system, part), part.time)
             sizes.append((part.time, found.sizes))
+    return _largest(path, sizes)
+
+
+def force_peaks_together(paths: Sequence[Trajectory]) -> list[Peaks]:
+    """Return the largest forces of several runs without samples; runs with the same tables are evaluated in one pass."""
+    sources = [list(_chunks(path, [_coarse(path), *_recorded(path)])) for path in paths]
+    first, rows = paths[0].plan, sum(part.time.size for parts in sources for part in parts)
+    alike = all(
+        path.plan.balance is first.balance and np.array_equal(path.plan.gravity_vector, first.gravity_vector) for path in paths
+    )
+    if not alike or bends(first.mechanism) or rows > 4 * CHUNK_ROWS:
+        return [force_peaks(path) for path in paths]
+    listed = [(path.system, part) for path, parts in zip(paths, sources, strict=True) for part in parts]
+    with ExitStack() as kept:
+        for path in paths:
+            kept.enter_context(state_kept(path.system))
+        time = np.concatenate([part.time for _, part in listed])
+        forces = transmitted(first, record_together(first.maps, listed), time).sizes
+    found, last = list[Peaks](), 0
+    for path, parts in zip(paths, sources, strict=True):
+        begin, last = last, last + sum(part.time.size for part in parts)
+        found.append(_largest(path, [(time[begin:last], forces[begin:last])]))
+    return found
+
+
+def _coarse(path: Trajectory) -> Samples:
+    """Return some of the samples of a run."""
+    step = max(1, (path.samples.time.size - 1) // (COARSE_SAMPLES - 1))
+    return Samples(*(part[::step] for part in path.samples))
+
+
+def _recorded(path: Trajectory) -> list[Samples]:
+    """Return the recorded ends of steps, if there are any."""
+    return [] if path.recorded is None else [Samples(*(getattr(path.recorded, name) for name in Samples._fields))]
+
+
+def _largest(path: Trajectory, sizes: Sequence[tuple[np.ndarray, np.ndarray]]) -> Peaks:
+    """Return the largest forces from instants (nt,) and the forces there (nt, joints + welds)."""
+    plan = path.plan
     count, begin = len(plan.mechanism.joint_names) + len(plan.mechanism.welds), start_end(path)
     size, when, after = np.full((3, count), math.nan)
     for time, forces in sizes:
@@ -193,7 +236,7 @@ def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray
 
 def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]) -> Variables:
     joints, welds = len(plan.mechanism.joint_names), len(plan.mechanism.welds)
-    found = Deferred(lambda: force_peaks(plan, path, sampled()), path.system.lock)
+    found = Deferred(lambda: force_peaks(path, sampled()), path.system.lock)
     has_start = math.isfinite(start_end(path))
 
     def of(name: str, part: slice) -> np.ndarray:

@@ -6,7 +6,7 @@ They are read at the end from the integrator's event log, peaks and integrals.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -35,7 +35,7 @@ from scissordyn.record.events import ENERGY_TERMS, accounts, peak_forces
 from scissordyn.record.ideal_path import IdealPath
 from scissordyn.record.internal_forces import bars_of
 from scissordyn.record.track import PARTS, SETTLING, settling_times, tracked
-from scissordyn.record.transmitted import force_peaks
+from scissordyn.record.transmitted import force_peaks_together
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.deviation import deviation_parts
 from scissordyn.run.trajectory import current_trajectory
@@ -49,6 +49,7 @@ class Ended:
         self.plan, self.mechanism, self.time = driver.plan, driver.plan.mechanism, driver.time
         self.path = current_trajectory(driver)
         self.warnings: list[str] = []  # warnings that measures add to those of the run
+        self.together: Sequence[Ended] = (self,)  # cases that ended together and are evaluated in one pass
 
     @cached_property
     def contacts(self) -> np.recarray:
@@ -66,7 +67,10 @@ class Ended:
     @cached_property
     def force_peaks(self) -> np.ndarray:
         """Return the largest forces of all joints and guides, then of welds [N]; NaN for a hard contact."""
-        return force_peaks(self.plan, self.path).size
+        peaks = force_peaks_together([ended.path for ended in self.together])
+        for ended, found in zip(self.together, peaks, strict=True):
+            ended.__dict__["force_peaks"] = found.size
+        return np.asarray(self.__dict__["force_peaks"])
 
     def largest_forces(self) -> np.ndarray:
         """Return the largest force of each contact, then of all ideal joints, guides and welds together [N].

@@ -143,22 +143,29 @@ class Worker:
             except ScissordynError as error:
                 found.append(Row(at, failed_row(str(error))))
         if self.still:
-            return found + [self._row(at, slot, driver) for at, slot, driver in ready]
+            return found + [self._row(at, slot, Ended(driver, slot.path, self.options)) for at, slot, driver in ready]
         statuses, seconds = self._together([driver for _, _, driver in ready])
+        complete = list[tuple[int, _Slot, Ended, float]]()
         for (at, slot, driver), status in zip(ready, statuses, strict=True):
             cause, taken = self._advance(driver, status)
-            found.append(Row(at, failed_row(cause)) if cause else self._row(at, slot, driver, seconds + taken))
+            if cause:
+                found.append(Row(at, failed_row(cause)))
+            else:
+                complete.append((at, slot, Ended(driver, slot.path, self.options), seconds + taken))
+        together = [ended for _, _, ended, _ in complete]
+        for at, slot, ended, taken in complete:
+            ended.together = together
+            found.append(self._row(at, slot, ended, taken))
         self.seconds = (clocks.perf_counter() - began) / len(group)
         return found
 
-    def _row(self, case: int, slot: _Slot, driver: Driver, seconds: float = math.nan) -> Row:
+    def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:
         """Return the measures and warnings of a complete case; without `seconds`, it has only measures that need no run."""
-        ended = Ended(driver, slot.path, self.options)
         try:
             values = {name: measure.value(ended) for name, measure in self.measures.items()}
         except ScissordynError as error:  # error in a user-defined measure
             return Row(case, failed_row(str(error)))
-        counted = () if self.still else self._counter_warnings(driver)
+        counted = () if self.still else self._counter_warnings(ended.driver)
         texts = "\n".join([*slot.warned, *counted, *Extremes(ended.plan).add(ended.path).texts(), *ended.warnings])
         return Row(case, {**values, "status": COMPLETE, "warnings": texts}, seconds)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.casefile.configuration import RUN_TITLE
 from scissordyn.components.declaration import Component
+from scissordyn.components.place import Point
 from scissordyn.components.port import AXIS
 from scissordyn.control.signal import RECORDABLE
 from scissordyn.errors import InputError
@@ -94,13 +95,17 @@ def motion_variables(plan: Plan, record: Record) -> Variables:
     if guide is not None:
         guided = plan.coordinates.place(guide.follower)
         along = np.array([math.cos(guide.direction), math.sin(guide.direction)])
+
+        def travel(columns: np.ndarray, origin: Point) -> DeferredArray:
+            return DeferredArray(columns.shape[:1], lambda: (guided.at(columns) - np.array(origin)) @ along)
+
         for name, values, units in (
-            ("position", guided.at(record.X) - np.array(guide.through), "m"),
-            ("velocity", guided.at(record.V), "m/s"),
-            ("acceleration", guided.at(record.A), "m/s^2"),
+            ("position", travel(record.X, guide.through), "m"),
+            ("velocity", travel(record.V, (0.0, 0.0)), "m/s"),
+            ("acceleration", travel(record.A, (0.0, 0.0)), "m/s^2"),
         ):
             text = f"{name} of the guided point along its guide"
-            variables[f"slider_{name}"] = described("time", values @ along, units, text)
+            variables[f"slider_{name}"] = described("time", values, units, text)
     return variables
 
 
@@ -290,26 +295,40 @@ def _enter_state(
 
 
 def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
-    account = dict(zip(ENERGY_TERMS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
-    energy = record.kinetic + record.potential + record.elastic + record.stored
-    lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
-    work = account["drive_work"] + account["load_work"] + account["motor_work"]
-    named = {
-        "kinetic_energy": (record.kinetic, "kinetic energy"),
-        "potential_energy": (record.potential, "potential energy of gravity"),
-        "elastic_energy": (record.elastic, "elastic energy of the contacts"),
-        "stored_energy": (record.stored, "energy stored in springs and other components"),
-        "drive_work": (account["drive_work"], "work of the drives, their impulses included"),
-        "motor_work": (account["motor_work"], "work of motors and actuators"),
-        "load_work": (account["load_work"], "work of forces and torques"),
-        "damping_loss": (account["damping_loss"], "energy dissipated by contact damping"),
-        "friction_loss": (account["friction_loss"], "energy dissipated by friction"),
-        "damper_loss": (account["damper_loss"], "energy dissipated by dampers and other components"),
-        "switching_loss": (account["switching_loss"], "energy dissipated by latches that lock and tape springs that snap"),
-        "dissipated_energy": (lost, "dissipated energy"),
-        "energy_residual": (energy - energy[:1] - work + lost, "error of the energy balance"),
-    }
-    return {name: described("time", np.ascontiguousarray(values), "J", text) for name, (values, text) in named.items()}
+    """Return energies and works over time; all are computed when one of them is read."""
+
+    def energies() -> dict[str, np.ndarray]:
+        account = dict(zip(ENERGY_TERMS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
+        energy = record.kinetic + record.potential + record.elastic + record.stored
+        lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
+        work = account["drive_work"] + account["load_work"] + account["motor_work"]
+        account |= {"dissipated_energy": lost, "energy_residual": energy - energy[:1] - work + lost}
+        return account | {f"{name}_energy": getattr(record, name) for name in ("kinetic", "potential", "elastic", "stored")}
+
+    found = Deferred(energies, path.system.lock)
+
+    def of(name: str) -> DeferredArray:
+        return DeferredArray(path.samples.time.shape, lambda: np.ascontiguousarray(found()[name]))
+
+    return {name: described("time", of(name), "J", text) for name, text in ENERGIES.items()}
+
+
+ENERGIES = {
+    "kinetic_energy": "kinetic energy",
+    "potential_energy": "potential energy of gravity",
+    "elastic_energy": "elastic energy of the contacts",
+    "stored_energy": "energy stored in springs and other components",
+    "drive_work": "work of the drives, their impulses included",
+    "motor_work": "work of motors and actuators",
+    "load_work": "work of forces and torques",
+    "damping_loss": "energy dissipated by contact damping",
+    "friction_loss": "energy dissipated by friction",
+    "damper_loss": "energy dissipated by dampers and other components",
+    "switching_loss": "energy dissipated by latches that lock and tape springs that snap",
+    "dissipated_energy": "dissipated energy",
+    "energy_residual": "error of the energy balance",
+}
+"""Energies and works of a run, with their meanings."""
 
 
 def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
@@ -338,22 +357,34 @@ def synchronisation_variables(plan: Plan, record: Record) -> Variables:
 
         e_k = th_k - th_1
     """
+    units: dict[str, tuple[int, int]] = plan.table("units", lambda: _units(plan))
+    if len(units) < 2:
+        return {}
+
+    def errors() -> np.ndarray:
+        first, second = np.array(list(units.values())).T
+        opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
+        error = opening - opening[:, :1]
+        error -= np.pi * np.round(error[:1] / np.pi)  # a full turn in the angle of one bar is half a turn here
+        return np.asarray(error)
+
+    error = described(("time", "unit"), DeferredArray((len(record.angle), len(units)), errors), "rad", UNIT_TEXT)
+    largest = DeferredArray((len(units),), lambda: np.max(np.abs(error.values), axis=0, initial=0.0))
+    return {
+        "unit": labels("unit", list(units)),
+        "synchronisation_error": error,
+        "peak_synchronisation_error": described("unit", largest, "rad", "largest sampled size of the synchronisation error"),
+    }
+
+
+UNIT_TEXT = "deployment angle of the unit less that of the first one"
+
+
+def _units(plan: Plan) -> dict[str, tuple[int, int]]:
+    """Return the indices of both bars of each scissor unit of an array, by the name of the unit."""
     bars: dict[str, dict[str, int]] = {}
     for place, body in enumerate(plan.bodies):
         match = ARRAY_BAR.fullmatch(body.name)
         if match and body.rotates:
             bars.setdefault(match[1], {})[match[2]] = place
-    units = {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}
-    if len(units) < 2:
-        return {}
-    first, second = np.array(list(units.values())).T
-    opening = 0.5 * (record.angle[:, first] - record.angle[:, second])
-    error = opening - opening[:, :1]
-    error -= np.pi * np.round(error[:1] / np.pi)  # a full turn in the angle of one bar is half a turn here
-    largest = np.max(np.abs(error), axis=0, initial=0.0)
-    about = "deployment angle of the unit less that of the first one"
-    return {
-        "unit": labels("unit", list(units)),
-        "synchronisation_error": described(("time", "unit"), error, "rad", about),
-        "peak_synchronisation_error": described("unit", largest, "rad", "largest sampled size of the synchronisation error"),
-    }
+    return {unit: (pair["1"], pair["2"]) for unit, pair in bars.items() if len(pair) == 2}

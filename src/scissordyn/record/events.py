@@ -82,6 +82,7 @@ Compliant contacts have 0.
 """
 
 CONTACT_COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)  # Columns of the table of contacts
+CONTACT_ROW = np.dtype([("joint", int), *((name, float) for name in CONTACT_COLUMNS)])  # Row of that table
 
 
 def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.recarray:
@@ -111,7 +112,7 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
         if companion[joint] >= 0:
             largest[-2:] = peak[["largest", "largest_time"]][companion[joint]].tolist()
         close(joint, math.nan, math.nan, largest)
-    table = np.array(rows, [("joint", int), *((name, float) for name in CONTACT_COLUMNS)])
+    table = np.array(rows, CONTACT_ROW)
     return table[np.argsort(table["start"], kind="stable")].view(np.recarray)
 
 

@@ -66,6 +66,12 @@ def loading_warnings(
     if not isinstance(damping, DampingFactor) or not damping.factor > 0.0 or not force.size:
         return []
     elastic = force / (1.0 + damping.factor)
+    # at the indentation where the speed sqrt(F_el delta/m) is twice the approach speed the law has a larger force: no table
+    deepest = 0.99 * 4.0 * mass * speed**2 / np.maximum(elastic, 1e-300)
+    if np.all(deepest <= 2.0 * contact.journal_radius):
+        at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
+        if np.all(elastic_forces(at, deepest, row) > elastic):
+            return []
     loaded_speed = 0.5 * np.sqrt(elastic * _depths(contact, stiffness, elastic) / mass)
     beyond = loaded_speed - speed
     worst = int(np.nanargmax(np.append(beyond, 0.0)))

@@ -341,19 +341,19 @@ class _Declared:
     hint: Any
     field: Any
     types: set[type] = dataclasses.field(default_factory=set)
-    last: Any = ()
+    last: Any = dataclasses.field(default_factory=object)  # last immutable value that fits
 
     def admits(self, value: Any) -> bool:
         """Return True if the cache contains that a value fits unchanged."""
-        if self.quantity is not None:
-            return type(value) is float and self.quantity.admits(value)
+        if self.quantity is not None and type(value) is float:
+            return self.quantity.admits(value)
         return type(value) in self.types or value is self.last
 
     def fits(self, value: Any) -> None:
         """Add a value that fits unchanged to the cache: its type if that is sufficient, otherwise the value itself."""
         if self.quantity is None and _quantity(self.hint) is None and type_decides(self.hint):
             self.types.add(type(value))
-        elif self.quantity is None and type(value) is tuple:
+        elif value is None or type(value) in (tuple, str, int):
             self.last = value
 
 

@@ -87,8 +87,10 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
             start = assemble(plan, content, Start(place, guess.velocity * 0.0), resting)
         case _:
             start = assembled = _assemble_concentric(plan, content, guess, holds)
-    warnings += _describe_moved(plan, content, assembled)
-    warnings += _describe_changed_speeds(plan, content, start, kind)
+    natural = natural_state(plan, content, start)
+    placed = natural if assembled is start else natural_state(plan, content, assembled)
+    warnings += _describe_moved(plan, placed[0])
+    warnings += _describe_changed_speeds(plan, content, start, natural[1], kind)
     warnings += _describe_sudden_loads(plan, kind)
     warnings += proportion_warnings(plan.mechanism) + plan.rounded_lengths
     y = whole_state(content, start.position, start.velocity)
@@ -302,7 +304,7 @@ def _activate_closed(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind)
 def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
     """Set the state "stored energy" of hard contacts that are closed at the start to their elastic energy."""
     content: System = system.content
-    depth = guard_values(system, 0.0, y)
+    depth = guard_values(system, 0.0, y) if plan.hard_places else y
     for j in plan.hard_places:
         if content.state.mode[j] == 1:
             law = elastic_law(plan.clearances[j])
@@ -359,9 +361,12 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
             holds.constraints.append(length)
 
 
-def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
-    """Return a warning with the given positions and angles that the assembly changed, largest change first."""
-    placed, position = plan.coordinates.placed[0], natural_state(plan, system, start)[0]
+def _describe_moved(plan: Plan, position: np.ndarray) -> list[str]:
+    """Return a warning with the given positions and angles that the assembly changed, largest change first.
+
+    `position` has the natural coordinates.
+    """
+    placed = plan.coordinates.placed[0]
     size = plan.coordinates.size
     # a position changes by up to sqrt(2) times its larger component, so half of the limit is enough
     if np.abs(position - placed).max(initial=0.0) < 0.5 * REPORTED_FRACTION * min(size, 1.0):
@@ -387,11 +392,16 @@ def _describe_moved(plan: Plan, system: System, start: Start) -> list[str]:
     return [f"to assemble the mechanism at the start, {in_words([text for _, text in changes], 3)}"] if changes else []
 
 
-def _describe_changed_speeds(plan: Plan, system: System, start: Start, kind: StartKind) -> list[str]:
-    """Return a warning with the given speeds that the start does not have, and the speeds that it has."""
-    velocity, (b, rate) = natural_state(plan, system, start)[1], basis_at_start(system)
+def _describe_changed_speeds(plan: Plan, system: System, start: Start, velocity: np.ndarray, kind: StartKind) -> list[str]:
+    """Return a warning with the given speeds that the start does not have, and the speeds that it has.
+
+    `velocity` has the rates of the natural coordinates.
+    """
+    if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
+        return []
+    b, rate = basis_at_start(system)
     full, rates = np.append(start.position, b), np.append(start.velocity, rate)
-    size, changes = plan.coordinates.size, []
+    size, changes = plan.coordinates.size, list[str]()
     given_speeds = [abs(body.angular_velocity or 0.0) * size + math.hypot(*body.velocity or (0.0, 0.0)) for body in plan.bodies]
     allowed = 1e-6 * max([*given_speeds, float(np.max(np.abs(velocity), initial=0.0))])
     for body in plan.bodies:

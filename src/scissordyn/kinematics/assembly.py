@@ -109,7 +109,7 @@ def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray,
 def held_rods(plan: Plan, system: System, *, places: bool = False, speeds: bool = False) -> Held:
     """Return the vectors that the assembly holds for rods: the span of each rod whose initial direction is given."""
     holds = Held(places=places, speeds=speeds)
-    rates = value_rates(system)
+    rates = value_rates(system) if plan.rods else np.zeros(0)
     constraints = plan.coordinates.constraints
     for rod, k in zip(plan.rods, plan.maps.rod.tolist(), strict=True):
         if rod.direction is not None:

@@ -441,16 +441,28 @@ def counted(number: int, thing: str = "contact") -> str:
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
+PREFIXED_UNITS = frozenset(("m", "s", "N", "J", "W", "Pa", "Hz", "rad"))
+"""Units that get a prefix, alone or as the first of a product; m^2 would be a thousand mm^2 with one."""
+
+
+def _prefixed(value: float, unit: str) -> tuple[float, str]:
+    """Return a number and its unit with a prefix, where the unit can have one; masses below 1 kg are in grams."""
+    if unit == "kg" and abs(value) < 1.0:
+        value, unit = 1e3 * value, "g"
+    power = prefix(abs(value)) if unit == "g" or unit.replace("/", " ").split(" ")[0] in PREFIXED_UNITS else 0
+    return (value / 10.0**power, PREFIXES[power] + unit) if " or " not in unit else (value, unit)
+
+
 def cell(value: float, unit: str) -> str:
     """Return a number with its unit as in a table, with trailing zeros."""
-    power = prefix(abs(value)) if unit != "1" else 0
-    (text,) = numerals([value / 10.0**power])
-    return text if unit == "1" or text == "-" else f"{text} {PREFIXES[power]}{unit}"
+    scaled, shown = _prefixed(value, unit)
+    (text,) = numerals([scaled])
+    return text if unit == "1" or text == "-" else f"{text} {shown}"
 
 
 def short(value: float, unit: str) -> str:
     """Return a number with a prefixed unit and four digits; values below 1e-15 of the unit are shown as zero."""
     if abs(value) < 1e-3 * 10.0 ** min(PREFIXES):
         return f"0 {unit}"
-    power = prefix(abs(value))
-    return f"{value / 10.0**power:.4g} {PREFIXES[power]}{unit}"
+    scaled, shown = _prefixed(value, unit)
+    return f"{scaled:.4g} {shown}"

@@ -17,7 +17,7 @@ from scissordyn.cli.show import column, show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
 from scissordyn.numeral import PREFIXES, prefix
-from scissordyn.units import short
+from scissordyn.units import cell, short
 
 
 @pytest.mark.parametrize(
@@ -37,6 +37,20 @@ def test_column_has_one_unit_and_aligned_decimals():
     assert column(np.array([-107.816]), "deg") == ("deg", ["-107.82"])
     assert column(np.array([0.7351429]), "m/s") == ("m/s", ["0.7351"])
     assert column(np.array([math.nan]), "s") == ("s", ["-"])
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        *((0.0012, "m", "1.2 mm"), (2.5e4, "N m", "25 kN m"), (0.003, "m/s", "3 mm/s"), (1e8, "N/m^1.5", "100 MN/m^1.5")),
+        *((0.2, "kg", "200 g"), (1e-5, "kg", "10 mg"), (1500.0, "kg", "1500 kg"), (8e-5, "kg m^2", "8e-05 kg m^2")),
+        *((0.001256, "m^2", "0.001256 m^2"), (2500.0, "1/m", "2500 1/m"), (2.5e4, "N or N m", "2.5e+04 N or N m")),
+    ],
+)
+def test_prefixes_keep_the_value(value, unit, text):
+    """Contract: no prefix where it would be raised to a power, where kg has one already, or before two units."""
+    assert short(value, unit) == text
+    assert cell(value, unit).partition(" ")[2] == text.partition(" ")[2]
 
 
 def test_change_in_words():

@@ -337,6 +337,12 @@ def load_units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
     }
 
 
+def unit_of(mechanism: Mechanism, measure: str, part: str) -> str:
+    """Return the unit of a measure; of a load that of the part, "N or N m" without a part."""
+    found = MEASURES[measure]
+    return load_units(mechanism)[found.dims[0]].get(part, LOAD_UNIT) if found.units == LOAD_UNIT else found.units
+
+
 IDEAL_JOINTS = "ideal joints"
 """Last label along the dimension "joint": all ideal joints, guides and welds together."""
 

@@ -24,7 +24,7 @@ from scissordyn.record.results import Results
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.ideal_path import ideal_path
-from scissordyn.run.measure import MEASURES, Ended
+from scissordyn.run.measure import MEASURES, Ended, unit_of
 from scissordyn.run.predictability import agreement_end
 from scissordyn.run.response import Response, check_part, read_response
 from scissordyn.run.trajectory import current_trajectory
@@ -179,7 +179,7 @@ def compute_gradient(
     responses = [_response(mechanism, text) for text in of]
     derived = _derive(made, options, responses, by, change, progress, times, omits=omits)
     _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
-    found = _dataset(responses, derived)
+    found = _dataset(mechanism, responses, derived)
     if derived.path is not None:
         found = found.merge(_curves(derived))
     seconds = clocks.perf_counter() - began
@@ -364,7 +364,7 @@ def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Li
     return _Limit(*min(limits, key=lambda limit: limit[0]), largest)
 
 
-def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
+def _dataset(mechanism: Mechanism, responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
     import xarray as xr
 
     parameters, values, limits = derived.parameters, derived.values, [row[2] for row in derived.rows]
@@ -377,7 +377,7 @@ def _dataset(responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
     return xr.Dataset(
         {
             "value": ("measure", values, {"long_name": "value, in the unit of the measure"}),
-            "unit": ("measure", [MEASURES[response.measure].units for response in responses]),
+            "unit": ("measure", [unit_of(mechanism, response.measure, response.part) for response in responses]),
             "parameter_value": ("parameter", numbers, {"long_name": "value, in the unit of the parameter"}),
             "parameter_unit": ("parameter", [parameter.unit for parameter in parameters]),
             "derivative": (both, derivative, {"long_name": "derivative, in the unit of the measure per unit of the parameter"}),

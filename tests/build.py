@@ -139,9 +139,9 @@ def assert_balance(run: xr.Dataset, bound: float = 1e-8, terms: Iterable[str] = 
 
 
 @contextmanager
-def one_line_error(*texts: str) -> Iterator[None]:
-    """Check that the block raises an `InputError` whose message is one line and contains all texts."""
-    with pytest.raises(sd.InputError) as caught:
+def one_line_error(*texts: str, match: str | None = None) -> Iterator[None]:
+    """Check that the block raises an `InputError` whose message is one line, contains all texts and matches an expression."""
+    with pytest.raises(sd.InputError, match=match) as caught:
         yield
     assert [text for text in texts if text not in str(caught.value)] == []
     assert "\n" not in str(caught.value)

@@ -368,6 +368,15 @@ BELT = coupled_arms().couplings[0]  # Coupling of two arms
 ELBOW = sd.CoordinateDrive("elbow", ANGLE("lower", "upper"), sd.ConstantSpeed(1.0))  # Drive of the relative angle of two arms
 
 
+PAIR = ANGLE("a"), ANGLE("b")  # Two coordinates
+AGAIN = dataclasses.replace(BELT, name="again")  # Second coupling of the arms
+LOST = sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0)  # Coupling of a body that is not there
+UPPER = dataclasses.replace(ELBOW, coordinate=ANGLE("upper"))  # Drive of the angle of the upper arm
+WELD = sd.Weld("w", ("upper", "end"), ("lower", "start"))  # Weld of both arms
+NO_MOTION = "other couplings, drives and joints: no motion remains"  # End of an error
+WITHOUT = "expected a mechanism without it"  # End of an error
+
+
 def arms_with(**parts):
     """Return a run of the arms with other parts."""
     return lambda: sd.simulate(dataclasses.replace(coupled_arms(), **parts), until=0.1)
@@ -379,10 +388,7 @@ def arms_with(**parts):
         (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 0.0), "coupling 'x': ratio = 0; expected a ratio that is not zero"),
         (lambda: sd.Coupling("x", ANGLE("a"), ANGLE("a"), 2.0), "coupling 'x' relates a coordinate to itself"),
         (lambda: sd.FurtherInput(ANGLE("a"), 0.0), "a further input with ratio = 0; expected a ratio that is not zero"),
-        (
-            lambda: sd.Coupling("x", ANGLE("a"), ANGLE("b"), 2.0, further=(sd.FurtherInput(ANGLE("a"), 1.0),)),
-            "coupling 'x' relates a coordinate to itself",
-        ),
+        (lambda: sd.Coupling("x", *PAIR, 2.0, further=(sd.FurtherInput(PAIR[0], 1.0),)), "'x' relates a coordinate to itself"),
         (lambda: sd.RelativeAngle("a", "a"), "the angle of 'a' relative to itself"),
         (lambda: sd.Slide(("a", "end"), base="a"), "the slide of a point of 'a' relative to its own body"),
         (lambda: sd.Distance(("a", "end"), ("a", "start")), "the distance between two points of body 'a'"),
@@ -390,35 +396,22 @@ def arms_with(**parts):
             lambda: sd.CoordinateDrive("d", sd.Slide(("a", "end")), sd.ConstantSpeed(1.0)),
             "drive 'd': a ConstantSpeed is an angular velocity and cannot prescribe a length; expected another time function",
         ),
+        (arms_with(couplings=(LOST,)), r"coupling 'x' refers to body 'lover' \(did you mean 'lower'\?\)"),
         (
-            arms_with(couplings=(sd.Coupling("x", ANGLE("lover"), ANGLE("upper"), 2.0),)),
-            r"coupling 'x' refers to body 'lover' \(did you mean 'lower'\?\)",
+            arms_with(couplings=(BELT, AGAIN)),
+            f"coupling 'again' is redundant: it follows from other couplings and parts; {WITHOUT}",
         ),
         (
-            arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again"))),
-            "coupling 'again' is redundant: it follows from other couplings and parts; expected a mechanism without it",
-        ),
-        (
-            arms_with(couplings=(BELT, dataclasses.replace(BELT, name="again", ratio=0.5, offset=0.0))),
+            arms_with(couplings=(BELT, dataclasses.replace(AGAIN, ratio=0.5, offset=0.0))),
             "coupling 'belt' and coupling 'again' leave no motion; expected one coupling fewer",
         ),
+        (arms_with(drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))), f"drive 'elbow' contradicts {NO_MOTION}"),
         (
-            arms_with(drives=(ELBOW, sd.Drive("upper", sd.ConstantSpeed(1.0)))),
-            "drive 'elbow' contradicts other couplings, drives and joints: no motion remains",
+            arms_with(couplings=(), joints=coupled_arms().joints[:1], welds=(WELD,), drives=(ELBOW,)),
+            f"drive 'elbow' contradicts {NO_MOTION}",
         ),
         (
-            arms_with(
-                couplings=(),
-                joints=coupled_arms().joints[:1],
-                welds=(sd.Weld("w", ("upper", "end"), ("lower", "start")),),
-                drives=(ELBOW,),
-            ),
-            "drive 'elbow' contradicts other couplings, drives and joints: no motion remains",
-        ),
-        (
-            arms_with(
-                couplings=(), drives=(sd.Drive("upper", ELBOW.motion), dataclasses.replace(ELBOW, coordinate=ANGLE("upper")))
-            ),
+            arms_with(couplings=(), drives=(sd.Drive("upper", ELBOW.motion), UPPER)),
             "drive 'elbow': the coordinate cannot move, or drives prescribe it already",
         ),
     ],

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.build import one_line_error
 
 import scissordyn as sd
 
@@ -69,22 +70,31 @@ def four_bar_in_mjcf():
 
 # Children of a <loop_joint>: its points on both links
 ENDS = f"<link1 link='rod' xyz='{ROD} 0 0'/><link2 link='rocker' xyz='{ROCKER} 0 0'/>"
-# <gazebo> element with a joint: type, parent, child, further elements, elements after the joint
-IN_GAZEBO = "<gazebo><joint name='C' type='{}'><parent>{}</parent><child>{}</child>{}</joint>{}</gazebo>"
 AXIS = "<axis><xyz>0 1 0</xyz></axis>"  # SDF element of a joint axis along y
+
+
+def gazebo(inside="", kind="revolute", parent="rod", child="rocker", after=""):
+    """Return a <gazebo> element with a joint and elements after it."""
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    return f"<gazebo><joint name='C' type='{kind}'>{ends}{inside}</joint>{after}</gazebo>"
+
+
+def loop_joint(inside, kind=""):
+    """Return a <loop_joint> element."""
+    suffix = f" type='{kind}'" if kind else ""
+    return f"<loop_joint name='C'{suffix}>{inside}</loop_joint>"
+
 
 # Elements that close the same loop of a URDF, by their form
 CLOSINGS = {
-    "as in Isaac Sim": f"<loop_joint name='C' type='spherical'>{ENDS}</loop_joint>",
-    "as in Drake": f"<loop_joint name='C' type='continuous'>{ENDS}<axis xyz='0 1 0'/></loop_joint>",
+    "as in Isaac Sim": loop_joint(ENDS, "spherical"),
+    "as in Drake": loop_joint(f"{ENDS}<axis xyz='0 1 0'/>", "continuous"),
     "with a prefix": f"<d:loop_joint xmlns:d='d' name='C'>{ENDS}</d:loop_joint>",
-    "in gazebo": IN_GAZEBO.format("revolute", "rod", "rocker", f"<pose>{ROCKER} 0 0 0 0.3 0</pose>{AXIS}", ""),
-    "with the child first": IN_GAZEBO.format("revolute", "rocker", "rod", f"<pose>{ROD} 0 0 0 0 0</pose>{AXIS}", ""),
-    "from a frame": IN_GAZEBO.format("revolute", "rod", "rocker", f"<pose relative_to='rod'>{ROD} 0 0 0 0 0</pose>{AXIS}", ""),
-    "in degrees": IN_GAZEBO.format("revolute", "rod", "rocker", f"<pose degrees='true'>{ROCKER} 0 0 0 45 0</pose>{AXIS}", ""),
-    "about a turned axis": IN_GAZEBO.format(
-        "revolute", "rod", "rocker", f"<pose>{ROCKER} 0 0 {math.pi / 2} 0 0</pose><axis><xyz>0 0 -1</xyz></axis>", ""
-    ),
+    "in gazebo": gazebo(f"<pose>{ROCKER} 0 0 0 0.3 0</pose>{AXIS}"),
+    "with the child first": gazebo(f"<pose>{ROD} 0 0 0 0 0</pose>{AXIS}", parent="rocker", child="rod"),
+    "from a frame": gazebo(f"<pose relative_to='rod'>{ROD} 0 0 0 0 0</pose>{AXIS}"),
+    "in degrees": gazebo(f"<pose degrees='true'>{ROCKER} 0 0 0 45 0</pose>{AXIS}"),
+    "about a turned axis": gazebo(f"<pose>{ROCKER} 0 0 {math.pi / 2} 0 0</pose><axis><xyz>0 0 -1</xyz></axis>"),
 }
 
 
@@ -101,9 +111,6 @@ def test_a_loop_moves_as_in_mujoco(form):
     assert np.ptp(places, axis=0).max() > 0.05
 
 
-SLIDE_POSE_AND_AXIS = "<pose>0 0 0 0 0 0</pose><axis><xyz>{}</xyz></axis>"  # SDF elements of a slide along a given axis
-
-
 def slider_crank(closing):
     """Return a slider-crank with a crank of 0.3 m and a rod of 0.8 m, closed by a slide between block and base."""
     crank, rod = 0.5, -math.asin(0.3 * math.sin(0.5) / 0.8)
@@ -117,7 +124,7 @@ def slider_crank(closing):
 def test_a_slide_closes_a_loop(parent, child):
     """Closed form: position of the block of a slider-crank while the crank turns at a constant speed."""
     place = "<pose relative_to='block'>0 0 0 0 0 0</pose><axis><xyz>1 0 0</xyz></axis>"
-    mechanism = sd.read_mjcf(slider_crank(IN_GAZEBO.format("prismatic", parent, child, place, ""))).mechanism
+    mechanism = sd.read_mjcf(slider_crank(gazebo(place, "prismatic", parent, child))).mechanism
     assert [(guide.name, guide.aligned) for guide in mechanism.guides] == [("C 2", True)]
     run = sd.simulate(mechanism.driven(speed=2.0, body="crank"), until=1.0, samples=5)
     angle = 0.5 + 2.0 * run["time"].values
@@ -128,43 +135,28 @@ def test_a_slide_closes_a_loop(parent, child):
 
 def test_a_weld_closes_a_loop():
     """Closed form: a four-bar linkage with a fixed corner does not move."""
-    mechanism = sd.read_mjcf(four_bar(IN_GAZEBO.format("fixed", "rod", "rocker", "", ""))).mechanism
+    mechanism = sd.read_mjcf(four_bar(gazebo(kind="fixed"))).mechanism
     assert [weld.name for weld in mechanism.welds] == ["C"]
     run = sd.simulate(mechanism, until=0.1, samples=2)
     assert np.ptp(run["position"].values, axis=0).max() < 1e-6
 
 
+LOST = "left out, because the joint closes a loop"  # End of a note about a part of a joint
+OPEN = "left out: if it closes a loop, the loop is open here"  # End of a note about a joint
+
+
 @pytest.mark.parametrize(
     ("closing", "said"),
     [
+        (gazebo(f"{AXIS}<physics/><sensor/>", after="<plugin name='p'/>"), {f"joint 'C' (line 1): <physics>, <sensor> {LOST}"}),
+        (gazebo(f"{AXIS}<physics/><sensor/>", after="<plugin name='p'/>"), {"1 <plugin> left out: 'p' (line 1)"}),
         (
-            IN_GAZEBO.format("revolute", "rod", "rocker", f"{AXIS}<physics/><sensor/>", "<plugin name='p'/>"),
-            {
-                "joint 'C' (line 1): <physics>, <sensor> left out, because the joint closes a loop",
-                "1 <plugin> left out: 'p' (line 1)",
-            },
+            gazebo("<axis><xyz>0 1 0</xyz><limit><effort>1</effort></limit><mimic/></axis>"),
+            {f"joint 'C' (line 1): <effort> {LOST}", f"joint 'C' (line 1): <mimic> {LOST}"},
         ),
-        (
-            IN_GAZEBO.format(
-                "revolute", "rod", "rocker", "<axis><xyz>0 1 0</xyz><limit><effort>1</effort></limit><mimic/></axis>", ""
-            ),
-            {
-                "joint 'C' (line 1): <effort> left out, because the joint closes a loop",
-                "joint 'C' (line 1): <mimic> left out, because the joint closes a loop",
-            },
-        ),
-        (
-            IN_GAZEBO.format("screw", "rod", "rocker", AXIS, ""),
-            {"joint 'C' (line 1) in <gazebo> between 'rod' and 'rocker' left out: if it closes a loop, the loop is open here"},
-        ),
-        (
-            f"<loop_joint name='C' type='prismatic'>{ENDS}</loop_joint>",
-            {"joint 'C' (line 1) left out: if it closes a loop, the loop is open here"},
-        ),
-        (
-            "<loop_joint name='C'><link1 link='rod'/><link2 link='rocker'/></loop_joint>",
-            {"connection 'C' is open by 0.949 m at the start"},
-        ),
+        (gazebo(AXIS, "screw"), {f"joint 'C' (line 1) in <gazebo> between 'rod' and 'rocker' {OPEN}"}),
+        (loop_joint(ENDS, "prismatic"), {f"joint 'C' (line 1) {OPEN}"}),
+        (loop_joint("<link1 link='rod'/><link2 link='rocker'/>"), {"connection 'C' is open by 0.949 m at the start"}),
     ],
 )
 def test_parts_of_loop_joints_that_are_left_out(closing, said):
@@ -175,38 +167,18 @@ def test_parts_of_loop_joints_that_are_left_out(closing, said):
 @pytest.mark.parametrize(
     ("closing", "said"),
     [
-        (
-            IN_GAZEBO.format("revolute", "rod", "nothing", "", ""),
-            "joint 'C' (line 1) refers to 'nothing'; expected the name of a link",
-        ),
-        (
-            IN_GAZEBO.format("revolute", "rod", "rod", "", ""),
-            "joint 'C' (line 1) joins 'rod' and 'rod', which are one rigid body",
-        ),
-        (
-            IN_GAZEBO.format("revolute", "rod", "rocker", "<pose>0 0 0</pose>", ""),
-            "line 1: <pose> = '0 0 0'; expected 6 numbers of at most 1e+16",
-        ),
-        (
-            IN_GAZEBO.format("revolute", "rod", "rocker", "<pose>0 0 0 nan 0 0</pose>", ""),
-            "expected 6 numbers of at most 1e+16",
-        ),
-        (
-            IN_GAZEBO.format("revolute", "rod", "rocker", "<axis><xyz>0 0 0</xyz></axis>", ""),
-            "line 1: the axis of the joint is 0 0 0",
-        ),
-        (
-            IN_GAZEBO.format("revolute", "rod", "rocker", "<axis><xyz>1 0 0</xyz></axis>", ""),
-            "hinges 'A' and 'C' form an angle of 90 deg",
-        ),
-        (f"<loop_joint name='C'>{ENDS}<axis xyz='0 0 0'/></loop_joint>", "line 1: the axis of the joint is 0 0 0"),
-        (f"<loop_joint name='C'>{ENDS}<axis/></loop_joint>", "form an angle of"),
-        ("<loop_joint name='C'><link1 link='rod' xyz='1e999 0 0'/><link2 link='rod'/></loop_joint>", "line 1: xyz of <link1>"),
+        (gazebo(child="nothing"), "joint 'C' (line 1) refers to 'nothing'; expected the name of a link"),
+        (gazebo(child="rod"), "joint 'C' (line 1) joins 'rod' and 'rod', which are one rigid body"),
+        (gazebo("<pose>0 0 0</pose>"), "line 1: <pose> = '0 0 0'; expected 6 numbers of at most 1e+16"),
+        (gazebo("<pose>0 0 0 nan 0 0</pose>"), "expected 6 numbers of at most 1e+16"),
+        (gazebo("<axis><xyz>0 0 0</xyz></axis>"), "line 1: the axis of the joint is 0 0 0"),
+        (gazebo("<axis><xyz>1 0 0</xyz></axis>"), "hinges 'A' and 'C' form an angle of 90 deg"),
+        (loop_joint(f"{ENDS}<axis xyz='0 0 0'/>"), "line 1: the axis of the joint is 0 0 0"),
+        (loop_joint(f"{ENDS}<axis/>"), "form an angle of"),
+        (loop_joint("<link1 link='rod' xyz='1e999 0 0'/><link2 link='rod'/>"), "line 1: xyz of <link1>"),
     ],
 )
 def test_loop_joints_that_are_errors(closing, said):
     """Contract: one line that says what is wrong and what is expected."""
-    with pytest.raises(sd.InputError) as error:
+    with one_line_error(said):
         sd.read_mjcf(four_bar(closing))
-    assert said in str(error.value)
-    assert "\n" not in str(error.value)

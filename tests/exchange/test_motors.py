@@ -81,14 +81,6 @@ def test_what_a_motor_cannot_hold_is_named(motor, said):
     assert f"actuator 'a': {said}" in sd.read_mjcf(f"{head}<actuator>{actuator}</actuator></mujoco>").notes
 
 
-def test_a_model_starts_from_its_first_keyframe():
-    """Contract: of two keyframes the first counts."""
-    mechanism, notes = sd.read_mjcf(HEAD + MOTORS.format("", ""))
-    assert "start: positions and velocities of keyframe '0', the first of 2" in notes
-    run = sd.simulate(mechanism, until=1e-4, samples=2)
-    assert run["position"].values[0] == pytest.approx(by_mujoco(HEAD + MOTORS.format("", ""), 1e-3, 2, centres)[0], abs=1e-12)
-
-
 # URDF model whose elements name motors
 MOTOR_URDF = """<robot name="arm">
   <link name="base"/>

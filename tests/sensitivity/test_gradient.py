@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.laws.damping.factors import HuntCrossley
@@ -206,17 +207,15 @@ REFUSED = {
 def test_errors(message):
     """Contract: what has no gradient is refused in one line."""
     options = {"of": ["peak_force"], "by": ["Flores.clearance"], "until": 1e-3, "start": "as-placed"} | REFUSED[message]
-    with pytest.raises(sd.InputError, match=message) as refused:
+    with one_line_error(match=message):
         sd.gradient(journals(), **options)
-    assert "\n" not in str(refused.value)
 
 
 def test_a_count_is_refused():
     """Contract: a number that cannot change by a small amount."""
     arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))
-    with pytest.raises(sd.InputError, match=r"'drive\.strokes' is an integer") as refused:
+    with one_line_error(match=r"'drive\.strokes' is an integer"):
         sd.gradient(arm, of=["drive_work"], by=["drive.strokes"], until=1e-3)
-    assert "\n" not in str(refused.value)
 
 
 def test_a_run_whose_contacts_only_graze():
@@ -226,9 +225,8 @@ def test_a_run_whose_contacts_only_graze():
     ball = dataclasses.replace(body, velocity=(0.0, speed * (1.0 + 1e-6)))
     thrown = dataclasses.replace(balls, bodies=(ball,), joints=balls.joints[:1], gravity=9.81)
     wanted = {"of": ["first_contact"], "by": ["body.Flores.velocity.y"], "until": 0.0148, "start": "as-placed"}
-    with pytest.raises(sd.InputError, match=r"only grazes: a change of .*velocity\.y. by 0\.1 % may") as refused:
+    with one_line_error(match=r"only grazes: a change of .*velocity\.y. by 0\.1 % may"):
         sd.gradient(thrown, **wanted)
-    assert "\n" not in str(refused.value)
     found = sd.gradient(thrown, **wanted, change=1e-7)
     onset = speed / 9.81 * (1.0 + 1e-6 - math.sqrt((1.0 + 1e-6) ** 2 - 1.0))
     slope = -onset / (speed * (1.0 + 1e-6) - 9.81 * onset)

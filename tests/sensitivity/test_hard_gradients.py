@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.laws.friction.coulomb import Coulomb
@@ -133,6 +134,5 @@ def test_hard_and_compliant_contacts_together_are_refused():
         (*hard.joints, sd.Revolute("pin", ("other", "centre"), ("ground", "middle"), soft)),
         ground=hard.ground,
     )
-    with pytest.raises(sd.InputError, match="hard and compliant contacts together have no derivatives yet") as refused:
+    with one_line_error(match="hard and compliant contacts together have no derivatives yet"):
         sd.gradient(both, of=["peak_indentation"], by=["gravity"], until=1e-3)
-    assert "\n" not in str(refused.value)

@@ -36,6 +36,16 @@ def mechanism(*bodies, **parts):
     return sd.Mechanism(bodies=(*bodies, PENDULUM), **{"ground": GROUND, **parts})
 
 
+def alone(**parts):
+    """Return body "u" next to the free pendulum."""
+    return mechanism(part("u"), **parts)
+
+
+def hung(**parts):
+    """Return body "u" on its pin next to the free pendulum."""
+    return alone(joints=(HUNG,), **parts)
+
+
 def welded(**parts):
     """Return two bars welded end to end, pinned to the ground at one end."""
     weld = sd.Weld("seam", ("u", "b"), ("v", "a"))
@@ -106,19 +116,11 @@ REFUSED = {
         ),
         ("'left'|'right'", "'u'|'v'"),
     ),
-    "ground pins too far apart": (
-        lambda: mechanism(part("u"), joints=(HUNG, pin("far", "u.b", "ground.Q"))),
-        ("'hook'|'far'", "'u'"),
-    ),
-    "one point on two ground pins": (
-        lambda: mechanism(part("u"), joints=(HUNG, pin("other", "u.a", "ground.P"))),
-        ("'hook'|'other'", "'u'"),
-    ),
+    "ground pins too far apart": (lambda: alone(joints=(HUNG, pin("far", "u.b", "ground.Q"))), ("'hook'|'far'", "'u'")),
+    "one point on two ground pins": (lambda: alone(joints=(HUNG, pin("other", "u.a", "ground.P"))), ("'hook'|'other'", "'u'")),
     "weld and pin": (lambda: welded(joints=(pin("peg", "u.c", "v.b"),)), ("'seam'|'peg'", "'u'|'v'")),
     "ground pin and ground weld": (
-        lambda: mechanism(
-            part("u"), joints=(pin("peg", "u.a", "ground.P"),), welds=(sd.Weld("foot", ("u", "a"), ("ground", "O")),)
-        ),
+        lambda: alone(joints=(pin("peg", "u.a", "ground.P"),), welds=(sd.Weld("foot", ("u", "a"), ("ground", "O")),)),
         ("'foot'|'peg'", "'u'"),
     ),
     "loop that does not close": (
@@ -131,14 +133,8 @@ REFUSED = {
         ("'hook'|'knee'|'far'", "'u'|'v'"),
     ),
     "third bar too long": (lambda: tripod(1.01), ("'foot w'|'head w'", "'w'")),
-    "guide beside a ground pin": (
-        lambda: mechanism(part("u"), joints=(HUNG,), guides=(sd.Guide("rail", ("u", "a"), through=(0.0, 1.0)),)),
-        ("'rail'", "'u'"),
-    ),
-    "guide out of reach": (
-        lambda: mechanism(part("u"), joints=(HUNG,), guides=(sd.Guide("rail", ("u", "b"), through=(0.0, 3.0)),)),
-        ("'rail'", "'u'"),
-    ),
+    "guide beside a ground pin": (lambda: hung(guides=(sd.Guide("rail", ("u", "a"), through=(0.0, 1.0)),)), ("'rail'", "'u'")),
+    "guide out of reach": (lambda: hung(guides=(sd.Guide("rail", ("u", "b"), through=(0.0, 3.0)),)), ("'rail'", "'u'")),
     "moving guide out of reach": (
         lambda: mechanism(
             part("u"),
@@ -153,7 +149,7 @@ REFUSED = {
         ("'seam'", "'u'|'v'"),
     ),
     "drive of a body welded to the ground": (
-        lambda: mechanism(part("u"), welds=(sd.Weld("foot", ("u", "a"), ("ground", "O")),)).driven(speed=1.0, body="u"),
+        lambda: alone(welds=(sd.Weld("foot", ("u", "a"), ("ground", "O")),)).driven(speed=1.0, body="u"),
         ("'foot'", "'u'"),
     ),
     "drives of parallel cranks": (
@@ -178,13 +174,13 @@ REFUSED = {
     "clearance joint inside a body": (lambda: pin("play", "u.a", "u.b", PIN), ("'play'", "'u'")),
     "clearance joint inside a rigid pair": (lambda: welded(joints=(pin("play", "u.b", "v.a", PIN),)), ("'play'", "'u'", "'v'")),
     "clearance joint beside an ideal one": (
-        lambda: mechanism(part("u"), joints=(HUNG, pin("play", "u.a", "ground.O", PIN))),
+        lambda: alone(joints=(HUNG, pin("play", "u.a", "ground.O", PIN))),
         ("'play'", "'hook'"),
     ),
     "clearance joint between points of the ground": (lambda: pin("play", "ground.O", "ground.P", PIN), ("'play'", "'ground'")),
     "bar without length": (lambda: sd.bar("u", length=0.0, mass=1.0), ("'u'",)),
     "spring without length that pushes": (
-        lambda: mechanism(part("u"), joints=(HUNG,), components=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
+        lambda: hung(components=(sd.Spring("coil", ("u", "b"), ("ground", "P"), 10.0, 0.3),)),
         ("'coil'",),
     ),
     "rod between points at one place, but for rounding": (
@@ -205,33 +201,18 @@ REFUSED = {
         ("'u'",),
     ),
     "mass centre that is no number": (lambda: part("u", centre=(math.nan, 0.0)), ("'u'",)),
-    "ground point that is no number": (
-        lambda: mechanism(part("u"), joints=(HUNG,), ground=(("O", (math.nan, 5.0)),)),
-        ("'O'", "ground"),
-    ),
-    "guide through no number": (
-        lambda: mechanism(part("u"), guides=(sd.Guide("rail", ("u", "a"), through=(math.nan, 0.0)),)),
-        ("'rail'",),
-    ),
-    "two ground points of one name": (
-        lambda: mechanism(part("u"), joints=(HUNG,), ground=(("O", (0.0, 0.0)), ("O", (1.0, 0.0)))),
-        ("'O'",),
-    ),
+    "ground point that is no number": (lambda: hung(ground=(("O", (math.nan, 5.0)),)), ("'O'", "ground")),
+    "guide through no number": (lambda: alone(guides=(sd.Guide("rail", ("u", "a"), through=(math.nan, 0.0)),)), ("'rail'",)),
+    "two ground points of one name": (lambda: hung(ground=(("O", (0.0, 0.0)), ("O", (1.0, 0.0)))), ("'O'",)),
     "two bodies of one name": (lambda: mechanism(part("u"), part("u")), ("'u'",)),
-    "two joints of one name": (lambda: mechanism(part("u"), joints=(HUNG, HUNG)), ("'hook'",)),
-    "unknown body of a joint": (lambda: mechanism(part("u"), joints=(pin("knee", "w.a", "u.b"),)), ("'knee'", "'w'")),
-    "unknown point of a joint": (lambda: mechanism(part("u"), joints=(pin("knee", "u.z", "bob.a"),)), ("'knee'", "'u'", "'z'")),
-    "unknown point of the ground": (
-        lambda: mechanism(part("u"), joints=(pin("knee", "u.a", "ground.Z"),)),
-        ("'knee'", "'ground'", "'Z'"),
-    ),
-    "unknown follower of a guide": (lambda: mechanism(part("u"), guides=(sd.Guide("rail", ("w", "a")),)), ("'rail'", "'w'")),
-    "unknown carrier of a guide": (
-        lambda: mechanism(part("u"), guides=(sd.Guide("rail", ("u", "a"), body="w"),)),
-        ("'rail'", "'w'"),
-    ),
+    "two joints of one name": (lambda: alone(joints=(HUNG, HUNG)), ("'hook'",)),
+    "unknown body of a joint": (lambda: alone(joints=(pin("knee", "w.a", "u.b"),)), ("'knee'", "'w'")),
+    "unknown point of a joint": (lambda: alone(joints=(pin("knee", "u.z", "bob.a"),)), ("'knee'", "'u'", "'z'")),
+    "unknown point of the ground": (lambda: alone(joints=(pin("knee", "u.a", "ground.Z"),)), ("'knee'", "'ground'", "'Z'")),
+    "unknown follower of a guide": (lambda: alone(guides=(sd.Guide("rail", ("w", "a")),)), ("'rail'", "'w'")),
+    "unknown carrier of a guide": (lambda: alone(guides=(sd.Guide("rail", ("u", "a"), body="w"),)), ("'rail'", "'w'")),
     "guided point of the ground": (
-        lambda: mechanism(part("u"), guides=(sd.Guide("rail", ("ground", "O"), body="u"),)),
+        lambda: alone(guides=(sd.Guide("rail", ("ground", "O"), body="u"),)),
         ("'rail'", "'ground'"),
     ),
     "guide on a body that does not turn": (
@@ -250,25 +231,19 @@ REFUSED = {
         ),
         ("'coil'", "'u'", "no inertia"),
     ),
-    "unknown body of a weld": (
-        lambda: mechanism(part("u"), welds=(sd.Weld("seam", ("u", "a"), ("w", "a")),)),
-        ("'seam'", "'w'"),
-    ),
+    "unknown body of a weld": (lambda: alone(welds=(sd.Weld("seam", ("u", "a"), ("w", "a")),)), ("'seam'", "'w'")),
     "unknown body of a spring": (
-        lambda: mechanism(part("u"), components=(sd.Spring("coil", ("u", "a"), ("w", "a"), 1.0),)),
+        lambda: alone(components=(sd.Spring("coil", ("u", "a"), ("w", "a"), 1.0),)),
         ("'coil'", "'w'"),
     ),
     "unknown body of a torsion spring": (
-        lambda: mechanism(part("u"), components=(sd.TorsionSpring("coil", "w", stiffness=1.0),)),
+        lambda: alone(components=(sd.TorsionSpring("coil", "w", stiffness=1.0),)),
         ("'coil'", "'w'"),
     ),
-    "unknown body of a motor": (lambda: mechanism(part("u"), components=(sd.Motor("fan", "w", 1.0, 1.0),)), ("'fan'", "'w'")),
-    "unknown body of a force": (
-        lambda: mechanism(part("u"), components=(sd.Force("push", ("w", "a"), (1.0, 0.0)),)),
-        ("'push'", "'w'"),
-    ),
+    "unknown body of a motor": (lambda: alone(components=(sd.Motor("fan", "w", 1.0, 1.0),)), ("'fan'", "'w'")),
+    "unknown body of a force": (lambda: alone(components=(sd.Force("push", ("w", "a"), (1.0, 0.0)),)), ("'push'", "'w'")),
     "unknown driven body": (lambda: mechanism(part("u")).driven(speed=1.0, body="w"), ("'w'", "drive")),
-    "unknown input body": (lambda: mechanism(part("u"), input_body="w"), ("'w'", "input")),
+    "unknown input body": (lambda: alone(input_body="w"), ("'w'", "input")),
     "unknown joint to give clearance": (lambda: sd.scissor().with_clearance("B", PIN), ("'B'", "unit 1/pivot")),
     "unknown joint to make ideal": (lambda: sd.scissor().ideal("B"), ("'B'", "unit 1/pivot")),
     "unknown joint to change": (lambda: sd.scissor().replace("B.clearance", 1e-3), ("'B'", "unit 1/pivot")),
@@ -287,8 +262,8 @@ ALLOWED = {
     "free body": (lambda: mechanism(part("u")), True),
     "bodies that nothing joins": (lambda: mechanism(part("u"), part("v"), joints=(HUNG,)), True),
     "two joints at one point": (lambda: mechanism(part("u"), part("v"), joints=(HUNG, pin("knee", "u.a", "v.a"))), True),
-    "joint given twice": (lambda: mechanism(part("u"), joints=(HUNG, pin("again", "u.a", "ground.O"))), False),
-    "structure without freedom": (lambda: mechanism(part("u"), joints=(HUNG, pin("other", "u.b", "ground.P"))), False),
+    "joint given twice": (lambda: alone(joints=(HUNG, pin("again", "u.a", "ground.O"))), False),
+    "structure without freedom": (lambda: alone(joints=(HUNG, pin("other", "u.b", "ground.P"))), False),
     "one bar more than needed": (lambda: tripod(1.0), False),
     "turning frame with a bar more than needed": (lambda: braced_frame(1.0), False),
     "beam in two clearance joints": (

@@ -10,7 +10,6 @@ from tests import build
 from tests.build import assert_balance, case_of, on_pin, warnings_of
 
 import scissordyn as sd
-from scissordyn.components.beam import force
 from scissordyn.model.section import read_section
 from scissordyn.plan.bending import dissected
 from scissordyn.plan.flexible import contact_frequency, mode_count
@@ -66,45 +65,6 @@ def test_a_released_cantilever_keeps_its_energy(how, within, method):
     run = sd.simulate(cantilever(gravity=9.81, **how), until=0.05, samples=101, method=method)
     assert_balance(run, within, ("potential_energy",))
     assert float(run["stored_energy"].max()) > 0.1 * float(np.ptp(run["potential_energy"].values))
-
-
-def test_elements_give_the_elastica():
-    """Closed form: a cantilever with a tip force, P L^2/EI = 1 and 10 (elliptic integrals)."""
-    for load, expected, bound in (
-        (1.0, (0.056433236283377, 0.30172077379981, 0.46135194971188), 1e-7),
-        (10.0, (0.55499559775375, 0.8106090248803, 1.4302855388039), 1e-5),
-    ):
-        found = _tip(8, load)
-        assert np.max(np.abs(np.array(found) - expected)) < bound
-
-
-def _tip(elements, load):
-    """Return shortening, deflection and angle at the tip by Newton's method on the balance of the elements' forces."""
-    length, q = 1.0 / elements, np.zeros(3 * elements)
-    q[0::3] = np.arange(1, elements + 1) * length
-
-    def residual(q, tip):
-        place, balance = np.vstack([np.zeros(3), q.reshape(-1, 3)]), np.zeros((elements + 1, 3))
-        for k in range(elements):
-            one, other = place[k], place[k + 1]
-            cos, sin = math.cos(one[2]), math.sin(one[2])
-            x, y = other[:2] - one[:2]
-            f = force(cos * x + sin * y, cos * y - sin * x, other[2] - one[2], 0, 0, 0, 1, 0, length, 1e7, 1.0, *[0.0] * 6)
-            fx, fy = cos * f[0] - sin * f[1], sin * f[0] + cos * f[1]
-            balance[k + 1] += fx, fy, f[2]
-            balance[k] -= fx, fy, f[2] + x * fy - y * fx
-        balance[-1, 1] += tip
-        return balance[1:].ravel()
-
-    for tip in np.linspace(0.1, 1.0, 10) * load:
-        for _ in range(12):
-            steps = 1e-6 * np.eye(q.size)
-            slope = np.stack([(residual(q + h, tip) - residual(q - h, tip)) / 2e-6 for h in steps], axis=1)
-            change = np.linalg.solve(slope, -residual(q, tip))
-            q = q + change
-            if np.max(np.abs(change)) < 1e-10:
-                break
-    return 1.0 - float(q[-3]), float(q[-2]), float(q[-1])
 
 
 def test_frequencies_of_a_cantilever_converge_with_the_fourth_order():

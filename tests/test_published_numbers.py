@@ -41,15 +41,6 @@ def test_ideal_figures(ideal_run, at, torque, force):
     assert here["reaction"].sel(joint="A").values == pytest.approx(force, rel=1e-9)
 
 
-def test_ideal_motion(ideal_run):
-    """Closed form: y = L sin th, th_2 = -th_1, to 1e-9."""
-    w, th = sd.rpm(150), np.pi / 6 + sd.rpm(150) * ideal_run["time"].values
-    assert np.allclose(ideal_run["slider_position"], L * np.sin(th), rtol=0, atol=1e-9)
-    assert np.allclose(ideal_run["slider_velocity"], L * w * np.cos(th), rtol=0, atol=1e-9 * L * w)
-    assert np.allclose(ideal_run["slider_acceleration"], -L * w**2 * np.sin(th), rtol=0, atol=1e-9 * L * w**2)
-    assert np.allclose(ideal_run["angle"].sel(body="unit 2/bar 2"), -th, rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize("units", [1, 2, 5])
 def test_ideal_array_of_any_length(units):
     """Identity: torque times speed is the rate of T + U with the sums S_N and C_N of docs/theory (S2), (S3), to 1e-9."""

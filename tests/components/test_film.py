@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -324,20 +323,6 @@ def test_a_shaft_that_heats_its_oil_is_said():
     assert run["film_heating"].item() == pytest.approx(rise, rel=1e-3)
     assert run["film_reynolds_number"].item() == pytest.approx(density * 300.0 * 0.02 * 4e-5 / mu, rel=1e-6)
     assert any("would warm the oil" in text and "evaporate and boil" in text for text in warnings_of(run))
-
-
-def test_a_batch_and_a_replay_have_the_film(tmp_path):
-    """Identity: bit for bit as single runs; a saved run is simulated anew from its description."""
-    arm = oiled()
-    batch = sd.simulate_many(arm, {"A.clearance": [2e-4, 3e-4]}, until=0.01)
-    for case, clearance in enumerate((2e-4, 3e-4)):
-        alone = replace(arm.joint("A").clearance, clearance=clearance)
-        run = sd.simulate(array(alone), until=0.01)
-        assert batch["peak_force"].isel(case=case).sel(joint="A") == run["joint_peak_force"].sel(joint="A")
-    run = sd.simulate(arm, until=0.01)
-    path = tmp_path / "run.nc"
-    sd.save(run, path)
-    np.testing.assert_array_equal(sd.replay(sd.load(path))["film_force"], run["film_force"])
 
 
 # Case file with a lubricated joint; "{oil}" is replaced by its lubrication

@@ -263,16 +263,6 @@ def test_contact_that_begins_in_sliding(law):
     assert start(friction, 1e-3)[0] == pytest.approx(math.tanh(1.0) * curve, rel=1e-14, abs=0.0)
 
 
-@pytest.mark.parametrize("kinetic", [0.01, 0.1])
-def test_friction_keeps_to_its_limit_in_a_run(array, kinetic):
-    """Limit: in the paper's case |F_t| stays within mu_s F_n in 20001 samples of the first 20 ms."""
-    run = sd.simulate(array.with_clearance("A", sd.Clearance(0.5e-3, friction=sd.LuGre(kinetic))), until=0.02, samples=20_001)
-    joint = run.sel(joint="A")
-    assert float(joint["normal_force"].max()) > 5e4
-    # the bristle's deflection has a relative error of 1e-6
-    assert np.all(np.abs(joint["friction_force"]) <= 1.5 * kinetic * (1.0 + 2e-6) * joint["normal_force"])
-
-
 def test_explicit_steps_pass_states_near_the_smallest_numbers() -> None:
     """Second road: DOP853 agrees with Rodas5P although the dwell of a sliding journal is 1e-311."""
     laws = {"stiffness": Linear(1e9), "damping": Flores(0.5), "friction": GonthierBristle()}

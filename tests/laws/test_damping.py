@@ -111,14 +111,6 @@ def test_impact_identities_for_all_pairs():
     assert len(worst) == len(catalogue.ELASTIC) * (len(FACTORS) + 1)
 
 
-@pytest.mark.parametrize("law", FACTORS, ids=by_name)
-def test_each_factor_in_an_impact(law):
-    """Cross-check: e_out of an impact on a linear spring is the root of the identity for the law's factor."""
-    stiffness, damping = Linear(1e8), law(restitution=0.7)
-    _, rebound = bounce(at(stiffness), row(stiffness), at(damping), row(damping), 0.3, MASS, step(stiffness, MASS, 0.3))
-    assert rebound / 0.3 == pytest.approx(returned_restitution(damping.factor), rel=1e-7)
-
-
 @pytest.mark.parametrize("restitution", [0.4, 0.7, 0.9])
 def test_dashpot_closed_form(restitution):
     """Closed form: anagnostopoulos on a linear spring, the tension set to zero, after Schwager and Poeschel 2007.

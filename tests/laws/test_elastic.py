@@ -49,11 +49,6 @@ def test_figures(law, figure):
     assert force(law, 1e-5, UNIT_LENGTH) == pytest.approx(figure, rel=1e-4 / 1.7)
 
 
-def test_hertz_stiffness():
-    """Published number: K = 6.61e10 N/m^1.5 for this joint (Flores and co-workers 2006)."""
-    assert sd.Hertz().parameters(JOINT)[0] == pytest.approx(6.61020e10, rel=1e-5)
-
-
 def test_braendlein():
     """Closed form: with 1 mm of length and of indentation the force is the law's constant in N; it grows as delta^(10/9)."""
     mm = replace(JOINT, length=1e-3)

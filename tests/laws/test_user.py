@@ -297,13 +297,6 @@ def users_clearance():
     return sd.Clearance(0.5e-3, stiffness=foundation())
 
 
-def test_users_law_gives_the_same_run(array, clearance_run):
-    """Cross-check: the user's copy of a built-in law gives the same contacts, up to the growth of round-off."""
-    run = sd.simulate(array.with_clearance("A", users_clearance()), until=0.05)
-    assert np.allclose(run["contact_start"][:5], clearance_run["contact_start"][:5], rtol=1e-8)
-    assert np.allclose(run["peak_force"][:5], clearance_run["peak_force"][:5], rtol=1e-6)
-
-
 def test_users_function_is_recorded_but_not_executed(array, tmp_path):
     """Contract: a saved run holds the source of a user's function; to run it again the error asks for a file."""
     run = sd.simulate(array.with_clearance("A", users_clearance()), until=0.001, samples=11)

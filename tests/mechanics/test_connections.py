@@ -173,14 +173,6 @@ def test_equilibrium_in_clearance_joints(units):
     assert np.allclose(run["normal_force"].values[0, touching], force[touching], rtol=0.01)
 
 
-def test_equilibrium_on_a_hinge_spring():
-    """Closed form: k (th - th_0) = -(2m + m_s) g L cos th for the folded array on a torsion spring."""
-    spring = sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=0.6)
-    run = sd.simulate(dataclasses.replace(sd.scissor(units=2), components=(spring,)), until=0.1, start="static", samples=11)
-    exact = brentq(lambda th: 2000.0 * (th - 0.6) + (2 * 5.68 + 5.0) * 9.81 * 2.0 * math.cos(th), 0.0, 0.6)
-    assert np.allclose(run["angle"].sel(body="unit 1/bar 1"), exact, atol=1e-9)
-
-
 @pytest.mark.parametrize(("mass", "stiffness", "gravity"), [(2.0, 1e-2, 9.81), (2.0, 1e6, 9.81), (1e-6, 1.0, 0.0)])
 @pytest.mark.parametrize("place", [0.3, 0.5])
 def test_equilibrium_on_a_horizontal_guide(mass, stiffness, gravity, place):

@@ -227,12 +227,6 @@ def test_tutorial_cells_run(page, tmp_path, monkeypatch):
         assert status_of(words) == 0, line
 
 
-def test_pictures_of_examples_have_cases():
-    """Contract: every picture of an example has its case."""
-    for stem in re.findall(r"\]\(examples/(\w+)\.png\)", (DOCS / "gallery.md").read_text(encoding="utf-8")):
-        assert sd.read_case(ROOT / "examples" / f"{stem}.toml").mechanism.bodies
-
-
 def test_every_doi_is_in_the_bibliography():
     """Identity: pages, sources, tests and cases name only DOIs of the bibliography, which says where each was found."""
     known = {reference.doi.lower() for reference in bibliography().values() if reference.doi}

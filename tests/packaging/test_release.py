@@ -137,22 +137,6 @@ def test_actions_are_pinned(path):
     assert "permissions" in yaml.safe_load(text)
 
 
-def test_issue_forms():
-    """Contract: each issue form has a name, a description and fields with labels; Dependabot updates both kinds of pins."""
-    forms = [path for path in (GITHUB / "ISSUE_TEMPLATE").glob("*.yml") if path.name != "config.yml"]
-    assert len(forms) == 3
-    for path in forms:
-        form = yaml.safe_load(path.read_text(encoding="utf-8"))
-        assert {"name", "description", "body"} <= form.keys()
-        for field in form["body"]:
-            assert field["type"] in ("input", "textarea", "dropdown", "checkboxes")
-            assert field["attributes"]["label"]
-        names = [field["id"] for field in form["body"]]
-        assert len(set(names)) == len(names)
-    updates = yaml.safe_load((GITHUB / "dependabot.yml").read_text(encoding="utf-8"))["updates"]
-    assert {one["package-ecosystem"] for one in updates} == {"github-actions", "pip"}
-
-
 @pytest.mark.slow
 def test_wheel_of_the_sdist(tmp_path):
     """Contract: a wheel with the examples can be built from the sdist, which has the tests."""

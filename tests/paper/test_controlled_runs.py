@@ -29,14 +29,6 @@ def test_eccentricity_of_the_lagrange_coordinates(runs):
     assert run["eccentricity"].sel(joint="A").values == pytest.approx(np.stack([across, along], axis=1), abs=1e-12)
 
 
-def test_force_and_torque_of_the_reference(runs):
-    """Published number: N from 3256.9 to 7542.2 N, torque from 4528.6 to 9021.4 N m (docs/reference.md)."""
-    run = runs[PaperCase(constrained=True)]
-    force, torque = run["normal_force"].sel(joint="A").values, run["drive_torque"].values
-    assert (force.min(), force.max()) == pytest.approx((3256.9, 7542.2), rel=2e-5)
-    assert (torque.min(), torque.max()) == pytest.approx((4528.6, 9021.4), rel=2e-5)
-
-
 def test_constrained_run_is_one_contact(runs):
     """Limit: without free flight the fraction of time in contact is one, and one contact is counted."""
     case = PaperCase(0.3e-3, constrained=True)

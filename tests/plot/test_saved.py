@@ -268,14 +268,6 @@ def test_inserted_points():
     assert values.tolist() == [0.0, 2.0, -4.0, 0.0]
 
 
-def test_largest_torque_is_on_its_line(coarse):
-    """Contract: the mark of the largest torque is the point of the line that is farthest from zero."""
-    (axes,) = torque(coarse)
-    drawn, (mark,) = line(axes, "with clearance"), line(axes, "largest")
-    assert tuple(mark) in {tuple(point) for point in drawn}
-    assert abs(mark[1]) == np.abs(drawn[:, 1]).max()
-
-
 def test_frames_of_a_film_have_the_peaks(coarse):
     """Contract: the largest force of all frames is that of all contacts, and each contact is in a frame."""
     mechanism = coarse.scissordyn.mechanism

@@ -6,12 +6,10 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-from scipy import stats
 from tests.build import on_pin
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.studies.compute.table import column
 
 PLACES = (0.0, 0.1, 0.33, 0.5, 0.97, 1.0)  # Places along a bar, as fractions of its length
 RIGIDITY = 100.0  # [N m^2] bending stiffness of the bar
@@ -313,18 +311,6 @@ def test_warning_of_a_buckling_strut():
     run = sd.simulate(sd.with_bending(strut, bending_stiffness=100.0, axial_stiffness=1e6, modes=8), until=5e-3)
     assert 1.1 < float(run["bar_largest_buckling_ratio"][0]) < 2.5
     assert "the force at which the mechanism buckles" in run.attrs["warnings"]
-
-
-def test_study_of_a_random_stiffness(tmp_path):
-    """Identity: a study with random bending stiffness gives the bits of single runs."""
-    case, address = tmp_path / "bent.toml", "unit 1/bar 1/beam.bending_stiffness"
-    sd.write_case(bent(), case, run=sd.Options(until=2e-3))
-    given = {address: stats.norm(42e3, 2e3)}
-    found = sd.study(case, uncertain=given, samples=2, measures=["peak_deflection"], engine=1).dataset
-    for each in range(2):
-        run = sd.simulate(bent().replace(address, float(found[column(address)][each])), until=2e-3)
-        expected = np.abs(run["bar_largest_deflection"].values)
-        np.testing.assert_array_equal(found["peak_deflection"][each].values, expected)
 
 
 def test_study_with_a_requirement_on_utilisation(tmp_path, capsys):

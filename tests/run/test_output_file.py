@@ -230,11 +230,6 @@ for _ in range(60):
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
-def test_closing_a_file_that_was_not_opened():
-    """Contract: closing is allowed if a signal came between creation and opening."""
-    NetcdfFile.__new__(NetcdfFile).close()
-
-
 def test_interrupt_inside_the_library(run, tmp_path, monkeypatch):
     """Contract: a file is read again after an error, as an interrupt leaves the library once as any exception."""
     target = sd.save(run, tmp_path / "run.nc")

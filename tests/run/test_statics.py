@@ -172,17 +172,6 @@ def test_backward_motion_is_computed_for_one_way_loads_alone():
         sd.statics(always, friction="backward", **options)
 
 
-def test_one_way_load_acts_in_its_sense():
-    """Limit: at rest a load of one sense is that of the motion, not the half of it."""
-    load = sd.StrokeLoad("cut", ("slider", "centre"), 0.0, ((0.1, -100.0), (0.5, -100.0)), acts="backward")
-    found = sd.statics(slider_crank(components=(load,)), until=6.0, points=61)
-    back = np.sin(found["input"].values[:, 0]) > 1e-3
-    both = sd.statics(slider_crank(components=(dataclasses.replace(load, acts="both"),)), until=6.0, points=61)
-    np.testing.assert_allclose(found["drive_torque"][back], both["drive_torque"][back], atol=1e-12)
-    forth = np.sin(found["input"].values[:, 0]) < -1e-3
-    np.testing.assert_allclose(found["drive_torque"][forth], 0.0, atol=1e-12)
-
-
 def test_friction_that_is_not_there_or_jams():
     """Contract: no friction, and motion that the drives do not determine, are refused; a jam is a warning with its instant."""
     with pytest.raises(sd.InputError, match="friction = 'forward' for a mechanism whose forces do not depend"):

@@ -116,18 +116,6 @@ def test_example_of_the_page_with_a_lost_job(folder, system):
     check_rows(folder)
 
 
-def test_all_jobs_lost(folder, system):
-    """Contract: all jobs are cancelled, and all are replaced."""
-    process = started(folder, system, *SWEEP)
-    wait_for(lambda: blocks(folder) >= 2, process)
-    subprocess.run(["scancel", *jobs(system, "RUNNING,PENDING")], env=system, check=True)
-    status, said = ended(process)
-    assert status == 0, said
-    assert "2 ended before the study is complete; 2 more submitted" in said
-    assert (Store(folder / "study.db").status() == COMPLETE).all()
-    check_left(folder, system, 6)
-
-
 def test_ctrl_c(folder, system):
     """Contract: status 130, one line, no job left, and completed cases are kept."""
     process = started(folder, system, *SWEEP)
@@ -139,19 +127,6 @@ def test_ctrl_c(folder, system):
     assert lines == ["scissordyn: interrupted; what is complete is in study.db; to go on: scissordyn study resume study.db"]
     assert blocks(folder) >= 2
     check_left(folder, system, 2)
-
-
-def test_killed_command(folder, system):
-    """Contract: the next command removes the certificates of the killed one, and completes its study."""
-    process = started(folder, system, *SWEEP)
-    wait_for(lambda: blocks(folder) >= 2, process)
-    process.kill()
-    process.communicate()
-    assert any(path.name.startswith(".dask-jobqueue") for path in folder.iterdir())
-    subprocess.run(["scancel", *jobs(system, "RUNNING,PENDING")], env=system, check=True)
-    status, said = ended(started(folder, system, "study", "resume", "study.db"))
-    assert status == 0, said
-    check_left(folder, system, 4)
 
 
 def test_end_of_the_walltime(folder, system):

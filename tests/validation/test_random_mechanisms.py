@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from benchmarks.random_mechanisms import judge
 from energy_balance import closure_error, energy_drift, height_over_drift, masses, momentum_drift
-from mechanisms import BOUNCING, FRICTIONAL, random_mechanism
+from mechanisms import FRICTIONAL, random_mechanism
 
 import scissordyn as sd
 
@@ -123,40 +123,3 @@ def test_break_under_a_heavy_load():
     case = sd.read_case(Path(__file__).parent / "cases" / "heavy_drive.toml")
     found = sd.simulate(case.mechanism, until=case.run.until, samples=51)
     assert float(np.max(np.abs(found["energy_residual"]))) < 1e-7 * float(np.max(np.abs(found["drive_work"])))
-
-
-def floating_array(units):
-    """Return a scissor array without ground and slider, with deployment, rotation and translation."""
-    array = sd.scissor(units=units, bar_length=0.5, bar_mass=1.0, gravity=0.0)
-    bodies = []
-    for number, body in enumerate(body for body in array.bodies if body.rotates):
-        spin = 2.0 + (3.0 if number % 2 else -3.0)
-        bodies.append(replace(body, velocity=(0.1, 0.05 * number), angular_velocity=spin))
-    joints = tuple(joint for joint in array.joints if joint.name not in ("O", "A"))
-    return sd.Mechanism(bodies=tuple(bodies), joints=joints, gravity=0.0)
-
-
-@pytest.mark.parametrize("units", [2, 5])
-@pytest.mark.parametrize("clearance", FRICTIONAL, ids=lambda clearance: clearance.friction.name)
-def test_momentum_of_a_frictional_array(units, clearance):
-    """Identity: a floating array with clearance and friction at every joint keeps linear momentum, and moments balance."""
-    array = floating_array(units).with_clearance("all", clearance)
-    found = run(array, 1e-8, until=0.3)
-    assert found.sizes["contact"] > 10
-    assert float(np.max(np.abs(found["friction_force"]))) > 0.0
-    assert_momentum_balances(found, array)
-    assert momentum_drift(run(array, 1e-12, until=0.3), array)[1] < 1e-11
-
-
-@pytest.mark.parametrize("units", [2, 5])
-@pytest.mark.parametrize(
-    "damping", [*(clearance.damping for clearance in BOUNCING[:1]), sd.Flores(0.7)], ids=lambda law: law.name
-)
-def test_momentum_of_an_array_with_impacts(units, damping):
-    """Identity: without friction a floating array with clearance at every joint keeps angular momentum, too, to 1e-11."""
-    array = floating_array(units).with_clearance("all", sd.Clearance(1e-3, damping=damping))
-    found = run(array, 1e-13, until=0.3)
-    assert found.sizes["contact"] > 10
-    linear, angular = momentum_drift(found, array)
-    assert linear < MOMENTUM_TOL
-    assert angular < 1e-11

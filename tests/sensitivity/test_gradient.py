@@ -200,6 +200,7 @@ REFUSED = {
     "no field 'clearanc'": {"by": ["Flores.clearanc"]},
     "change = 2.0": {"change": 2.0},
     "no joint 'B'": {"of": ["B.peak_force"]},
+    "no drive 'Flores' with a peak_drive_torque; expected Flores.peak_force, ": {"of": ["Flores.peak_drive_torque"]},
 }
 
 

@@ -56,10 +56,13 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
                 'contact = "compliant"',
             )
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
-    parts = [name for dim in dims for name in parts_of(mechanism)[dim]]
+    names = parts_of(mechanism)
+    parts = [name for dim in dims for name in names[dim]]
     if response.part and response.part not in parts:
+        others = {dim for dim, found in names.items() if response.part in found}
+        known = [f"{response.part}.{name}" for name, measure in MEASURES.items() if others & set(measure.dims)]
         raise InputError(
             f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
             f"{did_you_mean(response.part, parts)}",
-            ", ".join(parts) or (f"a case with a {dims[0]}" if dims else response.measure),
+            ", ".join(known or parts) or (f"a case with a {dims[0]}" if dims else response.measure),
         )

@@ -1,14 +1,15 @@
 """Exact derivatives of the runs of all examples beside extrapolated differences of runs, by every parameter of each.
 
-``python -m benchmarks.gradient_differences --write`` writes the page, in about twenty minutes, two examples at once, and
-continues where it was interrupted; ``--quick`` takes two examples.
+``python -m benchmarks.gradient_differences --write`` writes the page, in hours, one process for two processors, and continues
+where it was interrupted; ``--quick`` takes two examples.
 """
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,7 +43,6 @@ ENDS: Mapping[str, float] = {
     "lift_table": 0.1,
     "long": 0.09,
     "mast": 0.006,
-    "mast_twenty": 0.15,
     "paper": 0.01,
     "periodic": 0.01,
     "press": 0.02,
@@ -51,14 +51,15 @@ ENDS: Mapping[str, float] = {
     "slider_crank": 0.0015,
     "solar_array": 0.018,
     "worn_crank": 0.002,
+    "mast_twenty": 0.15,
 }
 """End of the run of each example [s]: several contacts, and derivatives that differences can still follow."""
 
 QUICK = ("paper", "slider_crank")
 
-PROCESSES = 2  # Number of examples at once
+PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # Number of parts of examples at once
 
-PARAMETERS_MAX = 16  # [parameters] Of an example with more, as many are taken, spread evenly over the list
+PARAMETERS = 48  # Number of parameters of an example that are compared, and kept, at once: six runs with derivatives
 
 TOLERANCE = 1e-13
 LOOSER = {"lift": 1e-11, "solar_array": 1e-11, "lift_table": 1e-11}
@@ -85,8 +86,8 @@ Results = dict[str, np.ndarray]
 class Row:
     """Difference of both derivatives by a parameter for a kind of result, relative to the size of the kind.
 
-    `reference` is the distance of differences of two orders, at last the error of the reference with noise and margin. `noise`
-    is the deviation of a run's results, `gain` the factor of this noise in the difference.
+    `reference` is the distance of differences of two orders, `noise` the deviation of a run's results, `gain` the factor of
+    this noise in the difference.
     """
 
     example: str
@@ -100,15 +101,24 @@ class Row:
 
 @dataclass
 class Found:
-    """Comparison of the parameters of an example, and the reason for each parameter that is left out."""
+    """Comparison of parameters of an example, their number, and the reason for each parameter that is left out."""
 
     rows: list[Row] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
+    parameters: int = 0
     events: int = 0
     refused: str = ""
 
     def __post_init__(self) -> None:
         self.rows = [row if isinstance(row, Row) else Row(**row) for row in self.rows]
+
+    def add(self, other: Found) -> None:
+        """Add the comparison of further parameters."""
+        self.rows += other.rows
+        self.left_out |= other.left_out
+        self.parameters += other.parameters
+        self.events = other.events
+        self.refused = self.refused or other.refused
 
 
 def scheme(places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -165,13 +175,14 @@ def size_of(slopes: Results, values: Results, kind: str) -> float:
 
 
 class Comparison:
-    """Runs of an example whose parameters change, beside its exact derivatives."""
+    """Runs of an example whose parameters change, beside its exact derivatives, by some parameters from the first on."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, first: int) -> None:
         case = sd.read_case(EXAMPLES / f"{name}.toml")
         self.name, self.mechanism, self.start = name, case.mechanism, case.run.start
         tolerance = LOOSER.get(name, TOLERANCE)
-        self.tables, self.found = plan(case.mechanism), Found()
+        self.paths = every_number(case.mechanism)[first : first + PARAMETERS]
+        self.tables, self.found = plan(case.mechanism), Found(parameters=len(self.paths))
         hard = bool(self.tables.hard_places)
         self.options = sd.Options(
             ENDS[name],
@@ -201,19 +212,12 @@ class Comparison:
                     self._compare_with(exact(run, k), parameter, step_of(run, k))
                 except ScissordynError as refused:
                     self.found.left_out[parameter.path] = f"no differences: {getattr(refused, 'what', refused)}"
-        for kind in ("coordinates", "rates", "instants", *KINDS):
-            rows = [row for row in self.found.rows if row.kind == kind]
-            noise = float(np.median([row.noise for row in rows])) if rows else 0.0
-            for row in rows:
-                row.reference = MARGIN * (row.reference + row.gain * max(noise, row.noise))
         return self.found
 
     def _seeds(self) -> tuple[list[Parameter], list[Results]]:
         """Return the parameters with derivatives, and the derivatives of the start by each."""
         begin, parameters, seeds = Start(self.mechanism, self.start), list[Parameter](), list[Results]()
-        paths = every_number(self.mechanism)
-        chosen = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), PARAMETERS_MAX)).astype(int))
-        for path in (paths[k] for k in chosen):
+        for path in self.paths:
             try:
                 parameter = parameter_of(self.mechanism, path, self.tables.coordinates.size)
                 seed = derivatives(begin, parameter)
@@ -278,19 +282,38 @@ def _estimate(row: Row) -> float:
 def measure(quick: bool) -> str:
     """Differences of both kinds of derivatives: a table of examples, one of the worst, and what is left out."""
     names, kept = QUICK if quick else tuple(ENDS), Kept("gradient_differences", Found, __file__)
-    missing = [name for name in names if name not in kept.done]
+    keys = [key for name in names for key in parts_of(name)]
     with ProcessPoolExecutor(PROCESSES) as pool:
-        for done in as_completed([pool.submit(compare, name) for name in missing]):
+        for done in as_completed([pool.submit(compare, *key) for key in keys if key not in kept.done]):
             kept.add(*done.result())
-    return page({name: kept.done[name] for name in names})
+    return page({name: combined([kept.done[key] for key in parts_of(name)]) for name in names})
 
 
-def compare(name: str) -> tuple[str, Found]:
-    """Return the name of an example and its comparison, or the reason why it has none."""
+def parts_of(name: str) -> Iterator[tuple[str, int]]:
+    """Yield the arguments of `compare` for all parameters of an example."""
+    count = len(every_number(sd.read_case(EXAMPLES / f"{name}.toml").mechanism))
+    yield from ((name, first) for first in range(0, count, PARAMETERS))
+
+
+def compare(name: str, first: int) -> tuple[tuple[str, int], Found]:
+    """Return the key and the comparison of some parameters of an example, or the reason why they have none."""
     try:
-        return name, Comparison(name).compare()
+        return (name, first), Comparison(name, first).compare()
     except ScissordynError as refused:
-        return name, Found(refused=str(refused))
+        return (name, first), Found(refused=str(refused))
+
+
+def combined(parts: Sequence[Found]) -> Found:
+    """Return the comparison of all parameters of an example; `reference` is the error of each reference then."""
+    found = Found()
+    for part in parts:
+        found.add(part)
+    for kind in ("coordinates", "rates", "instants", *KINDS):
+        rows = [row for row in found.rows if row.kind == kind]
+        noise = float(np.median([row.noise for row in rows])) if rows else 0.0
+        for row in rows:
+            row.reference = MARGIN * (row.reference + row.gain * max(noise, row.noise))
+    return found
 
 
 def page(comparisons: Mapping[str, Found]) -> str:
@@ -306,14 +329,16 @@ def page(comparisons: Mapping[str, Found]) -> str:
         accurate = errors[errors[:, 1] <= ACCURATE, 0]
         numbers = [float(np.median(errors[:, 0])), float(np.max(accurate, initial=0.0)), float(np.max(errors[:, 0]))]
         count, beyond = len({row.parameter for row in found.rows}), sum(map(_is_beyond, found.rows))
-        heads.append([name, f"{ENDS[name]:g}", str(found.events), str(count), *(f"{n:.0e}" for n in numbers), str(beyond)])
+        counts = (found.events, found.parameters, count)
+        heads.append([name, f"{ENDS[name]:g}", *map(str, counts), *(f"{n:.0e}" for n in numbers), str(beyond)])
     rows.sort(key=lambda row: -row.error)
     text = paragraph(
         f"Runs with dop853 at rtol = atol = {TOLERANCE:g}, of {' and '.join(LOOSER)} at {max(LOOSER.values()):g}; with hard",
         "contact time steps of the case, with located impacts.",
         "Derivatives of coordinates and rates at the end, of all instants of events and of largest values, by every",
         "parameter that acts, exact and by differences of eighth order with events located to",
-        f"{PRECISION_FACTOR:g} of their usual precision; of examples with more than {PARAMETERS_MAX} parameters by as many.",
+        f"{PRECISION_FACTOR:g} of their usual precision. Scalars of an example that do not affect the run, or have no",
+        "derivatives, are left out.",
         "Differences between both are relative to the largest derivative or value of the same kind of result. The error",
         "of the reference is three times its distance from differences of sixth order and the deviation of the noise of",
         f"runs, which follows from their seventh differences. The last column counts results that differ by more than {GOAL:g}",
@@ -323,7 +348,8 @@ def page(comparisons: Mapping[str, Found]) -> str:
         "example",
         "end [s]",
         "events",
-        "parameters",
+        "scalars",
+        "compared",
         "median",
         f"largest by references to {ACCURATE:g}",
         "largest",

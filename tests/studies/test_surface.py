@@ -1,15 +1,15 @@
 """Surfaces of responses between points, compared with brute force and known functions."""
 
-import sys
-
 import numpy as np
 import pytest
 from matplotlib.contour import ContourSet
 from matplotlib.legend import Legend
 from scipy.stats import qmc
 from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
 from scissordyn.plot.study import feasibility_map
+from scissordyn.studies.answer.process import correlation
 from scissordyn.studies.answer.surface import Surface, surfaces
 from scissordyn.studies.answer.verdict import by_point
 from studies.test_answer import made_up, result_of
@@ -27,6 +27,12 @@ def points(count, seed=1):
 def smooth(x):
     """Return a smooth function with values between 1 and 3."""
     return 2.0 + np.sin(x[:, 0]) * np.cos(0.3 * x[:, 1])
+
+
+def slopes(x):
+    """Return the derivatives of `smooth`."""
+    across, up = np.cos(x[:, 0]) * np.cos(0.3 * x[:, 1]), -0.3 * np.sin(x[:, 0]) * np.sin(0.3 * x[:, 1])
+    return np.stack([across, up], axis=1)
 
 
 def test_prediction_of_a_smooth_function():
@@ -47,12 +53,70 @@ def test_points_left_out_are_those_of_brute_force():
     x = points(16)
     y = smooth(x) + 0.05 * np.random.default_rng(3).standard_normal(16)
     found = Surface(x, y, NOT_LOGARITHMIC)
-    unit = (x - x.min(axis=0)) / np.ptp(x, axis=0)
+    unit, process = (x - x.min(axis=0)) / np.ptp(x, axis=0), found.process
+    kernel = ConstantKernel(process.variance) * Matern(process.lengths, nu=2.5)
+    kernel += WhiteKernel(process.variance * process.noise[0])
     for k in (0, 7, 15):
         kept = np.arange(16) != k
-        process = GaussianProcessRegressor(found.process.kernel_, optimizer=None)
-        process.fit(unit[kept], ((y - y.mean()) / y.std())[kept])
-        assert found.left_out[k] == pytest.approx(y.mean() + y.std() * process.predict(unit[[k]])[0], rel=1e-6)
+        other = GaussianProcessRegressor(kernel, optimizer=None)
+        other.fit(unit[kept], ((y - y.mean()) / y.std())[kept])
+        mean, deviation = other.predict(unit[[k]], return_std=True)
+        assert found.left_out[k] == pytest.approx(y.mean() + y.std() * mean[0], rel=1e-6)
+    every = GaussianProcessRegressor(kernel, optimizer=None).fit(unit, (y - y.mean()) / y.std())
+    mean, deviation = every.predict(unit + 0.05, return_std=True)
+    np.testing.assert_allclose(process.predict(unit + 0.05), (mean, deviation), rtol=1e-6)
+
+
+def test_correlations_of_derivatives_are_slopes_of_those_of_values():
+    """Cross-check: central differences of scikit-learn's Matern kernel."""
+    draw = np.random.default_rng(4)
+    a, b, lengths, step = draw.random((5, 2)), draw.random((4, 2)), np.array([0.5, 1.7]), 1e-4
+    values, shifts = Matern(lengths, nu=2.5), step * np.eye(2)
+    found = correlation(a, b, lengths)
+    np.testing.assert_allclose(found[0, :, 0], values(a, b), rtol=1e-12)
+    for i in range(2):
+        for other, own in ((found[1 + i, :, 0], 1.0), (found[0, :, 1 + i], -1.0)):
+            np.testing.assert_allclose(
+                other, own * (values(a + shifts[i], b) - values(a - shifts[i], b)) / (2.0 * step), atol=1e-6
+            )
+        for j in range(2):
+            four = [p * q * values(a + p * shifts[i], b + q * shifts[j]) for p in (-1.0, 1.0) for q in (-1.0, 1.0)]
+            np.testing.assert_allclose(found[1 + i, :, 1 + j], sum(four) / (4.0 * step**2), atol=1e-5)
+
+
+def test_derivatives_replace_points():
+    """Known function: 16 points with derivatives predict others as well as 32 without; the error of left-out points says so."""
+    new = points(256, 2)
+
+    def error(count, *, derivatives):
+        x = points(count)
+        found = Surface(x, smooth(x), NOT_LOGARITHMIC, slopes(x) if derivatives else None)
+        return float(np.sqrt(np.mean((found.predict(new)[0] - smooth(new)) ** 2))), found.error
+
+    assert error(16, derivatives=True)[0] < min(0.3 * error(16, derivatives=False)[0], error(32, derivatives=False)[0])
+    assert error(16, derivatives=True)[1] < 0.3 * error(16, derivatives=False)[1]
+
+
+def test_points_left_out_without_their_derivatives():
+    """Cross-check: the closed form of left-out points against conditional means of the other points' data."""
+    x = points(8)
+    known = slopes(x)
+    known[4] = np.nan  # derivatives that are not valid
+    found = Surface(x, smooth(x), NOT_LOGARITHMIC, known)
+    process = found.process
+    matrix, of_point = process._matrix(np.concatenate([process.lengths, process.noise])), np.nonzero(process.known)[1]
+    for k in (0, 4):
+        own, rest = np.flatnonzero(of_point == k), np.flatnonzero(of_point != k)
+        mean = matrix[own[:1]][:, rest] @ np.linalg.solve(matrix[np.ix_(rest, rest)], process.data[rest])
+        assert found.left_out[k] == pytest.approx(smooth(x).mean() + smooth(x).std() * mean[0], rel=1e-6)
+
+
+def test_wrong_derivatives_are_noise():
+    """Limit: derivatives that do not belong to the values leave the surface of the values."""
+    x, new = points(32), points(64, 2)
+    alone = Surface(x, smooth(x), NOT_LOGARITHMIC).predict(new)[0]
+    wrong = 10.0 * np.random.default_rng(6).standard_normal(x.shape)
+    np.testing.assert_allclose(Surface(x, smooth(x), NOT_LOGARITHMIC, wrong).predict(new)[0], alone, atol=0.02)
 
 
 def test_intervals_cover_noise():
@@ -81,6 +145,9 @@ def test_powers_are_interpolated_by_logarithms():
     values = x[:, 0] ** 3 / x[:, 1]
     found = Surface(x, values, np.array([True, True]))
     assert found.of_logarithm
+    known = values[:, None] * np.array([3.0, -1.0]) / x
+    few = Surface(x[:6], values[:6], np.array([True, True]), known[:6])
+    np.testing.assert_allclose(few.predict(x[6:])[0], values[6:], rtol=0.05)
     np.testing.assert_allclose(found.predict(x * 1.01)[0], values * 1.01**2, rtol=0.02)
 
 
@@ -116,10 +183,3 @@ def test_legends_of_lines_and_marks():
     texts = [text.get_text() for one in legends for text in one.get_texts()]
     assert "members disagree" in texts
     assert "peak_force < 500 N" in texts
-
-
-def test_maps_without_scikit_learn(monkeypatch):
-    """Contract: without the package maps show the points alone."""
-    for name in [name for name in sys.modules if name.split(".")[0] == "sklearn"]:
-        monkeypatch.setitem(sys.modules, name, None)
-    assert surfaces(result_of(*proportional(1000.0)), "peak_force") == (None, [])

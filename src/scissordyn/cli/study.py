@@ -191,6 +191,7 @@ def sweep(
     seed: Annotated[int, Option(help="Seed of a sampled design.", min=0)] = 0,
     samples: Annotated[int, Option(help="Number of samples of the uncertain parameters at each point.", min=1)] = 1,
     members: Annotated[int, Option(help="Number of runs of each sample, with starts that differ by round-off.", min=1)] = 1,
+    gradients: Annotated[bool, Option(help="Compute exact derivatives too: trends and maps need fewer points.")] = False,
     change: Changes = None,
     threads: ThreadCount = None,
     workers: WorkerCount = None,
@@ -212,6 +213,7 @@ def sweep(
         design=Design(design, points, seed),
         sampling=Sampling(samples, seed=seed),
         members=members,
+        gradients=gradients,
     )
     return compute(study_of(text), output, EngineOptions(threads, workers, scheduler, cluster), block=block)
 

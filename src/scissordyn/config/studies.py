@@ -57,6 +57,7 @@ def study(
     sampling: str = "sobol",
     common: bool = True,
     members: int = 1,
+    gradients: bool = False,
     goals: str | Sequence[str] = (),
     risk: str = "mean",
     population: int = 0,
@@ -99,6 +100,8 @@ def study(
         Number of samples of the uncertain parameters at each point; their design; True for the same samples at all points.
     members : int
         Number of runs of each sample, with starts that differ by round-off.
+    gradients : bool
+        Compute exact derivatives of the responses at each point. Trends and surfaces use them and need fewer points.
     goals : str or sequence of str, optional
         Goals of a search, for example ``"minimise peak_force"``.
     risk, population, generations
@@ -151,6 +154,7 @@ def study(
             design=Design(design or ("sobol" if points else "grid"), points, seed),
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
+            gradients=gradients,
             optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **how},
         )
         every = (pair for varied in (factors, uncertain) for pair in (varied or {}).items())

@@ -184,6 +184,7 @@ class StudyText(Table):
     design: Annotated[Design, dataclass_reader(Design), About("choice of the points")] = Design()
     sampling: Annotated[Sampling, dataclass_reader(Sampling), About("samples of the uncertain numbers")] = Sampling()
     members: Annotated[int, About("runs of each sample that differ by round-off")] = 1
+    gradients: Annotated[bool, About("compute exact derivatives of the responses: trends and maps need fewer points")] = False
     motor: Annotated[Any, _read_motor, About("curve of a motor that must be sufficient")] = None
     optimise: Annotated[Any, _read_search, About("search for the best point")] = MappingProxyType({})
     screen: Annotated[Any, ScreenTable.reader(), About("cheap runs; some of them are verified with the case")] = None
@@ -294,6 +295,7 @@ def make_study(base: BaseCase, text: StudyText, cheap: BaseCase | None = None, v
         uncertain=uncertain,
         sampling=text.sampling,
         members=text.members,
+        gradients=text.gradients,
         requirements=tuple(requirements),
         optimisation=search,
         responses=tuple(dict.fromkeys(response for response in wanted if response.part)),

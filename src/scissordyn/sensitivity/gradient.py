@@ -33,13 +33,14 @@ from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import Meaning, Quantity, checked
 
 if TYPE_CHECKING:
     import xarray as xr
 
 TITLE = "scissordyn gradient"  # Title of the Dataset of derivatives
+EXACT_RTOL = 1e-11  # Tolerance of runs with derivatives, which have a larger error than values
 
 
 class _Limit(NamedTuple):
@@ -82,7 +83,7 @@ def gradient(
     by: Sequence[str] | None = None,
     until: EndTime,
     start: StartKind = Options.start,
-    rtol: float = 1e-11,
+    rtol: float = EXACT_RTOL,
     atol: float | None = None,
     method: Method = Options.method,
     most_steps: int = Options.most_steps,
@@ -101,8 +102,8 @@ def gradient(
     ----------
     mechanism : Mechanism
     of : sequence of str
-        Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all joints. May be empty with
-        `trajectory`.
+        Measures, as in requirements: "A.peak_force" of joint A, "peak_force" for the largest of all contacts, without ideal
+        joints. May be empty with `trajectory`.
     by : sequence of str, optional
         Parameter paths ("A.clearance", "drive.speed"). By default all parameters that affect the run. Each run computes
         the derivatives by up to eight of them.
@@ -193,10 +194,18 @@ def compute_gradient(
     return found
 
 
-def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Response], by: Sequence[str]) -> np.ndarray:
+def exact_options(options: Options) -> Options:
+    """Return options of runs with derivatives: located events, and a tolerance of at most `EXACT_RTOL`."""
+    rtol, atol = (min(tolerance, EXACT_RTOL) for tolerance in (options.rtol, options.position_tolerance))
+    return replace(options, events="located", rtol=rtol, atol=atol, trust=False)
+
+
+def slopes_of(
+    mechanism: Mechanism, options: Options, responses: Sequence[Response], by: Sequence[str], expected: Sequence[float]
+) -> np.ndarray:
     """Return the derivatives of responses by parameters, shape (responses, parameters).
 
-    Raise `ScissordynError` if one of them does not exist.
+    Raise `ScissordynError` if one of them does not exist, or if its value is not the expected one.
     """
     made = plan(mechanism)
     check_derivable(made)
@@ -205,10 +214,19 @@ def slopes_of(mechanism: Mechanism, options: Options, responses: Sequence[Respon
     # without a change: the instants until which the gradient is valid are not used
     derived = _derive(made, options, responses, by, 0.0, None, np.zeros(0), omits=False)
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
-    for response, row in zip(responses, slopes, strict=True):
+    for response, row, value, known in zip(responses, slopes, derived.values.tolist(), expected, strict=True):
+        if differs := difference_text(value, known):
+            raise ScissordynError(f"'{response.name}' {differs}")
         if not np.isfinite(row).all():
             raise ScissordynError(f"'{response.name}' has its largest value at a kink")
     return np.asarray(slopes)
+
+
+def difference_text(value: float, expected: float) -> str:
+    """Return how a value of a run with derivatives differs from that of the usual run; empty if both agree."""
+    if abs(value - expected) <= REPORTED_FRACTION * abs(expected):
+        return ""
+    return f"is {expected:.4g}, and {value:.4g} in contacts alone: forces of ideal joints have no derivatives"
 
 
 def _derive(

@@ -21,7 +21,8 @@ from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import Factor
 from scissordyn.studies.ask.distribution import Distribution, Empirical, Levels, Names
 from scissordyn.studies.ask.requirement import beyond_text, response_unit
-from scissordyn.studies.compute.table import column, number_scale
+from scissordyn.studies.compute.slopes import NO_SLOPE
+from scissordyn.studies.compute.table import SLOPE_BY, SLOPE_OF, SLOPES, column, number_scale
 from scissordyn.units import counted
 from scissordyn.warning import LISTED_MAX
 
@@ -58,13 +59,32 @@ def _sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     notes = ("The margin is a fraction of the bound, negative where the requirement is not met.",)
     head = ("requirement", "value", "margin", "parameters", "command")
     yield Section(head, [(*cells, replay_command(store, case)) for *cells, case in worst], "Worst cases", notes)
+    if study.gradients:
+        yield derivatives_known(result)
     yield from cause_sections(result, store, most)
+
+
+def derivatives_known(result: StudyResult) -> Section:
+    """Return how many points have valid derivatives, by response and number, and the reasons why others have none."""
+    derived, complete = result.points[SLOPES], int((result.points["complete"] > 0.0).sum())
+    rows = [
+        (str(name), str(by), f"{int(derived.sel({SLOPE_OF: name, SLOPE_BY: by}).notnull().sum())} of {complete}")
+        for name in derived[SLOPE_OF].values
+        for by in derived[SLOPE_BY].values
+    ]
+    notes = [f"{counted(len(cases), 'point')}: {text}." for text, cases in result.warnings.items() if text.startswith(NO_SLOPE)]
+    head = ("response", "number", "points with derivatives")
+    return Section(head, rows, "Derivatives for trends and maps", tuple(notes))
 
 
 def cause_sections(result: StudyResult, store: str, most: int) -> Iterator[Section]:
     """Yield sections of failed cases by cause and complete cases by warning, with a command that replays one of each."""
     for title, what, groups in (("Failed cases", "cause", result.causes), ("Warnings", "warning", result.warnings)):
-        rows = [(str(len(cases)), text, replay_command(store, cases[0])) for text, cases in groups.items()]
+        rows = [
+            (str(len(cases)), text, replay_command(store, cases[0]))
+            for text, cases in groups.items()
+            if not text.startswith(NO_SLOPE)
+        ]
         notes = ("The numbers are those of the first case.", *([f"{len(rows) - most} more."] if len(rows) > most else []))
         if rows:
             yield Section(("cases", what, "command"), rows[:most], title, notes)

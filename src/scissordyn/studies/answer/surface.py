@@ -1,49 +1,55 @@
-"""Surfaces of responses between the points of a study, by a Gaussian process of scikit-learn.
-
-The process has a Matern 5/2 correlation with a length for each number, and noise, of largest likelihood (Rasmussen and
-Williams, Gaussian Processes for Machine Learning, 2006, chapters 2 and 5).
-"""
+"""Surfaces of responses between the points of a study, by a Gaussian process."""
 
 from __future__ import annotations
 
-import warnings
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
 from scissordyn.plot.study import Bound, Field
 from scissordyn.plot.style import SIZES
+from scissordyn.studies.answer.process import Process
 from scissordyn.studies.answer.trend import PREDICTED_SHARE_MIN
+from scissordyn.studies.answer.verdict import slopes_of_points
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN
 
 if TYPE_CHECKING:
     from scissordyn.studies.result import StudyResult
 
-SURFACE_POINTS_MAX = 300  # [points] largest number for a surface, whose computing time grows with the third power of it
+SURFACE_DATA_MAX = 300  # [values and derivatives] of a surface, whose computing time grows with the third power of them
 
 
 class Surface:
     """A response as a function of the parameters, interpolated between the points of a study.
 
-    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `left_out` (n,).
+    Shapes: `x` (n, numbers), `values` (n,), `logarithmic` (numbers,), `slopes` (n, numbers), NaN where they are not known;
+    `left_out` (n,).
     """
 
-    def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray) -> None:
+    def __init__(self, x: np.ndarray, values: np.ndarray, logarithmic: np.ndarray, slopes: np.ndarray | None = None) -> None:
         self._log = np.asarray(logarithmic, bool)
         terms = self._terms(x)
         self._low, self._width = terms.min(axis=0), np.ptp(terms, axis=0)
         self.of_logarithm = bool(values.min() > 0.0 and values.max() > SIZES.logarithm_ratio * values.min())
         y = np.log(values) if self.of_logarithm else np.asarray(values, float)
         self._shift, self._scale = float(y.mean()), float(y.std())
-        self.process = _likeliest(self._unit(x), (y - self._shift) / self._scale)
-        self._leave_out(values)
+        inner = np.full(x.shape, np.nan)
+        if slopes is not None:
+            inner = slopes * np.where(self._log, x, 1.0) * self._width / self._scale
+            inner = inner / values[:, None] if self.of_logarithm else inner
+            inner[np.cumsum(np.isfinite(inner)).reshape(inner.shape) > SURFACE_DATA_MAX - len(x)] = np.nan
+        self.process = Process(self._unit(x), (y - self._shift) / self._scale, inner)
+        y = self._shift + self._scale * self.process.left_out()
+        self.left_out = np.exp(y) if self.of_logarithm else y
+        errors = values - self.left_out
+        self.predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
+        self.error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
 
     def predict(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the predicted response and its standard deviation (m,) at the parameters `x` (m, numbers)."""
-        mean, deviation = self.process.predict(self._unit(x), return_std=True)
+        mean, deviation = self.process.predict(self._unit(x))
         y, deviation = self._shift + self._scale * mean, self._scale * deviation
         return (np.exp(y), np.exp(y) * deviation) if self.of_logarithm else (y, deviation)
 
@@ -53,31 +59,9 @@ class Surface:
     def _unit(self, x: np.ndarray) -> np.ndarray:
         return np.asarray((self._terms(x) - self._low) / self._width)
 
-    def _leave_out(self, values: np.ndarray) -> None:
-        """Predict each point from the others in closed form (Rasmussen and Williams, equations 5.10 to 5.12)."""
-        inverse = np.linalg.inv(self.process.L_ @ self.process.L_.T)
-        y = self._shift + self._scale * (self.process.y_train_ - self.process.alpha_ / np.diag(inverse))
-        self.left_out = np.exp(y) if self.of_logarithm else y
-        errors = values - self.left_out
-        self.predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
-        self.error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
-
-
-def _likeliest(x: np.ndarray, y: np.ndarray) -> Any:
-    """Fit a Gaussian process of largest likelihood to values of mean 0 and deviation 1 in the unit cube."""
-    from sklearn.exceptions import ConvergenceWarning
-    from sklearn.gaussian_process import GaussianProcessRegressor
-    from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
-
-    lengths = (0.05, 20.0)  # of the cube: nothing between the points of a study is shorter, or changes the surface if longer
-    kernel = ConstantKernel() * Matern([1.0] * x.shape[1], lengths, nu=2.5) + WhiteKernel(1e-4, (1e-8, 1.0))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound: a number without influence
-        return GaussianProcessRegressor(kernel, n_restarts_optimizer=1, random_state=0).fit(x, y)
-
 
 def between_points(study: Study, points: xr.Dataset, response: str) -> Surface | None:
-    """Return the surface of a response; None if points do not predict each other, names vary, or scikit-learn is missing."""
+    """Return the surface of a response, or None if the points of the study do not predict each other, or names vary."""
     names = study.paths
     if not names or any(factor.labels for factor in study.factors):
         return None
@@ -85,17 +69,21 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
     if np.isinf(values).any():  # a surface of the points with a number would hide those without one
         return None
     there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    slopes = slopes_of_points(points, response, names)[there]
     sizes = [np.unique(column_of[there]).size for column_of in x.T]
+    known = there.sum() + np.isfinite(slopes).sum()
     if (
-        not max(POINTS_MIN, 2 * len(names) + 2) <= there.sum() <= SURFACE_POINTS_MAX
+        not max(POINTS_MIN, 2 * len(names) + 2) <= known
+        or not POINTS_MIN // 2 <= there.sum() <= SURFACE_DATA_MAX
         or min(sizes) < 2
         or np.ptp(values[there]) == 0.0
     ):
         return None
-    with suppress(ImportError):
-        surface = Surface(x[there], values[there], np.array([factor.logarithmic for factor in study.factors]))
-        return surface if surface.predicted >= PREDICTED_SHARE_MIN else None
-    return None
+    logarithmic = np.array([factor.logarithmic for factor in study.factors])
+    both = [Surface(x[there], values[there], logarithmic)]
+    both += [Surface(x[there], values[there], logarithmic, slopes)] if np.isfinite(slopes).any() else []
+    surface = max(both, key=lambda one: one.predicted)  # derivatives do not help where the response jumps between points
+    return surface if surface.predicted >= PREDICTED_SHARE_MIN else None
 
 
 def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: int = 48) -> tuple[Field | None, list[Bound]]:

@@ -15,7 +15,7 @@ from scissordyn.errors import InputError
 from scissordyn.lookup import library
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.studies.answer.section import Section
-from scissordyn.studies.answer.verdict import by_point, case_values, study_responses
+from scissordyn.studies.answer.verdict import by_point, case_values, slopes_of_points, study_responses
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import MORRIS_LEVELS, MORRIS_SCALE, POINTS_MIN, morris_numbers
 from scissordyn.studies.ask.requirement import response_unit
@@ -110,6 +110,7 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
         study, {name: study.cells(results[column(name)].values)[..., 0].ravel() for name in study.factor_names}
     )
     x = np.stack(list(numbers.values()), axis=1)
+    points = by_point(study, results) if study.gradients else xr.Dataset()
     groups = np.arange(x.shape[0]) // study.sampling.samples if study.factors else np.arange(x.shape[0])
     by_response = {}
     for response in study_responses(study, results):
@@ -120,7 +121,8 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
         if np.isin(cells[there], (0.0, 1.0)).all():  # yes and no follow neither a power law nor a line
             continue
         values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
-        both = fit_trends(x, values, groups, tuple(numbers), response.name, response_unit(results, response))
+        slopes = slopes_of_points(points, response.name, tuple(numbers)) if study.gradients else np.full(x.shape, np.nan)
+        both = fit_trends(x, values, groups, tuple(numbers), response.name, response_unit(results, response), slopes)
         if both:
             by_response[response.name] = both
     return by_response
@@ -138,58 +140,96 @@ def with_indicators(study: Study, numbers: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def fit_trends(
-    x: np.ndarray, values: np.ndarray, groups: np.ndarray, names: tuple[str, ...], response: str = "", units: str = "1"
+    x: np.ndarray,
+    values: np.ndarray,
+    groups: np.ndarray,
+    names: tuple[str, ...],
+    response: str = "",
+    units: str = "1",
+    slopes: np.ndarray | None = None,
 ) -> tuple[Trend, ...]:
     """Fit a power law and a straight line to values of a response; the power law is first unless the line predicts better.
 
-    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,).
+    Each form is fitted to the values alone and to values and derivatives, if there are any; the better predictor counts.
+    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,), `slopes` (n, numbers), NaN where they are not known.
     """
     there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
     x, values, groups = x[there], values[there], np.unique(groups[there], return_inverse=True)[1]
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
+    unknown = np.full(x.shape, np.nan)
+    derivatives = unknown if slopes is None else slopes[there][:, varies]
     count = int(groups.max(initial=-1)) + 1
-    coefficients = len(names) + 1
-    # the jackknife leaves out one group, and needs one more than coefficients then
-    if not names or count < coefficients + 2 or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
+    if not names or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
         return ()
+    forms = (["power"] if values.min() > 0.0 and (x.min(axis=0) > 0.0).any() else []) + ["linear"]
+    fitted = list[Trend]()
+    for known in (unknown, derivatives) if np.isfinite(derivatives).any() else (unknown,):
+        amounts = np.isfinite(known).sum(axis=1)
+        # the jackknife leaves out one group, and needs one more than coefficients then
+        if count + amounts.sum() - 1 - amounts.max() > len(names) + 1 and count >= POINTS_MIN // 2:
+            fitted += [_fit(form, x, values, groups, known, names, (response, units)) for form in forms]
+
+    def better(trend: Trend) -> float:
+        return trend.predicted + SHARE_MIN * (trend.form == "power")
+
+    best = [max((trend for trend in fitted if trend.form == form), key=better) for form in forms if fitted]
+    return tuple(sorted(best, key=lambda trend: -better(trend)))
+
+
+def _fit(
+    form: str,
+    x: np.ndarray,
+    values: np.ndarray,
+    groups: np.ndarray,
+    slopes: np.ndarray,
+    names: tuple[str, ...],
+    named: tuple[str, str],
+) -> Trend:
+    """Return the trend of a form; `named` has the response and its unit."""
     ranges = np.stack([x.min(axis=0), x.max(axis=0)], axis=1)
-    forms = (["power"] if values.min() > 0.0 and (ranges[:, 0] > 0.0).any() else []) + ["linear"]
-    both = []
-    for form in forms:
-        logarithmic = tuple(form == "power" and bool(low > 0.0) for low in ranges[:, 0])
-        terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
-        y = np.log(values) if form == "power" else values
-        slopes, constant, intervals, inner, outer = _jackknife(terms, y, groups, count)
-        predictions = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
-        errors = values - predictions
-        r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
-        predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
-        error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
-        both.append(
-            Trend(response, units, form, names, constant, slopes, intervals, logarithmic, ranges, r2, predicted, error, count)
-        )
-    return tuple(sorted(both, key=lambda trend: -trend.predicted - SHARE_MIN * (trend.form == "power")))
+    logarithmic = tuple(form == "power" and bool(low > 0.0) for low in ranges[:, 0])
+    terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
+    y = np.log(values) if form == "power" else values
+    slopes = slopes * np.where(logarithmic, x, 1.0) / (values[:, None] if form == "power" else 1.0)
+    found, constant, intervals, inner, outer = _jackknife(terms, y, groups, slopes)
+    predictions = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
+    errors = values - predictions
+    r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
+    predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
+    error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
+    count = int(groups.max()) + 1
+    return Trend(*named, form, names, constant, found, intervals, logarithmic, ranges, r2, predicted, error, count)
 
 
 def _jackknife(
-    terms: np.ndarray, y: np.ndarray, groups: np.ndarray, count: int
+    terms: np.ndarray, y: np.ndarray, groups: np.ndarray, derivatives: np.ndarray
 ) -> tuple[np.ndarray, float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return slopes, constant, half intervals of slopes, fitted values, and predictions of left-out groups."""
-    middle, width = terms.mean(axis=0), np.ptp(terms, axis=0)
-    design = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned in any units
-    products, sums = design[:, :, None] * design[:, None, :], design * y[:, None]
-    of_group = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
-    np.add.at(of_group[0], groups, products)
-    np.add.at(of_group[1], groups, sums)
+    """Return slopes, constant, half intervals of slopes, fitted values, and predictions of left-out groups.
+
+    A derivative by a term, multiplied by the term's width, counts as much as a value.
+    """
+    middle, width, count = terms.mean(axis=0), np.ptp(terms, axis=0), int(groups.max()) + 1
+    values = np.column_stack([np.ones(y.size), (terms - middle) / width])  # well conditioned in any units
+    point, term = np.nonzero(np.isfinite(derivatives))
+    design = np.vstack([values, np.eye(values.shape[1])[1 + term]])
+    products, sums = design[:, :, None] * design[:, None, :], design.copy()
+    sums *= np.append(y, derivatives[point, term] * width[term])[:, None]
+    of_group, every = (
+        (np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))),
+        np.append(groups, groups[point]),
+    )
+    np.add.at(of_group[0], every, products)
+    np.add.at(of_group[1], every, sums)
     whole = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
     inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
     without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
     variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(count - design.shape[1], 1)) * np.sqrt(variance)
+    free = max(count - values.shape[1], 1) if not point.size else count - 1
+    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, free) * np.sqrt(variance)
     slopes = whole[1:] / width
-    outer = np.einsum("ij,ij->i", design, without[groups])
-    return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, design @ whole, outer
+    outer = np.einsum("ij,ij->i", values, without[groups])
+    return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, values @ whole, outer
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,7 +23,7 @@ from scissordyn.studies.ask.requirement import (
 )
 from scissordyn.studies.compute.optimise import candidates
 from scissordyn.studies.compute.store import COMPLETE, PENDING
-from scissordyn.studies.compute.table import chosen_numbers, column
+from scissordyn.studies.compute.table import SLOPE_BY, SLOPE_OF, SLOPES, chosen_numbers, column
 from scissordyn.tolerance import REPORTED_FRACTION
 
 
@@ -107,7 +108,18 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     variables["complete"] = ("point", complete.mean(axis=(1, 2)), {"units": "1", "long_name": "fraction of cases complete"})
     variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
     variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
+    if SLOPES in results:  # one case of each point
+        there = results[SLOPES].isel(case=slice(count)).where(results["status"][:count] == COMPLETE)
+        variables[SLOPES] = (("point", *there.dims[1:]), there.values, there.attrs)
+        return xr.Dataset(variables, {dim: there[dim].values for dim in map(str, there.dims[1:])})
     return xr.Dataset(variables)
+
+
+def slopes_of_points(points: xr.Dataset, response: str, names: Sequence[str]) -> np.ndarray:
+    """Return the derivatives (points, names) of a response by varied numbers, NaN where they are not known."""
+    if SLOPES not in points or response not in points[SLOPE_OF].values:
+        return np.full((points.sizes["point"], len(names)), np.nan)
+    return np.asarray(points[SLOPES].sel({SLOPE_OF: response}).reindex({SLOPE_BY: list(names)}).values, float)
 
 
 def _spread(cells: np.ndarray) -> np.ndarray:

@@ -122,6 +122,7 @@ class Study:
     accurate: Accurate | None = None  # The runs that verify those of this study, which are cheap
     # Mechanism for each combination of values of `variant_factors`, the last factor varying fastest; empty if there are none
     variants: tuple[Mechanism, ...] = ()
+    gradients: bool = False  # Whether the derivatives of the responses by the varied numbers are computed
 
     def __post_init__(self) -> None:
         if not self.factors and not self.uncertain:
@@ -154,6 +155,21 @@ class Study:
                 self._check_mechanism(mechanism)
             self._check_variants()
         self._check_size()
+        self._check_gradients()
+
+    def _check_gradients(self) -> None:
+        """Raise `InputError` for gradients of a study whose cases have no derivatives of their own."""
+        if not self.gradients:
+            return
+        if self.per_point > 1:
+            raise InputError("gradients of several runs of each point", "one sample and one member", "members = 1")
+        if self.optimisation is not None:
+            raise InputError("gradients of a study with goals", "a search along derivatives", 'method = "gradient"')
+        if differs := next((factor for factor in self.varied if factor.texts or factor.of), None):
+            what = "a deviation" if differs.of else "a value that only the case file has"
+            raise InputError(
+                f"gradients of a study with '{differs.path}', {what}", "numbers of the mechanism, and their ranges"
+            )
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` if a mechanism lacks a varied parameter or a measured part, or does not admit a value."""
@@ -403,7 +419,7 @@ class Study:
             "mechanism": [plain["mechanism"], plain["variants"]] if self.variants else plain["mechanism"],
             "options": plain["options"],
             "design": [plain[key] for key in ("factors", "design", "uncertain", "sampling", "members", "perturbation")],
-            "measures": [plain["measures"], plain["own_measures"]],
+            "measures": [plain["measures"], plain["own_measures"], plain["gradients"]],
             "optimisation": None if search is None else {**search, "generations": 0},
             "program": provenance(SUBPACKAGES_WITHOUT_RESULTS),
         }

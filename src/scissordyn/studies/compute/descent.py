@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.sensitivity.gradient import slopes_of
+from scissordyn.sensitivity.gradient import exact_options, slopes_of
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import quantiles
 
 DIFFERENCE_STEP = 1e-3  # [ranges] Step of the differences of points, whose goals have errors of about the runs' tolerance
 QUANTILE_STEP = 1e-6  # [-] Step of the differences of quantile functions, which are smooth
-GRADIENT_RTOL = 1e-11  # Tolerance of runs with derivatives, which have a larger error than values
 GOAL_TOL = 1e-8  # Relative change of the goal below which the search ends; runs have errors of this size
 
 
@@ -122,22 +120,19 @@ class Descent:
         low, high = quantiles(variations, ends)
         by_place = (high - low) / (ends[1] - ends[0])
         values = dict(zip(study.paths, quantiles(variations, point[None])[0].tolist(), strict=True))
-        old = study.options
-        options = replace(
-            old,
-            events="located",
-            rtol=min(old.rtol, GRADIENT_RTOL),
-            atol=min(old.position_tolerance, GRADIENT_RTOL),
-            trust=False,
-        )
         own = goal.measure in study.paths  # the goal is a factor itself
         responses = [*([] if own else [goal.response]), *(requirement.response for requirement in study.requirements)]
         if any(response.unit for response in responses):
             raise InputError("a measure of forces and torques of several parts", "the measure of one part")
+        signs = np.array([-1.0 if requirement.sign.startswith("<") else 1.0 for requirement in study.requirements])
+        bounds = np.array([requirement.bound for requirement in study.requirements])
+        sizes = signs / np.where(bounds, np.abs(bounds), 1.0)
         slopes = np.eye(self.count)[[study.paths.index(goal.measure)]] if own else np.empty((0, self.count))
         if responses:
-            slopes = np.concatenate([slopes, slopes_of(study.mechanism_of(values), options, responses, study.paths)])
-        signs = [-1.0 if requirement.sign.startswith("<") else 1.0 for requirement in study.requirements]
-        bounds = [abs(requirement.bound) or 1.0 for requirement in study.requirements]
-        factors = np.append(goal.sign, np.array(signs) / bounds)
+            least, margins = self.results[point.tobytes()]
+            expected = [*([] if own else [goal.sign * least]), *(bounds + margins / sizes)]
+            options = exact_options(study.options)
+            exact = slopes_of(study.mechanism_of(values), options, responses, study.paths, expected)
+            slopes = np.concatenate([slopes, exact])
+        factors = np.append(goal.sign, sizes)
         return np.asarray(factors[:, None] * slopes * by_place)

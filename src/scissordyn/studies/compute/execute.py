@@ -25,8 +25,9 @@ from scissordyn.run.engine import Engine, outcomes, workers_of
 from scissordyn.run.measure import MEASURES, Ended, Measure
 from scissordyn.run.simulate import simulate
 from scissordyn.studies.ask.description import OwnMeasure, Study
+from scissordyn.studies.compute.slopes import with_slopes
 from scissordyn.studies.compute.store import COMPLETE, FAILED, PENDING, BlockResult, Store
-from scissordyn.studies.compute.table import CHUNK_CASES_MAX, column
+from scissordyn.studies.compute.table import CHUNK_CASES_MAX, SLOPES, column
 
 BLOCK_SECONDS = 3.0  # [s] computing time of a block: far above the cost of a task, and short enough to be lost
 
@@ -194,6 +195,7 @@ def run_block(block: Block) -> BlockResult:
     runs = simulated(block.study, block.cases, block.points)
     status = np.where(runs["status"].values == "complete", COMPLETE, FAILED).astype(np.int8)
     values = _numbers(block) | {name: runs[name].values for name in block.study.measure_names}
+    values |= {SLOPES: runs[SLOPES].values} if SLOPES in runs else {}
     texts = [(str(cause), str(warned)) for cause, warned in zip(runs["cause"].values, runs["warnings"].values, strict=True)]
     times = time.perf_counter() - began, float(runs.attrs["integration_seconds"]), float(block.cases.size)
     return BlockResult(block.cases, values, status, texts, times)
@@ -235,7 +237,7 @@ def simulated(study: Study, cases: np.ndarray, points: np.ndarray | None = None)
     runs = runs.isel(case=np.argsort(np.concatenate(order)))
     runs = runs.assign({name: ("case", numbers[name], about) for name, about in _described(study).items()})
     runs.attrs["integration_seconds"] = sum(batch.attrs["integration_seconds"] for batch in batches)
-    return runs
+    return with_slopes(study, runs) if study.gradients else runs
 
 
 def _described(study: Study) -> dict[str, dict[str, Any]]:

@@ -26,6 +26,10 @@ ROW = Struct("<qb")  # Number and status of a case, as they enter its digest
 
 NAN = float("nan")
 
+SLOPES = "derivative"
+"""Variable with the derivatives of responses (dimension `SLOPE_OF`) by varied numbers (`SLOPE_BY`); NaN where not valid."""
+SLOPE_OF, SLOPE_BY = "derivative_of", "derivative_by"
+
 CHANGED = "not what was written"  # reason why a row of the table of cases is damaged: its digest differs
 UNREADABLE = "cannot be read"  # reason why a row of the table of cases is damaged: SQLite cannot read it
 
@@ -152,7 +156,8 @@ def columns_of(study: Study, runs: xr.Dataset) -> Columns:
         column(name): runs[name].assign_attrs(role="factor" if name in chosen else "uncertain", address=name)
         for name in study.factor_names
     }
-    return Columns.of(variables | {name: runs[name].assign_attrs(role="measure") for name in study.measure_names})
+    variables |= {name: runs[name].assign_attrs(role="measure") for name in study.measure_names}
+    return Columns.of(variables | ({SLOPES: runs[SLOPES].assign_attrs(role="derivative")} if study.gradients else {}))
 
 
 def quoted(name: str) -> str:

@@ -1,6 +1,7 @@
 """``scissordyn wear``: answers, pictures, interruption and continuation, and what is refused."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -83,9 +84,11 @@ def test_preview_estimates_the_life(case, folder, capfd):
     assert "Wear" not in capfd.readouterr().out
 
 
-def test_report(case, folder):
-    """Contract: one file with the answers first, the table of joints, and a picture of each contour."""
-    assert status_of(["wear", case, "--set", "wear.loads=ideal", "--report", "life.html", "-q"]) == 0
+def test_report_and_film(case, folder):
+    """Contract: one file with the answers first, the table of joints, and pictures of contours; a film, .mp4 with ffmpeg."""
+    movie, magic = ("film.mp4", b"ftyp") if shutil.which("ffmpeg") else ("film.gif", b"GIF8")
+    assert status_of(["wear", case, "--set", "wear.loads=ideal", "--report", "life.html", "--animate", movie, "-q"]) == 0
+    assert magic in (folder / movie).read_bytes()[:12]
     text = (folder / "life.html").read_text(encoding="utf-8")
     first = text.index("<strong>clearance of joint &#39;slider pin&#39; at most 103 µm: fails after ")
     assert first < text.index("<h2>Joints</h2>") < text.index("<h2>Worn bearing of joint slider pin</h2>")

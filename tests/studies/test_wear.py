@@ -16,7 +16,7 @@ from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.laws.material import MATERIALS
 from scissordyn.lifetime.error import scatter, significant_drift
 from scissordyn.lifetime.ideal import ideal_loads
-from scissordyn.lifetime.life import life_lines
+from scissordyn.lifetime.life import life_lines, simulated_line
 from scissordyn.lifetime.loads import CycleRunner, Loads, WornSurface, with_coefficients, worn_surfaces
 from scissordyn.lifetime.step import WornJoint
 from scissordyn.lifetime.wear import wear_out
@@ -419,6 +419,7 @@ def test_wear_that_is_too_fast():
     assert json.loads(fast.attrs["warnings"]).count(said) == 1
     assert [str(item) for item in warnings_of(fast)] == json.loads(fast.attrs["warnings"])
     assert life_lines(fast)[-1].startswith("joint 'bearing' after 4 cycles: worn ")
+    assert simulated_line(fast) == f"{fast.attrs['simulated_cycles']} cycles simulated for 4 cycles."
     assert "(no interval from a single member)" in life_lines(fast)[-1]
     mad = worn(rotor(5e-6, 1), 4, members=1)
     assert mad.attrs["status"] == "failed"

@@ -74,7 +74,9 @@ def wear(
     if run.attrs["status"] != "complete":
         resumed = ""
         if run.attrs["status"] == "interrupted" and output is not None:
-            resumed = f"; {command('scissordyn', 'wear', case, '-o', output)} continues from there"
+            whole = not change and cycles is None
+            again = command("scissordyn", "wear", case, "-o", output) if whole else "the same command"
+            resumed = f"; {again} continues from there"
         print(f"scissordyn: {printable(run.attrs['cause'])}{resumed}", file=sys.stderr)
     return EXIT_STATUSES[run.attrs["status"]]
 
@@ -107,7 +109,7 @@ def _draw(run: xr.Dataset, folder: Path | None, film: Path | None) -> list[Path]
 
 def _report(run: xr.Dataset, path: Path) -> Path:
     """Write the report of a life: its answers, a table of the joints, warnings, and the pictures."""
-    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines
+    from scissordyn.lifetime.life import JOINT_HEAD, joint_rows, life_lines, simulated_line
     from scissordyn.plot.file import figure_of
     from scissordyn.plot.wear import history, profile
     from scissordyn.record.warn import warning_lines, warnings_of
@@ -115,8 +117,7 @@ def _report(run: xr.Dataset, path: Path) -> Path:
     from scissordyn.studies.answer.section import Section
 
     joints, count = run["joint"].values.tolist(), int(run.sizes["requirement"])
-    simulated = f"{run.attrs['simulated_cycles']} of {int(run['cycle'][-1])} cycles simulated."
-    answers = Section(lines=(*life_lines(run)[: count or None], simulated))
+    answers = Section(lines=(*life_lines(run)[: count or None], simulated_line(run)))
     sections = [answers, Section(JOINT_HEAD, joint_rows(run), "Joints")]
     if warnings := warning_lines(warnings_of(run)):
         sections.append(Section(title="Warnings", lines=tuple(warnings)))
@@ -127,11 +128,11 @@ def _report(run: xr.Dataset, path: Path) -> Path:
 
 def _show(run: xr.Dataset, output: Path | None, files: list[Path]) -> None:
     from scissordyn.cli.show import warning_texts
-    from scissordyn.lifetime.life import life_lines
+    from scissordyn.lifetime.life import life_lines, simulated_line
 
     reached = int(run["cycle"].values[-1]) if run.sizes["state"] else 0
     say(*(life_lines(run) if reached else []), highlight=False, soft_wrap=True)
-    say(f"{run.attrs['simulated_cycles']} of {reached} cycles simulated.", highlight=False)
+    say(simulated_line(run), highlight=False)
     say(*warning_texts(run), highlight=False, soft_wrap=True)
     if output is not None and run.sizes["state"]:
         say(f"Saved to {output}" + ("" if run.attrs["status"] == "complete" else f", marked {run.attrs['status']}"))

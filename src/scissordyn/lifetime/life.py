@@ -127,6 +127,14 @@ def life_lines(run: xr.Dataset) -> list[str]:
     return lines
 
 
+def simulated_line(run: xr.Dataset) -> str:
+    """Return a line with the number of simulated cycles; repeated steps and members may simulate more than a short life has."""
+    reached, simulated = int(run["cycle"].values[-1]) if run.sizes["state"] else 0, run.attrs["simulated_cycles"]
+    if simulated > reached:
+        return f"{simulated} cycles simulated for {reached} cycles."
+    return f"{simulated} of {reached} cycles simulated."
+
+
 # Headings of the columns of `joint_rows`
 JOINT_HEAD = ("joint", "worn depth", "± 95 %", "worn volume", "largest clearance", "force in the first cycle", "in the last")
 

@@ -114,7 +114,9 @@ def profile(
     axes.grid(linewidth=0.4)
     factor = depth_fraction * float(here["radius"]) / deepest
     axes.set_title(
-        f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {factor:.3g} times", fontsize=normal(), color=BLACK
+        f"joint {literal(chosen)}: wear depth [{scale.unit}], magnified {float(f'{factor:.3g}'):g} times",
+        fontsize=normal(),
+        color=BLACK,
     )
     legend([axes])
     return axes

@@ -32,7 +32,7 @@ def run(
     case: Annotated[Path, Argument(help="A case file, or a saved run to run again.")],
     output: Annotated[Path | None, Option("-o", "--output", help="Save the run to this NetCDF file.")] = None,
     change: Changes = None,
-    plot: Annotated[Path | None, Option(help="Draw pictures of the run and the ideal mechanism into this folder.")] = None,
+    plot: Annotated[Path | None, Option(help="Draw pictures of the run into this folder, next to ideal joints.")] = None,
     film: Annotated[Path | None, Option("--animate", help="Animate the run to this .gif, .mp4 or .html file.")] = None,
     trust: Annotated[bool, Option("--trust", help="Run twice and report the time until which both runs agree.")] = False,
     samples: Annotated[str | None, Option(metavar="N", help="Number of samples; 'auto' adds samples in contacts.")] = None,
@@ -111,7 +111,8 @@ def _pictures(result: Results, mechanism: Mechanism, plot: Path | None, film: Pa
         from scissordyn.plot.report import draw_all
 
         same = Options(until=float(result["time"].values[-1]), samples=result.sizes["time"])
-        files += draw_all(result, raise_if_interrupted(compute_results(mechanism.ideal(), same)), plot, mechanism)
+        ideal = raise_if_interrupted(compute_results(mechanism.ideal(), same)) if mechanism.contacts else None
+        files += draw_all(result, ideal, plot, mechanism)
     if film is not None:
         from scissordyn.plot.animation import animate
         from scissordyn.record.xarray_dataset import as_dataset

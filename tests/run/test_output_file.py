@@ -44,7 +44,7 @@ except sd.InputError as error:
 """
 
 
-@pytest.mark.parametrize("room", [0, 1000, 100_000, 400_000])
+@pytest.mark.parametrize("room", [0, 100_000])
 def test_full_disk(run, tmp_path, room):
     """Contract: the error names the reason, the process continues, and the previous file stays."""
     whole, target = sd.save(run, tmp_path / "whole.nc"), tmp_path / "folder" / "run.nc"

@@ -19,7 +19,6 @@ import xarray as xr
 import scissordyn as sd
 from cli.test_files import PAPER, SHORT
 from scissordyn.casefile.configuration import read_configuration
-from scissordyn.cli import main
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.processor import limit_library_threads
@@ -269,14 +268,28 @@ def test_a_bar_moves_on_a_terminal_only(folder):
     assert b"of 3 ms" in drawn
 
 
-def test_heavy_libraries_are_imported_when_needed():
-    """Contract: what the entry point and the helps of all commands load."""
-    code = (
-        "import sys; from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]; print(*sys.modules)"
-    )
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
-    assert main.__name__ in loaded
-    assert not {"numba", "numpy", "scipy", "xarray", "pint", "pydantic", "matplotlib", "rich.console"} & set(loaded)
+@pytest.mark.parametrize(
+    ("code", "needed", "absent"),
+    [
+        (
+            "from scissordyn.cli.main import *; [app.get_command(None, name) for name in COMMANDS]",
+            "scissordyn.cli.main",
+            "numba numpy scipy xarray pint pydantic matplotlib rich.console",
+        ),
+        (
+            "from scissordyn import simulate, Mechanism, read_case, load",
+            "scissordyn.config.file",
+            "scipy xarray pandas h5py pint matplotlib pydantic scissordyn.collection scissordyn.config.schema",
+        ),
+        ("import scissordyn.plot.report", "matplotlib", "matplotlib.pyplot"),
+    ],
+)
+def test_imports_load_what_they_need(code, needed, absent):
+    """Contract: the helps of all commands, `import scissordyn` and pictures load nothing that they do not need."""
+    script = [sys.executable, "-c", f"import sys; {code}; print(*sys.modules)"]
+    loaded = subprocess.run(script, capture_output=True, text=True, check=True, timeout=60).stdout.split()
+    assert needed in loaded
+    assert not set(absent.split()) & set(loaded)
 
 
 @pytest.mark.parametrize(
@@ -297,14 +310,6 @@ def test_commands_give_linear_algebra_one_thread(monkeypatch):
     monkeypatch.setattr(os, "environ", {"OPENBLAS_NUM_THREADS": "3"})
     assert limit_library_threads() == ["OMP_NUM_THREADS", "MKL_NUM_THREADS"]
     assert os.environ == {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "3", "MKL_NUM_THREADS": "1"}
-
-
-def test_simulate_imports_no_heavy_libraries():
-    """Contract: what is loaded before a run has been computed, from which a Dataset is made."""
-    code = "import sys; from scissordyn import simulate, Mechanism, read_case; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60).stdout.split()
-    assert "numpy" in loaded
-    assert not {"scipy", "xarray", "pandas", "h5py", "pint", "matplotlib"} & set(loaded)
 
 
 def test_pictures_are_drawn_when_asked_for(folder, capsys):

@@ -3,8 +3,6 @@
 import copy
 import json
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -249,9 +247,3 @@ def test_command_prints_and_writes(tmp_path):
     assert status_of(["schema", "cases"]) == 2
     (tmp_path / "other.json").write_text("{}")
     assert status_of(["schema", "study", "-o", str(tmp_path / "other.json")]) == 2
-
-
-def test_reading_a_case_makes_no_schema():
-    """Limit: the start of other commands does not import it."""
-    code = "import scissordyn.config.file, sys; print('scissordyn.config.schema' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

@@ -250,21 +250,6 @@ def test_code_of_the_readme(capsys):
     assert 0.01 < float(found[2]) <= 0.05
 
 
-def test_make_targets_of_the_pages():
-    """Contract: `make` commands in README and CONTRIBUTING are targets, and the automatic checks call only these."""
-    pages = (README, ROOT / "CONTRIBUTING.md")
-    named = [
-        one for page in pages for one in re.findall(r"\bmake (\w+)", "".join(blocks(page.read_text(encoding="utf-8"), "sh")))
-    ]
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert {"paper", "test"} <= set(named)
-    for target in named:
-        assert re.search(rf"^{target}: \$\(VENV\)/\.\w+$", makefile, flags=re.MULTILINE), target
-    called = re.findall(r"^(?:env .*)?make (\w+)$", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), flags=re.MULTILINE)
-    assert "test" in called
-    assert set(called) <= set(named)
-
-
 # Path of the browser Chromium; None if it is not installed
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 # Options of Chromium for a page without network

@@ -375,15 +375,6 @@ def test_failed_writes_leave_no_files(run, arm, tmp_path):
         draw_all(run, None, tmp_path / "file", arm)
 
 
-def test_no_pyplot():
-    """Contract: drawing never loads pyplot, with its windows and global state."""
-    import subprocess
-    import sys
-
-    code = "import sys, scissordyn.plot.report; sys.exit('matplotlib.pyplot' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
 def test_terms_of_the_energy_picture(run):
     """Contract: work of motors, energy of springs and losses of dampers are drawn by name, unless they are zero."""
     more = run.assign(

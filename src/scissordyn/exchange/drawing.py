@@ -116,11 +116,7 @@ def plain_name(name: str, taken: Iterable[str]) -> str:
 
 
 def uniform(
-    name: str,
-    pins: tuple[str, ...],
-    places: Mapping[str, Point],
-    density: float,
-    sides: Collection[tuple[str, str]] = (),
+    name: str, pins: tuple[str, ...], places: Mapping[str, Point], density: float, sides: Collection[tuple[str, str]] = ()
 ) -> DrawnBar:
     """Return a bar of uniform rods, `density` [kg/m], along its sides, by default the shortest lines between its pins."""
     for pin in pins:

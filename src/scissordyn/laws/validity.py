@@ -45,23 +45,11 @@ def loading_warnings(
 ) -> list[RunWarning]:
     """Return a warning about the contact of a joint whose load exceeds that of an impact at its approach speed the most.
 
-    Parameters
-    ----------
-    joint : str
-        Name of the joint.
-    contact : JointContact
-        Its surfaces.
-    stiffness, damping : Elastic, Damping
-        Its laws; only a damping factor describes an impact.
-    reference : str
-        "loaded" or "onset": speed that damping refers to.
-    speed, mass, force : np.ndarray, shape (contacts,)
-        Approach speed [m/s], effective mass at the onset [kg] and largest normal force [N] of each contact.
-
-    Notes
-    -----
     The elastic energy of the contact corresponds to the speed sqrt(F_el delta/m). In an impact F_el is at least F/(1 + xi), and
-    that speed is below twice the approach speed. There is no warning if no contact exceeds it.
+    that speed is below twice the approach speed. There is no warning if no contact exceeds it. Only a damping factor describes
+    an impact; `reference` is "loaded" or "onset", the speed that damping refers to.
+
+    Shapes: approach speed [m/s], effective mass at the onset [kg] and largest normal force [N] (contacts,).
     """
     if not isinstance(damping, DampingFactor) or not damping.factor > 0.0 or not force.size:
         return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -355,7 +356,7 @@ def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
             holds.add(beam.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
     for axis in coordinates.natural.axes:
         if is_straight(axis, coordinates.placed[0]) and not is_free(axis.bar.sections):
-            vectors, length = straight_bar(coordinates, axis)
+            vectors, length = plan.table(f"straight {axis.bar.name}", partial(straight_bar, coordinates, axis))
             for vector, scale in vectors:
                 holds.add(axis.bar.name, vector, (0.0, 0.0), (0.0, 0.0), scale)
             holds.constraints.append(length)

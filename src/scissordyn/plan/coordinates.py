@@ -271,8 +271,13 @@ class Coordinates:
 
     def nearest(self, b: np.ndarray, natural: np.ndarray) -> np.ndarray:
         """Return free coordinates (or rates) nearest to natural coordinates (or velocities) in the norm of kinetic energy."""
-        moving, driven = self.matrix[:, : self.free], self.matrix[:, self.free :]
-        return np.asarray(moving.T @ (self.mass @ (natural - driven @ b)))
+        moving, driven = self._columns
+        return np.asarray(moving @ (self.mass @ (natural - driven @ b)))
+
+    @cached_property
+    def _columns(self) -> tuple[Any, Any]:
+        """Transposed columns of the matrix for free coordinates, and its columns for drive directions."""
+        return self.matrix[:, : self.free].T, self.matrix[:, self.free :]
 
     @cached_property
     def reach(self) -> np.ndarray:

@@ -27,8 +27,8 @@ from scissordyn.plan.coordinates import Coordinates
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX, is_built_in, pointers, row_of
 
 
-def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameters:
-    """Return the parameters of a mechanism's laws, components, controllers, motions and loads."""
+def make_parameters(mechanism: Mechanism, coordinates: Coordinates, weight: np.ndarray) -> Parameters:
+    """Return the parameters of a mechanism's laws, components, controllers, motions and loads; `weight` as of `find_weight`."""
     contacts, components = mechanism.contacts, acting(mechanism)
     listed = [(drive.motion, mechanism.body(drive.body).placed_angle) for drive in mechanism.drives]
     listed += time_functions(mechanism, 0)[2] if components else []
@@ -70,7 +70,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates) -> Parameter
         numbers_of[i, : len(row)] = row
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
-        weight=_weight(mechanism, coordinates),
+        weight=weight,
         motion=np.concatenate(rows) if rows else np.zeros((0, PIECE_COLUMNS)),
         motion_start=offsets(map(len, rows)),
         breaks=np.array(breaks, float),
@@ -151,7 +151,7 @@ def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
     return contour, journal, foundation
 
 
-def _weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
+def find_weight(mechanism: Mechanism, coordinates: Coordinates) -> np.ndarray:
     """Return the generalised forces of gravity on the free coordinates and the drive directions, shape (n + nb,)."""
     placed, natural = coordinates.natural, np.zeros(coordinates.natural.total)
     gx = mechanism.gravity * math.cos(mechanism.gravity_direction)

@@ -35,7 +35,7 @@ from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.joint_friction import make_friction_workspace
 from scissordyn.plan.linear_constraints import reduced
 from scissordyn.plan.model import make_model
-from scissordyn.plan.numbers import make_parameters
+from scissordyn.plan.numbers import find_weight, make_parameters
 from scissordyn.tolerance import ASSEMBLY_TOL
 
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
@@ -88,7 +88,11 @@ class Plan:
 
     def numbers(self) -> Parameters:
         """Return the parameters of the case in new arrays."""
-        return make_parameters(self.mechanism, self.coordinates)
+        key = repr((self.mechanism.gravity, self.mechanism.gravity_direction))
+        last = self.answers.get("weight")
+        if last is None or last[0] != key:
+            last = self.answers["weight"] = key, find_weight(self.mechanism, self.coordinates)
+        return make_parameters(self.mechanism, self.coordinates, last[1].copy())
 
     def friction_workspace(self) -> FrictionWorkspace:
         """Return the tables of friction in ideal joints with new scratch arrays."""

@@ -28,6 +28,27 @@ def rate(t: float, y: F1, address: int, dy: F1) -> None:
 
 
 @entry
+def rates_by_state(y: F1, h: F1, address: int, moved: F1, rates: F2, matrix: F2) -> None:
+    """Write the derivatives of the rates by the state at t = 0 to `matrix`, from central differences of the sizes h.
+
+    Scratch: `moved` (ny,), `rates` (2, ny).
+    """
+    S = open_system(address)
+    for k in range(y.size):
+        rates[:, :] = 0.0
+        for i in range(y.size):
+            moved[i] = y[i]
+        moved[k] = y[k] + h[k]
+        equations.accelerate(0.0, moved, S, rates[0])
+        for i in range(y.size):
+            moved[i] = y[i]
+        moved[k] = y[k] - h[k]
+        equations.accelerate(0.0, moved, S, rates[1])
+        for i in range(y.size):
+            matrix[i, k] = (rates[0, i] - rates[1, i]) / (2.0 * h[k])
+
+
+@entry
 def linearise(t: float, y: F1, address: int, dy: F1, dt: F1) -> None:
     """Evaluate and linearise the right-hand side (`equations.linearise`)."""
     S = open_system(address)

@@ -127,7 +127,7 @@ class Worker:
 
     def rows(self, group: Sequence[int], case: Callable[[int], Case]) -> list[Row]:
         """Simulate the cases with the given indices and return their rows."""
-        began = clocks.perf_counter()
+        began = clocks.thread_time()  # other threads and processes do not make groups smaller
         self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
         ready, found = list[tuple[int, _Slot, Driver]](), list[Row]()
         for at, slot in zip(group, self.slots, strict=False):
@@ -156,7 +156,7 @@ class Worker:
         for at, slot, ended, taken in complete:
             ended.together = together
             found.append(self._row(at, slot, ended, taken))
-        self.seconds = (clocks.perf_counter() - began) / len(group)
+        self.seconds = (clocks.thread_time() - began) / len(group)
         return found
 
     def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:

@@ -153,7 +153,7 @@ def find_crossing(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w
         step, scaling = (right - left) * h, w.scaling[0]
         place, highest = cubic_summit(a, step * speed(scaling, left) * slope_a, b, step * speed(scaling, right) * slope_b)
         if not highest > 0.5 * max(a, b) - w.precision[k]:
-            # a guard with a kink, as beside a thin bar, is higher than the cubic
+            # a guard with a kink, as at a thin bar, is higher than the cubic
             guard_at(problem, T, k, left + (right - left) * place, t, h, s, w, S)
             highest += CUBIC_ERROR_FACTOR * abs(sign * w.value[k] - highest)
         if highest > 0.5 * max(a, b) - w.precision[k]:

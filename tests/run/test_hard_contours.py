@@ -231,3 +231,16 @@ def test_gradient_on_a_contour(journal: tuple[float, ...]) -> None:
             run = sd.simulate(swinging.replace(path, value + sign * change), events="located", trust=False, **options)
             ends.append(run["velocity"].sel(body="bob").values[-1])
         assert exact[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * change), rel=1e-5)
+
+
+def test_worn_joints_of_both_kinds_of_contact() -> None:
+    """Contract: a worn hard joint next to a round compliant one is simulated; a worn compliant one next to it is refused."""
+    crank, worn = sd.slider_crank(crank=0.05, rod=0.12).driven(speed=100.0), {"contour": lobed(360, 2e-5)}
+    hard_pin, soft_pin = sd.Clearance(1e-4, contact="hard", **worn), sd.Clearance(1e-4)
+    mixed = crank.with_clearance("slider pin", hard_pin).with_clearance("crank pin", soft_pin)
+    run = sd.simulate(mixed, until=0.02, trust=False)
+    assert run.attrs["status"] == "complete"
+    assert np.abs(run["energy_residual"].values).max() < 1e-3 * run["kinetic_energy"].values.max()
+    refused = mixed.with_clearance("crank pin", dataclasses.replace(soft_pin, **worn))
+    with pytest.raises(sd.InputError, match="a worn bearing of compliant contact has hard contact at 'slider pin'"):
+        sd.simulate(refused, until=0.02)

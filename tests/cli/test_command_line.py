@@ -22,6 +22,8 @@ from scissordyn.casefile.configuration import read_configuration
 from scissordyn.cli import run as run_module
 from scissordyn.cli.main import status_of
 from scissordyn.processor import limit_library_threads
+from scissordyn.record.results import Run
+from scissordyn.record.xarray_dataset import as_dataset
 
 EXAMPLES = PAPER.parent  # Folder of the package's example cases
 
@@ -192,7 +194,7 @@ def test_curves_take_no_second_run(folder):
 )
 def test_a_run_is_drawn_with_the_samples_that_are_saved(folder, monkeypatch, case, options, number):
     """Identity: pictures beside a run, pictures of its file, and the file have the same samples; `samples` is respected."""
-    drawn: list[xr.Dataset] = []
+    drawn: list[Run] = []
     monkeypatch.setattr("scissordyn.plot.report.draw_all", lambda run, *_, **__: drawn.append(run) or [])
     assert status_of(["run", str(EXAMPLES / f"{case}.toml"), *options, "-q", "-o", "run.nc", "--plot", "a"]) == 0
     assert status_of(["plot", "run.nc", "-o", "b"]) == 0
@@ -203,7 +205,7 @@ def test_a_run_is_drawn_with_the_samples_that_are_saved(folder, monkeypatch, cas
     assert chosen.samples == number
     assert len(drawn) == 3
     for run in (*drawn, sd.load("again.nc")):
-        xr.testing.assert_equal(run, saved)
+        xr.testing.assert_equal(as_dataset(run), saved)
 
 
 @pytest.mark.parametrize("case", ["paper", "four_bar", "slider_crank"])

@@ -160,12 +160,3 @@ def test_jobs_that_never_start(options, reason, folder, system):
     assert status == 3
     assert f"scissordyn: no job can start: 2 waiting ({reason}); completed cases are kept" in said
     check_left(folder, system, 2)
-
-
-def test_missing_queue(folder, system):
-    """Contract: a refused job gives one line with status 2, in the queue's words."""
-    change(folder, queue="nowhere")
-    status, said = ended(started(folder, system, *SWEEP))
-    assert status == 2
-    assert said.count("\n") == 1
-    assert "invalid partition specified: nowhere" in said

@@ -47,9 +47,9 @@ def test_limits_of_known_fits(fit, diameter, hole, shaft):
 
 def test_tables_are_the_formula_of_the_standard_rounded():
     """Cross-check: 7, 10, 16, ... 100 tolerance units, and 2.5 to 11 D^0.34..0.41, within the rounding of the tables."""
-    low = np.array([1.0, *DIAMETERS[:-1]])
-    middle = np.sqrt(low * np.array(DIAMETERS))
-    rounding = np.where(low < 3.0, 0.16, 0.08)  # the standard rounds up, most of all for the smallest diameters
+    low, high = np.array(DIAMETERS[:-1]), np.array(DIAMETERS[1:])
+    middle = np.sqrt(low * high)
+    rounding = np.where(low < 3, 0.16, 0.08)  # the standard rounds up, most of all for the smallest diameters
     unit = 0.45 * np.cbrt(middle) + 0.001 * middle
     for grade, units in {5: 7, 6: 10, 7: 16, 8: 25, 9: 40, 10: 64, 11: 100}.items():
         assert np.all(np.abs(np.array(GRADES[grade]) - units * unit) <= np.maximum(0.75, rounding * units * unit)), grade

@@ -169,7 +169,7 @@ class _Linkage:
 def _is_in_mechanism(part: Element) -> bool:
     """Return True for a part of the mechanism, False for decoration."""
     layers = part.attributes.get("layer", "")
-    return not layers.isdecimal() or int(layers[:9]) in (0, MECHANISM_LAYER_BIT) or bool(int(layers[:9]) & MECHANISM_LAYER_BIT)
+    return not layers.isdecimal() or int(layers[:9]) == 0 or int(layers[:9]) & MECHANISM_LAYER_BIT != 0
 
 
 def _check_supported(part: Element) -> None:

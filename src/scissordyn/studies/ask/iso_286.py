@@ -18,10 +18,8 @@ from scissordyn.errors import InputError
 from scissordyn.studies.ask.distribution import Distribution, within_tolerance
 from scissordyn.units import Meaning, Quantity, documented
 
-DIAMETERS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
-"""Upper ends of the ranges of nominal diameters [mm]; each end belongs to the range below it."""
-
-DIAMETER_MIN = 1.0  # [mm] smallest nominal diameter
+DIAMETERS = (1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+"""Ends of the ranges of nominal diameters [mm]; each belongs to the range below it, the first to the one above."""
 
 GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {
@@ -69,10 +67,8 @@ class Fit:
             raise InputError(f"shaft '{self.shaft}'", ", ".join(DEVIATIONS), SAMPLE)
         if not is_number(self.diameter):
             raise InputError(f"a fit at {shown(self.diameter)}", "a diameter [m]", SAMPLE)
-        if not DIAMETER_MIN <= self._millimetres <= DIAMETERS[-1]:
-            raise InputError(
-                f"a fit at {self._millimetres:g} mm", f"diameters of {DIAMETER_MIN:g} to {DIAMETERS[-1]} mm", SAMPLE
-            )
+        if not DIAMETERS[0] <= self._millimetres <= DIAMETERS[-1]:
+            raise InputError(f"a fit at {self._millimetres:g} mm", f"diameters of {DIAMETERS[0]} to {DIAMETERS[-1]} mm", SAMPLE)
 
     @property
     def _millimetres(self) -> float:
@@ -80,7 +76,7 @@ class Fit:
 
     @property
     def _range(self) -> int:
-        return next(k for k, end in enumerate(DIAMETERS) if self._millimetres <= end)
+        return next(k for k, end in enumerate(DIAMETERS[1:]) if self._millimetres <= end)
 
     @property
     def hole(self) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from scissordyn.laws.friction.coulomb import Coulomb
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.contact import kinematics
 from scissordyn.mechanics.hard_contour import CORNER_FRACTION, opened_contour, touch_at
-from scissordyn.mechanics.hard_rows import convective
+from scissordyn.mechanics.hard_rows import along, contact_rows, convective, open_hard
 from scissordyn.mechanics.system import open_system
 from scissordyn.model.options import Options
 from scissordyn.plan.numbers import contour_table
@@ -84,6 +84,18 @@ def test_a_contour_that_is_a_shifted_circle(events: str, restitution: float, sli
         assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.parametrize("events", ["located", "crossed"])
+def test_swinging_on_a_shifted_circle(events: str) -> None:
+    """Cross-check: the length of the pendulum is that of the circle, also in long steps (|e| errs by 1.3e-3 m)."""
+    centre, turned = (SHIFT * math.cos(ASIDE), SHIFT * math.sin(ASIDE)), -1.2
+    start = {"position": (centre[0] + 1.3 * math.cos(turned), centre[1] + 1.3 * math.sin(turned)), "gravity": 9.81}
+    gaps = gap_with(1.3, restitution=0.0), gap_with(1.0, SHIFT * (1.0 + np.cos(angles(360) - ASIDE)), 0.0)
+    options = {"until": 3.0, "start": "as-placed", "events": events, "step": 0.05, "samples": 151, "trust": False}
+    exact = sd.simulate(ball(gaps[0], centre=centre, **start), **options)
+    run = sd.simulate(ball(gaps[1], **start), **options)
+    assert np.abs(over_time(run, "position") - over_time(exact, "position")).max() < 2e-4
+
+
 WIDE, HIGH = 1.4, 1.0  # Semi-axes of an ellipse [m]
 
 
@@ -124,9 +136,18 @@ def hard(**worn: Any) -> sd.Mechanism:
     return floating(contact="hard", friction=Coulomb(0.1), damping=LankaraniNikravesh(0.7), **worn)
 
 
+@kernel
+def row_speed_at(system: int, hard: int, axis: int) -> float:
+    """Return U_N (axis 0) or U_T (axis 1) of the first hard contact by its rows."""
+    S, H = open_system(system), open_hard(hard)
+    kinematics(0, S)
+    contact_rows(0, S, H)
+    return along(S.work.multiplier.size + axis, S.work.V, S, H)
+
+
 @WORN_JOURNALS
 def test_rates_of_the_gap(worn: dict[str, Any]) -> None:
-    """Cross-check: the guard's rate and the curvature term are derivatives of the gap along a motion at constant speeds."""
+    """Cross-check: rate and curvature term are derivatives of the gap along a motion; the rows have the rate and the slip."""
     driver, _, _ = make_driver(plan(hard(**worn)), Options(0.02, "concentric", 2, events="located"))
     n, system = driver.plan.coordinates.free, driver.system
     y = driver.state.y.copy()
@@ -141,7 +162,10 @@ def test_rates_of_the_gap(worn: dict[str, Any]) -> None:
         if k == 0:
             here = float(rate[0])
             curving = convective_at(system.address)
+            towards, aside = (row_speed_at(system.address, driver.stepping.hard.address, axis) for axis in range(2))
+            slip = float(system.content.work.contact[0]["slip"])
     assert here == pytest.approx((values[3] - values[1]) / (2.0 * h), rel=1e-5)
+    assert (-towards, -aside) == pytest.approx((here, slip), rel=1e-12)
     assert abs(curving) > 1.0
     assert curving == pytest.approx((values[3] - 2.0 * values[2] + values[1]) / h**2, rel=2e-3)
 

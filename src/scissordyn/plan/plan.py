@@ -16,6 +16,7 @@ from scissordyn.components.declaration import Component
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import TimeFunction
+from scissordyn.kernel import Template
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.body_maps import BodyMaps
@@ -85,6 +86,13 @@ class Plan:
     def monitored_rows(self, kind: int) -> np.ndarray:
         """Return the rows of one kind of quantity, counted over guards and monitored quantities."""
         return np.asarray(self.table(f"monitored rows {kind}", lambda: monitored_rows(self.model, kind)))
+
+    def template(self, name: str, make: Callable[[], Template]) -> Template | None:
+        """Return a template, or None at the first request: a plan of one run needs no template."""
+        if self.answers.setdefault(name, False) is False:
+            self.answers[name] = None
+            return None
+        return self.table(name, make)  # type: ignore[no-any-return]
 
     def numbers(self) -> Parameters:
         """Return the parameters of the case in new arrays."""

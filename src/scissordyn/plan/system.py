@@ -18,7 +18,9 @@ from scissordyn.plan.plan import Plan
 def make_system(plan: Plan) -> Handle:
     """Return a new system of a plan, at rest with all contacts open; each thread needs its own."""
     numbers = plan.numbers()
-    first: Template = plan.table("system", lambda: _first_system(plan, numbers))
+    first = plan.template("system", lambda: _template(_new_system(plan, numbers)))
+    if first is None:
+        return Handle(_new_system(plan, numbers))
     given: dict[str, Any] = {f"Workspace.{name}": part for name, part in worn_surfaces(numbers).items()}
     given["System.parameters"] = numbers
     if "System.friction" in first.shared:
@@ -29,14 +31,17 @@ def make_system(plan: Plan) -> Handle:
     return system
 
 
-def _first_system(plan: Plan, numbers: Parameters) -> Template:
-    """Return the system from which all systems with the same tables are copied."""
-    state, friction = initial_state(plan.model, plan.angles), plan.friction_workspace()
-    content = System(plan.model, numbers, state, make_workspace(plan.model, numbers), friction)
-    shared = {"System.model", "System.parameters", *(f"Workspace.{name}" for name in worn_surfaces(numbers))}
+def _new_system(plan: Plan, numbers: Parameters) -> System:
+    state, work = initial_state(plan.model, plan.angles), make_workspace(plan.model, numbers)
+    return System(plan.model, numbers, state, work, plan.friction_workspace())
+
+
+def _template(first: System) -> Template:
+    """Return the template from which systems with the same tables are copied."""
+    shared = {"System.model", "System.parameters", *(f"Workspace.{name}" for name in worn_surfaces(first.parameters))}
     # with friction in ideal joints its tables depend on the case; without it the nested ones are empty
     tables = {f"FrictionWorkspace.{name}" for name in ("balance", "maps", "bending")}
-    return Template(content, shared | ({"System.friction"} if friction.component.size else tables))
+    return Template(first, shared | ({"System.friction"} if first.friction.component.size else tables))
 
 
 def put_numbers(system: Handle, plan: Plan) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -121,9 +122,10 @@ class Driver:
             system.exchange("state", history=make_history(signals))
         blocks = int(content.parameters.contact["loads"].sum()) if loads else 0
         key = f"driver {method.method} {size} {blocks} {tolerances.delays}"
-        template: Template = plan.table(key, lambda: _template(plan, system, size, method, tolerances, blocks))
         mechanism = {f"State.{name}": getattr(system.content.state, name) for name in SHARED_STATE}
-        self.integration = template.copy(mechanism)
+        make = partial(_integration, plan, system, size, method, tolerances, blocks)
+        template = plan.template(key, lambda: Template(make(), {"Integration.method", *mechanism}))
+        self.integration = Handle(make()) if template is None else template.copy(mechanism)
 
     def begin(
         self,
@@ -372,11 +374,8 @@ SHARED_STATE = ("mode", "memory", "mass", "reference", "history", "history_lengt
 """Arrays of `integration.State` that belong to the mechanism."""
 
 
-def _template(plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, blocks: int) -> Template:
-    """Return the arrays from which those of all drivers with the same tables, method and sizes are copied.
-
-    `blocks`: number of loads on worn bearings.
-    """
+def _integration(plan: Plan, system: Handle, size: int, method: Choice, tolerances: Tolerances, blocks: int) -> Integration:
+    """Return new arrays of a driver; `blocks` is the number of loads on worn bearings."""
     content: System = system.content
     model = content.model
     state = make_state(
@@ -402,8 +401,7 @@ def _template(plan: Plan, system: Handle, size: int, method: Choice, tolerances:
     )
     log = np.zeros((256 + 4 * model.guard_component.size, LOG_COLUMNS))
     samples, record = make_samples(np.zeros(0), state), make_record(0, state)
-    shared = {"Integration.method", *(f"State.{name}" for name in SHARED_STATE)}
-    return Template(Integration(coefficients, state, work, samples, record, log), shared)
+    return Integration(coefficients, state, work, samples, record, log)
 
 
 def _doubled(rows: np.ndarray) -> np.ndarray:

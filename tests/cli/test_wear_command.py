@@ -47,8 +47,18 @@ def case(folder):
     return "case.toml"
 
 
-def test_answers_and_pictures(case, folder, capfd):
-    """Contract: the answers, the file and the pictures; the same in SI units as JSON, from the file, which is complete."""
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Return the file of a complete result of the case."""
+    place = tmp_path_factory.mktemp("whole")
+    (place / "case.toml").write_text(CASE, encoding="utf-8")
+    assert status_of(["wear", str(place / "case.toml"), "-o", str(place / "life.nc"), "-q"]) == 0
+    return place / "life.nc"
+
+
+def test_answers_and_pictures(case, whole, folder, capfd):
+    """Contract: the answers and the pictures of a complete file; the same in SI units as JSON."""
+    shutil.copy(whole, "life.nc")
     assert status_of(["wear", case, "-o", "life.nc", "--plot", "pictures"]) == 0
     lines = capfd.readouterr().out.splitlines()
     assert lines[0].startswith("clearance of joint 'slider pin' at most 103 µm: fails after ")
@@ -95,11 +105,10 @@ def test_report_and_film(case, folder):
     assert text.count("data:image/png;base64,") == 2
 
 
-def test_an_interrupted_command_goes_on(case, capfd, monkeypatch):
+def test_an_interrupted_command_goes_on(case, whole, capfd, monkeypatch):
     """Contract: Ctrl-C leaves the simulated states in the file; the same command goes on to the result of one run."""
     from scissordyn.lifetime import wear
 
-    assert status_of(["wear", case, "-o", "whole.nc"]) == 0
     simulate, count = wear.CycleRunner.loads, 0
 
     def interrupted(*arguments):
@@ -118,7 +127,7 @@ def test_an_interrupted_command_goes_on(case, capfd, monkeypatch):
     assert shown.err == "scissordyn: interrupted; scissordyn wear case.toml -o life.nc continues from there\n"
     assert sd.load("life.nc").sizes["state"] == 2
     assert status_of(["wear", case, "-o", "life.nc"]) == 0
-    xr.testing.assert_identical(sd.load("life.nc"), sd.load("whole.nc"))
+    xr.testing.assert_identical(sd.load("life.nc"), sd.load(whole))
 
 
 def test_what_is_refused(case, folder, refused):

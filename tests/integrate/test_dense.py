@@ -33,15 +33,3 @@ def test_integrals_of_one_step(name):
         errors.append(np.max(np.abs(result.out.total[:, 1] - 0.5 * np.expm1(2.0 * result.out.time))))
     for which in (0, 1):
         assert math.log2(errors[which] / errors[which + 2]) > ORDERS[name] + 0.5
-
-
-def test_samples_do_not_change_steps(name):
-    """Identity: samples, and whether powers are integrated, leave steps and end as they are, bit for bit."""
-    few = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=2)
-    many = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=333)
-    blind = solve_problem(name, OSCILLATOR, (1.0, 0.0), 5.0, samples=333, monitors=False)
-    assert np.array_equal(few.ends, many.ends)
-    assert np.array_equal(few.ends, blind.ends)
-    assert np.array_equal(few.out.state[-1], many.out.state[-1])
-    assert np.array_equal(many.out.state, blind.out.state)
-    assert np.all(blind.out.total == 0.0)

@@ -45,6 +45,7 @@ def test_samples_do_not_matter(crank):
     few, many = (sd.simulate(crank, until=1.0, samples=samples, rtol=1e-6, atol=1e-6, trust=True) for samples in (2, 2001))
     assert many.attrs["predictability"] == "diverged"
     assert few.attrs["trusted_until"] == many.attrs["trusted_until"] < 0.9
+    assert 0 < few.attrs["trusted_contacts"] == np.sum(few["contact_start"] < few.attrs["trusted_until"]) < few.sizes["contact"]
     assert few["time"].values.tolist() == [0.0, 1.0]
     assert np.array_equal(many["time"].values, np.linspace(0.0, 1.0, 2001))
 

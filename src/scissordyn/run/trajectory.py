@@ -254,10 +254,11 @@ def record_trajectory(
     state = samples.state.copy() if path.change_points else samples.state
     outputs = path.record()
     replace_undefined(path.plan.maps, path.system, samples, state, outputs, path.change_points)
-    undefined = np.flatnonzero(~np.all(np.isfinite(outputs.A), axis=1))
-    if not undefined.size:
+    finite = np.isfinite(outputs.A)
+    if finite.all():
         return path, outputs
-    first, time = int(undefined[0]), float(samples.time[undefined[0]])
+    first = int(np.argmin(finite.all(axis=1)))
+    time = float(samples.time[first])
     why = describe_singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
     kept = Samples(*(part[:first] for part in samples))
     last = float(kept.time[-1]) if first else 0.0

@@ -23,7 +23,9 @@ def jacobian(problem: Problem, unknowns: np.ndarray, *, accurate: bool = False) 
         problem.derivatives = "exact" if has_events(problem) else "differences"
     if problem.derivatives == "exact":
         try:
-            return exact_jacobian(problem, unknowns)
+            if problem.last_jacobian[0] != unknowns.tobytes():
+                problem.last_jacobian = unknowns.tobytes(), exact_jacobian(problem, unknowns)
+            return problem.last_jacobian[1]
         except ScissordynError as error:
             problem.derivatives, problem.exact_derivatives_failure = "differences", str(error)
     low, high = problem.bounds()

@@ -167,6 +167,8 @@ class Problem:
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
     derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first Jacobian
+    last_runs: tuple[bytes, list[SegmentRun]] = field(default=(b"", []), init=False)  # The last unknowns, and their runs
+    last_jacobian: tuple[bytes, np.ndarray] = field(default=(b"", np.zeros(0)), init=False)  # The same of exact derivatives
     exact_derivatives_failure: str = field(default="", init=False)  # Reason why exact derivatives do not exist
 
     def __post_init__(self) -> None:
@@ -218,9 +220,12 @@ class Problem:
         return SegmentRun(curves(run, self.columns)[: record.time.size] + segment.turns, first, last)
 
     def run_segments(self, unknowns: np.ndarray, mechanism: Mechanism | None = None) -> list[SegmentRun]:
-        """Run all segments and return their curves and end states."""
-        fitted = self.fitted_mechanism(unknowns) if mechanism is None else mechanism
-        return [self.run_segment(fitted, k, unknowns) for k in range(len(self.segments))]
+        """Run all segments and return their curves and end states; the last ones are kept."""
+        if self.last_runs[0] != unknowns.tobytes():
+            fitted = self.fitted_mechanism(unknowns) if mechanism is None else mechanism
+            runs = [self.run_segment(fitted, k, unknowns) for k in range(len(self.segments))]
+            self.last_runs = unknowns.tobytes(), runs
+        return self.last_runs[1]
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
         """Return the residual vector: run minus record, divided by the standard deviation; 1000 everywhere if a run fails."""

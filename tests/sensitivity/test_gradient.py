@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -290,3 +291,17 @@ def test_an_array_that_is_even_in_the_parameter():
     error, found = _differences({"y": np.zeros(1)}, changed_arrays, weights, lower, 1e-3)
     assert error == 0.0
     assert found["y"].tolist() == [0.0]
+
+
+def test_peak_before_contacts_with_large_derivatives():
+    """Identity: the largest force, of an early contact, keeps its derivatives while those of later contacts grow by 1e5."""
+    case = sd.read_case(Path(__file__).parents[2] / "examples/clearance_guide.toml")
+    short, long, longest = (
+        sd.gradient(case.mechanism, of=["peak_force"], by=["gravity", "body.rod.mass"], until=until)
+        for until in (3e-3, 0.03, 0.1)
+    )
+    assert short["value"].item() == pytest.approx(longest["value"].item(), rel=1e-9)
+    np.testing.assert_allclose(long["derivative"], short["derivative"], rtol=1e-5)
+    assert short["smooth"].all()
+    assert not long["smooth"].any()
+    assert np.isnan(longest["derivative"]).all()

@@ -16,7 +16,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.measure import MEASURES, Ended, parts_of
 from scissordyn.run.response import Response
 from scissordyn.sensitivity.forward import Forward
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
 """Measures that integrate a quantity over time."""
@@ -31,8 +31,8 @@ DIFFERENTIABLE = (
 
 
 def _contact_forces(ended: Ended) -> np.ndarray:
-    """Return the largest force of each contact as the integrator located it; NaN for ideal joints."""
-    forces = ended.per_joint(lambda contacts: np.max(contacts["peak_force"], initial=0.0))
+    """Return the largest located force of each joint's contacts, of those that have one; NaN for ideal joints."""
+    forces = ended.per_joint(lambda contacts: np.fmax.reduce(contacts["peak_force"], initial=0.0))
     return np.append(forces, np.full(len(parts_of(ended.mechanism)["joint"]) - forces.size, math.nan))
 
 
@@ -86,19 +86,33 @@ def derivative_of(
 ) -> tuple[float, bool]:
     """Return the derivative of a response by parameter / scale, and True if the one-sided derivatives agree.
 
+    The derivative is NaN if the largest value, of all contacts and parts, has none.
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale. The one-sided derivatives agree if
     no other part has the same largest value, now or after the relative change `change` along the derivatives.
 
-    `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only.
+    `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only. It is
+    shorter where another part or contact, whose derivative is much larger, would have the largest value within it.
     """
-    values = _values(run, parameter, response, mechanism, step)
-    slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * step)
-    smooth = True
-    for size in {step, max(step, 0.5 * change)}:
-        here = values if size == step else _values(run, parameter, response, mechanism, size)
-        sides = [(here[2 * side] - 4.0 * here[side] + 3.0 * here[0]) / (-2.0 * side * size) for side in (-1, 1)]
-        smooth = smooth and bool(abs(sides[1] - sides[0]) <= DATA_TOL * max(abs(slope), abs(here[0])))
-    return slope, smooth
+    value = value_of_response(Ended(run.driver), response)
+    slope, smooth = math.nan, True
+    for size in (step, 1e-2 * step, 1e-4 * step):
+        values = _values(run, parameter, response, mechanism, size)
+        if values[0] != value:
+            return math.nan, True
+        slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * size)
+        if same := _sides_agree(values, size, slope):
+            break
+        smooth = False
+    if not same and max(abs(values[place] - value) for place in values) > REPORTED_FRACTION * abs(value):
+        return math.nan, False
+    wide = max(step, 0.5 * change)
+    return slope, smooth and (wide == step or _sides_agree(_values(run, parameter, response, mechanism, wide), wide, slope))
+
+
+def _sides_agree(values: dict[int, float], size: float, slope: float) -> bool:
+    """Return True if both one-sided derivatives agree."""
+    below, above = ((values[2 * side] - 4.0 * values[side] + 3.0 * values[0]) / (-2.0 * side * size) for side in (-1, 1))
+    return bool(abs(above - below) <= DATA_TOL * max(abs(slope), abs(values[0])))
 
 
 def _values(

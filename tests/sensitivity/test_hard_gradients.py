@@ -136,3 +136,15 @@ def test_hard_and_compliant_contacts_together_are_refused():
     )
     with one_line_error(match="hard and compliant contacts together have no derivatives yet"):
         sd.gradient(both, of=["peak_indentation"], by=["gravity"], until=1e-3)
+
+
+def test_steps_that_start_at_a_surface_after_many_impacts() -> None:
+    """Second road: differences over the first 20 ms of a slider-crank, in which a step starts on a surface."""
+
+    def crank(clearance: float) -> sd.Mechanism:
+        gap = sd.Clearance(clearance, contact="hard")
+        return sd.slider_crank().with_clearance("slider pin", gap).driven(speed=100.0)
+
+    found = sd.gradient(crank(2e-4), of=["drive_work"], by=["slider pin.clearance"], until=0.02)
+    more, less = (float(sd.simulate(crank(2e-4 + h), until=0.02)["drive_work"].values[-1]) for h in (1e-10, -1e-10))
+    assert found["derivative"].item() == pytest.approx((more - less) / 2e-10, rel=1e-2)

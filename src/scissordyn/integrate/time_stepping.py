@@ -154,6 +154,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         last = last and h == whole and not strikes
     elif K.locate[0] == 1 and K.ahead[2] >= -EVENT_TOL:  # an open contact ends the step on its surface, but for round-off
         strikes = True
+    K.ahead[2] = 0.0 if strikes else -math.inf  # the repetition of the step in dual numbers reads it
     now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1

@@ -36,7 +36,6 @@ from scissordyn.sensitivity.replay import (
     take_values,
     with_value,
 )
-from scissordyn.tolerance import EVENT_TOL
 
 HARD = Jumps(**HARD_FUNCTIONS)  # Functions of hard contacts that repeat a step with dual numbers
 
@@ -78,7 +77,7 @@ def follow_time_step(problem, jumps, own, run, address, system):
         write_present(t, s, r.samples)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
-    strikes = own.ahead[2] >= -EVENT_TOL and not stays_closed(own, s, K)
+    strikes = own.ahead[2] == 0.0
     guard = -1 if strikes else crossed_guard(first, after, run, K)
     h = with_value(0.0 * t, own.size[0])
     if not strikes and guard < 0:
@@ -108,15 +107,6 @@ def follow_time_step(problem, jumps, own, run, address, system):
     if run.change[0] > 0.0:
         watch_gaps(problem, after > first, run, s, w, system)
     return take_hard_values(first, own, run, s, w, r.log)
-
-
-@kernel
-def stays_closed(own, s, K):
-    """Return whether the last step began on the surface of an open contact, which was closed without an impact."""
-    for i in range(K.which.size):  # noqa: SIM110 -- kernels have no generator expressions
-        if own.was[i] == 1 and s.mode[K.which[i]] == 0:
-            return True
-    return False
 
 
 @kernel

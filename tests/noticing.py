@@ -150,7 +150,7 @@ SAME_ANSWER: dict[tuple[str, str, str, str], str] = {
     ): GROUPED,
     ("run/trajectory.py", "_advance", "dropped", "clocks.perf_counter() - began"): "the computing time, which no test compares",
     (
-        "run/engine.py",
+        "processor.py",
         "processors",
         "both",
         "os.cpu_count() or 1",

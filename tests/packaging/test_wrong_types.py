@@ -65,3 +65,11 @@ def test_units_refuse_values_that_are_not_finite(value):
     for function in (sd.degrees, sd.rpm):
         with pytest.raises(sd.InputError, match="expected a finite number"):
             function(value)
+
+
+@pytest.mark.parametrize("name", ["goals", "measures", "requirements"])
+def test_lists_of_texts_of_a_study(name):
+    """Contract: a number in the place of a text, or of a list of texts, is an error in one line."""
+    given = {"measures": "peak_force", name: 0}
+    with pytest.raises(sd.InputError, match=f"study: {name} = 0; expected a text, or a list of texts"):
+        sd.study(sd.slider_crank(), until=1e-3, factors={"crank.mass": (1.0, 2.0)}, **given)

@@ -10,9 +10,9 @@ from html.parser import HTMLParser
 import pytest
 
 import scissordyn as sd
+from scissordyn import processor
 from scissordyn.cli import paper as command
 from scissordyn.cli.option import EngineOptions
-from scissordyn.run import engine
 from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
@@ -158,7 +158,7 @@ def test_figure_without_results_is_refused(tmp_path):
 )
 def test_processes_are_the_default(monkeypatch, processors, options, expected):
     """Contract: one process per processor by default; threads on request, for one figure, or on one processor."""
-    monkeypatch.setattr(engine, "processors", lambda: processors)
+    monkeypatch.setattr(processor, "processors", lambda: processors)
     assert command._engine_options(*options) == expected
 
 

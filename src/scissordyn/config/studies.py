@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -155,7 +155,7 @@ def study(
             sampling=Sampling(samples, sampling, seed, common),
             members=members,
             gradients=gradients,
-            optimise={"goals": [goals] if isinstance(goals, str) else list(goals), **how},
+            optimise={"goals": _listed("goals", goals, str), **how},
         )
         every = (pair for varied in (factors, uncertain) for pair in (varied or {}).items())
         values = {parameter: values for parameter, values in every if isinstance(values, Mapping)}
@@ -286,11 +286,20 @@ def _measures(given: Any) -> list[str | OwnMeasure]:
     """Convert the argument `measures` of `study` to a list of names and user-defined measures."""
     if isinstance(given, Mapping):
         return [_own_measure(name, function) for name, function in given.items()]
-    every = [given] if isinstance(given, str) or callable(given) else list(given)
+    every = [given] if callable(given) else _listed("measures", given, str)
     return [
         _own_measure(getattr(measure, "__name__", repr(measure)), measure) if callable(measure) else measure
         for measure in every
     ]
+
+
+def _listed(name: str, given: Any, single: type | tuple[type, ...]) -> list[Any]:
+    """Return an argument that is one text or several as a list."""
+    if isinstance(given, single):
+        return [given]
+    if not isinstance(given, Iterable):
+        raise InputError(f"study: {name} = {given!r:.60}", "a text, or a list of texts")
+    return list(given)
 
 
 def _own_measure(name: str, function: Any) -> OwnMeasure:
@@ -304,7 +313,7 @@ def _own_measure(name: str, function: Any) -> OwnMeasure:
 def _requirements(given: Any, own: Mapping[str, str]) -> list[str | Requirement]:
     """Convert the argument `requirements` of `study` to a list of texts and requirements."""
     if not isinstance(given, Mapping):
-        return [given] if isinstance(given, (str, Requirement)) else list(given)
+        return _listed("requirements", given, (str, Requirement))
     requirements: list[str | Requirement] = []
     for name, bound in given.items():
         if isinstance(bound, str):

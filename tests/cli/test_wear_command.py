@@ -94,8 +94,9 @@ def test_preview_estimates_the_life(case, folder, capfd):
     assert "Wear" not in capfd.readouterr().out
 
 
-def test_report_and_film(case, folder):
+def test_report_and_film(case, folder, monkeypatch):
     """Contract: one file with the answers first, the table of joints, and pictures of contours; a film, .mp4 with ffmpeg."""
+    monkeypatch.setattr("scissordyn.plot.wear.FRAME_RATES", dict.fromkeys(("mp4", "gif"), 1))
     movie, magic = ("film.mp4", b"ftyp") if shutil.which("ffmpeg") else ("film.gif", b"GIF8")
     assert status_of(["wear", case, "--set", "wear.loads=ideal", "--report", "life.html", "--animate", movie, "-q"]) == 0
     assert magic in (folder / movie).read_bytes()[:12]

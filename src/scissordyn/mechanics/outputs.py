@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -167,7 +166,7 @@ def sampled(samples: Any) -> Sampled:
 
 
 def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
-    """Return a record of `nt` samples for `fill`; its arrays lie in one piece of memory."""
+    """Return a record of `nt` samples for `fill`."""
     columns, bodies = content.model.n + content.model.nb, maps.rotation.size
     contacts, components = content.parameters.contact.size, content.model.component_port.size
     shapes = {
@@ -175,7 +174,6 @@ def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
         **dict.fromkeys(("position", "velocity", "acceleration", "direction"), (bodies, 2)),
         **dict.fromkeys(("angle", "angular_velocity", "angular_acceleration"), (bodies,)),
         "load": (bodies, 3),
-        "contact": (contacts, len(CONTACT_RESULT.fields or ())),
         "wrench": (maps.body.shape[0], 4),
         "coordinate": (components, 4),
         "result": (components, COMPONENT_RESULTS_MAX),
@@ -184,16 +182,11 @@ def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
         "multiplier": (content.parameters.value.size,),
         **dict.fromkeys(("kinetic", "potential", "elastic", "stored"), ()),
     }
-    ends = np.cumsum([0, *(nt * math.prod(shape) for shape in shapes.values())]).tolist()
-    # NumPy asks the system for huge pages from 2^22 bytes on: memory of a long record is then ten times as fast to obtain
-    values = np.empty(2**19 if 2**17 < ends[-1] < 2**19 else ends[-1])
-    parts = {
-        name: values[first:last].reshape(nt, *shape)
-        for (name, shape), first, last in zip(shapes.items(), ends, ends[1:], strict=False)
-    }
-    parts["load"][...] = 0.0
-    parts["contact"] = parts["contact"].view(CONTACT_RESULT)[..., 0]
-    return Record(**parts, length_error=np.zeros(1))
+    return Record(
+        contact=np.zeros((nt, contacts), CONTACT_RESULT),
+        length_error=np.zeros(1),
+        **{name: np.zeros((nt, *shape)) for name, shape in shapes.items()},
+    )
 
 
 def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:

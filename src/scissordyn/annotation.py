@@ -40,7 +40,10 @@ def members(hint: Any) -> tuple[Any, ...]:
 
 
 def accepted(value: Any, hint: Any) -> Any:
-    """Return a value that fits its annotation, with numbers of other libraries converted; raise `MismatchError` otherwise."""
+    """Return a value that fits its annotation, with numbers and sequences of other libraries converted to Python's own.
+
+    Raises `MismatchError` if the value does not fit.
+    """
     pair = hint, type(value)
     if pair in _ACCEPTED:
         return value

@@ -211,7 +211,10 @@ _EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address of arrays without entries
 
 
 def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
-    """Return the fields of the C type of an array: address, shape, distance of rows; raise `TypeError` for another type."""
+    """Return the fields of the C type of an array: address, shape, and for two dimensions the distance of rows.
+
+    An array of another type raises `TypeError`, because the library would read and write wrong memory.
+    """
     if not (
         isinstance(array, np.ndarray) and array.dtype == kind.dtype and array.ndim == kind.dimensions and array.flags.carray
     ):

@@ -13,7 +13,10 @@ PLAIN_DIGITS_MAX = 7  # numbers with more digits before or after the decimal poi
 
 
 def prefix(largest: float, low: int = -12, high: int = 9, *, from_tenth: bool = False) -> int:
-    """Return the exponent, 3 k from `low` to `high`, that scales a number to 1 .. 1000; `from_tenth`: to 0.1 .. 100."""
+    """Return the exponent, a multiple of 3, of the unit prefix with which a number is from 1 to 1000.
+
+    With `from_tenth` the number is from 0.1 to 100. `low` and `high` bound the exponent.
+    """
     if not (math.isfinite(largest) and largest > 0.0):
         return 0
     # add 1e-9, so that round-off in a power of ten does not change the prefix

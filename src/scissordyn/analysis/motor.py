@@ -254,7 +254,10 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
 
 
 def _contact_figures(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
-    """Return fraction of time in contact, separations, start of a contact at the end [s; NaN if none], and peak force [N]."""
+    """Return a joint's fraction of time in contact, count of separations, start of its last contact [s], and peak force [N].
+
+    The start is NaN if the run does not end in contact.
+    """
     end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]

@@ -102,7 +102,10 @@ def zero_one_test(values: ArrayLike, *, angles: int = 100, seed: int = 0, noise:
 
 
 def _centred(values: np.ndarray, noise: float) -> tuple[np.ndarray, bool]:
-    """Return the values minus their mean, and True if they vary by at most `noise` times the largest value."""
+    """Return the values minus their mean, and True if they vary by at most `noise` times the largest value.
+
+    Variations by round-off are set to zero.
+    """
     centred = values - np.mean(values)
     varying, size = float(np.max(np.abs(centred))), float(np.max(np.abs(values)))
     if varying <= ROUND_OFF_TOL * size:

@@ -115,7 +115,10 @@ class _CaseTable(Table):
         return Case(self.mechanism(feed_forward), self.run, self.wear)
 
     def mechanism(self, feed_forward: FeedForward | None = None) -> Mechanism:
-        """Return the mechanism; `feed_forward` computes torques of the ideal mechanism that a [control] table requests."""
+        """Return the mechanism of the file; raise `InputError` with the place in the file if its tables are inconsistent.
+
+        `feed_forward` computes the torques of the ideal mechanism that a [control] table requests.
+        """
         with add_place("structure"):
             base = self.structure.fields()
         parts = {name: getattr(self, name) for name in PARTS}

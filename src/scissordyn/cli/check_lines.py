@@ -151,7 +151,10 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
 
 
 def _ideal(mechanism: Mechanism, until: float, samples: int, seconds: float = 2.0) -> Results | str:
-    """Return the ideal motion; or why it is impossible; or "" if it takes more than `seconds` [s] of computing time."""
+    """Return the motion with ideal joints; a text with the reason if it is impossible, or "" if it is not complete in time.
+
+    `seconds`: [s] computing time after which the motion counts as not complete in time.
+    """
     try:
         ideal = compute_results(mechanism.ideal(), Options(until, samples=samples), time_limit(seconds))
     except TimeIsOverError:

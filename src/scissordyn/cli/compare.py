@@ -118,7 +118,10 @@ def _print_agreement(run: xr.Dataset, path: Path) -> xr.Dataset:
 
 
 def change(value: float, other: float, large: float = 10.0) -> str:
-    """Return the change from one value to another: in percent, or as a factor if their ratio is above `large`."""
+    """Return the change from one value to another: in percent, or as a factor if it is large.
+
+    `large`: ratio of `other` to `value` from which the change is a factor.
+    """
     if not value:
         return "0 %" if other == value else "-"
     ratio = other / value

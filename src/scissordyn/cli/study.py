@@ -278,7 +278,10 @@ def compute(
 
 @contextmanager
 def _progress(seconds: float = 30.0) -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that shows progress: a bar on a terminal, otherwise a line every few `seconds` [s]."""
+    """Yield a function that shows progress: a bar on a terminal, otherwise a line at intervals.
+
+    `seconds`: [s] between two lines of progress without a terminal.
+    """
     last = [time.monotonic()]
 
     def line(state: Progress) -> None:

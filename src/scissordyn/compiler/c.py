@@ -38,7 +38,10 @@ def compiler_command(target: str = "") -> list[str]:
 
 
 def compile_library(source: str, library: Path, flags: tuple[str, ...] = FLAGS, *, target: str = "") -> None:
-    """Compile C to a shared library for the machine `target`; a failure leaves an existing library unchanged."""
+    """Compile C source to a shared library; a failure leaves an existing library unchanged.
+
+    `target` is the machine, by default this one.
+    """
     command = compiler_command(target)
     name, allowed = " ".join(command), "a working C11 compiler in CC"
     with tempfile.TemporaryDirectory(dir=library.parent, prefix=".build-") as folder:

@@ -335,7 +335,10 @@ class Expressions:
         return self._built_in(function, arguments) or self.unit.call(function, arguments, named)
 
     def _built_in(self, function: Any, arguments: list[Value]) -> Value | None:
-        """Return a call of a library function, with no derivatives of integers or booleans; None for other functions."""
+        """Return a call of a built-in or library function; None for other functions.
+
+        Functions with an integer or boolean result use values without derivatives.
+        """
         first, kinds = arguments[0], [argument.kind for argument in arguments]
         if function in CASTS:
             text, kind = CASTS[function]

@@ -21,7 +21,10 @@ FIRST_KNOT = len(SCALARS)
 
 @kernel
 def force(angle, speed, factor, acts, transition, periodic, count, table):
-    """Return the torque [N m], and how far the angle is beyond the curve [rad]; `acts` is an index of `curve.ACTS`."""
+    """Return the torque [N m], and the distance of the angle from the ends of the curve, 0 within it [rad].
+
+    `factor` is the value of the time function, `acts` an index of `curve.ACTS`.
+    """
     place, knots = angle, int(count)
     if periodic == 1.0:
         start, end = table[FIRST_KNOT], table[FIRST_KNOT + KNOT_SIZE * (knots - 1)]

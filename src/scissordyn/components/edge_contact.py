@@ -31,7 +31,10 @@ UNLIMITED = -1.0  # Length of an edge without ends, in the parameters of the ker
 
 @kernel
 def distance(x, y, along_x, along_y, length):
-    """Return the distance of a point from the edge [m], negative to the right of an endless edge, and the unit normal."""
+    """Return the distance of a point from the edge [m], and the unit vector from the edge towards the point.
+
+    An edge without ends bounds a half plane on its right; the distance of a point in it is negative.
+    """
     if length < 0.0:
         return along_x * y - along_y * x, -along_y, along_x
     place = min(length, max(0.0, along_x * x + along_y * y))

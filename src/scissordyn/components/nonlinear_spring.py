@@ -16,7 +16,10 @@ CURVE = Pairs(("lengths", "forces"), ("m", "N"), help="tension over length; a sp
 
 @kernel
 def force(length, rate, damping, count, table):
-    """Return the tension [N], stored energy [J], dissipated power [W], and how far the length is beyond the curve [m]."""
+    """Return the tension [N] of the spring and its damper, stored energy [J], dissipated power [W], and `beyond` [m].
+
+    `beyond` is the distance of the length from the ends of the curve, 0 within it.
+    """
     tension, energy, beyond = curve_at(length, table, 2, int(count))  # the knots follow the scalar parameters
     return tension + damping * rate, energy, damping * rate * rate, beyond
 

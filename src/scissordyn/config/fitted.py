@@ -347,7 +347,10 @@ LOAD_TABLES: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": Pan
 
 
 def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
-    """Return values of additional parts and of changed tables; `turn` is the rotation of the driven body [rad]."""
+    """Return the values of the tables of additional parts, and of other tables that change with them.
+
+    `turn` is the rotation of the driven body from rest to rest [rad]; `changes` applies the user's changes to a table.
+    """
     names = list(dict.fromkeys(parts))
     for name in names:
         if name not in PART_VALUES:

@@ -192,7 +192,10 @@ def _prefixed(names: list[str]) -> str:
 
 
 def _either(names: Iterable[str], symbol_letters: int = 3) -> str:
-    """Return a regular expression of unit names; those with more than `symbol_letters` letters may be in the plural."""
+    """Return a regular expression of unit names; words may be in the plural, symbols not, because "ms" is a millisecond.
+
+    `symbol_letters`: [letters] unit names with more letters are words, which may be in the plural.
+    """
     return f"(?:{'|'.join(re.escape(name) + ('s?' if len(name) > symbol_letters else '') for name in names)})"
 
 

@@ -88,7 +88,10 @@ NAMES_SCHEMA = {"type": "array", "items": {"type": ["string", "number", "boolean
 
 
 def _parameter_table_schema(deeper: int = 6) -> Shape:
-    """Return the JSON Schema of a table by parameter path; TOML reads a path as tables, up to `deeper` levels deep."""
+    """Return the JSON Schema of a table whose keys are parameter paths and whose values are texts or lists of names.
+
+    TOML reads an unquoted parameter path as nested tables; `deeper` is the number of levels that are allowed.
+    """
     over = {"values": {"type": "string"}, "each": {"type": "boolean"}}
     weighed = {"values": NAMES_SCHEMA, "probabilities": {"type": "array", "items": {"type": "number"}}}
     tables = [
@@ -223,7 +226,10 @@ def _flatten(tree: Mapping[str, Any], before: str = "") -> Iterable[tuple[str, A
 
 
 def _read_values(table: Mapping[str, Any], said: str) -> str | Names:
-    """Read a table with `values`: a text and `each`, or names and `probabilities`; errors begin with `said`."""
+    """Read a table with the key `values`: a text and `each`, or a list of names and their `probabilities`.
+
+    `said` begins the error messages.
+    """
     values, apart = table["values"], table.get("each", False)
     if isinstance(values, list) and "each" not in table:
         return make_names(values, table.get("probabilities", ()))
@@ -242,7 +248,10 @@ def _split_measure(measure: str) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class BaseCase:
-    """Base case of a study; `read` returns the mechanism for chosen names, and is None if no factor has names."""
+    """Base case of a study: mechanism, options of the runs, and function `read` from chosen names to a mechanism.
+
+    Names are values such as materials; `read` is None if no factor has names.
+    """
 
     mechanism: Mechanism
     options: Options

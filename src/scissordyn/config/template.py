@@ -195,7 +195,10 @@ def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
 
 
 def _section(heading: str, table: type[Table], given: Given, *, commented_out: bool = False, columns: int = 44) -> str:
-    """Return a table with a comment on every key, beside it or above a line of more than `columns` characters."""
+    """Return the text of a table with a comment on every key; with `commented_out`, each line is a comment.
+
+    `columns`: [characters] longer lines have their comment in the line above.
+    """
     name, keys = heading.strip("[]"), table.declared_keys()
     for key in given:
         if key not in keys:

@@ -320,7 +320,10 @@ def unit_like(unit: str, among: Iterable[str]) -> str:
 
 
 def variants_of(factors: Sequence[Factor], read: MechanismReader | None) -> tuple[Mechanism, ...]:
-    """Return a mechanism for each combination of names and of file levels, the last factor fastest; empty without such."""
+    """Return a mechanism for each combination of names and of levels in `FILE_TABLES`; the last factor varies fastest.
+
+    Without factors of these kinds the result is empty.
+    """
     apart = [factor for factor in factors if factor.texts]
     if not apart:
         return ()

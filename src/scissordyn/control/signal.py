@@ -59,7 +59,11 @@ Recorded = Annotated[
 
 @kernel
 def control_torque(pointer, t, recorded, q, z, dz, p):
-    """Return the torque [N m] of the kernel at `pointer`, 0 if that is 0; write the rates of its states z into dz."""
+    """Return the torque [N m] of the controller kernel at `pointer`; write the rates of its internal states z into dz.
+
+    t is the time, q the signals, `recorded` the present value of the recorded signal, p the parameters. Without a controller
+    (pointer 0) the torque is zero.
+    """
     if pointer == 0:
         return 0.0
     return call_at(pointer, q, (), z, (t, recorded), p, dz)

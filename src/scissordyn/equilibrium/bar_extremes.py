@@ -12,7 +12,10 @@ from scissordyn.record.trajectory import Trajectory
 
 
 def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Variables:
-    """Return variables of each flexible bar's extremes over the samples; all are computed when one of them is first read."""
+    """Return variables with each flexible bar's largest forces, stresses, deflections and buckling ratios over the samples.
+
+    All values are computed when one of them is first read.
+    """
     mechanism, samples = path.plan.mechanism, path.samples
     bars = bars_of(mechanism)
     if not bars or not samples.time.size:

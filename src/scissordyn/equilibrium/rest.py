@@ -96,14 +96,20 @@ def force_slopes(at: StaticPosition, time: float = 0.0) -> np.ndarray:
 
 
 def element_block(content: System, e: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coordinates of force element e, first contacts, then components, and the derivatives of its forces."""
+    """Return the coordinate indices of force element e, and the derivatives of its forces by these coordinates.
+
+    Elements are the contacts, followed by the components.
+    """
     model, start = content.model, content.model.block_start[e]
     columns = model.element_column[model.element_start[e] : model.element_start[e + 1]]
     return columns, content.work.block_x[start : start + columns.size**2].reshape(columns.size, columns.size)
 
 
 def component_maps(content: System, i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vector (u, a, b) of component i, shape (6,), and its derivatives by the free coordinates, shape (6, n)."""
+    """Return the vector (u, a, b) of component i, shape (6,), and its derivatives by the free coordinates, shape (6, n).
+
+    The vector u connects the ends; a and b are the directions of both bodies.
+    """
     model, X = content.model, content.work.X
     e = content.parameters.contact.size + i
     first, last = model.element_start[e], model.element_start[e + 1]
@@ -393,7 +399,10 @@ def turns(plan: Plan, system: System) -> dict[str, float]:
 
 
 def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None:
-    """Set a system's count of full turns for bodies that have turned by the angles `turned` [rad]."""
+    """Set a system's count of full turns for bodies that have turned by the angles `turned` [rad].
+
+    Positions determine angles only up to full turns, but the torque of a spring depends on the number of turns.
+    """
     state, model = system.state, system.model
     state.reference[:] = plan.angles
     for k, family in enumerate(plan.coordinates.families):

@@ -313,7 +313,10 @@ def _store_energy(plan: Plan, system: Handle, y: np.ndarray) -> None:
 
 
 def _hold_references(plan: Plan, system: System, holds: Held) -> None:
-    """Hold bodies of actuators with `start_on_reference` at initial angle, turns included, and speed of the reference."""
+    """Hold the bodies of actuators with `start_on_reference` at the initial angle and speed of their references.
+
+    Their turns are counted from these angles.
+    """
     numbers, model, work = system.parameters, system.model, system.work
     for i, component in plan.actuators:
         if component.start_on_reference:
@@ -328,7 +331,10 @@ def _hold_references(plan: Plan, system: System, holds: Held) -> None:
 
 
 def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight: bool) -> Start:
-    """Return the assembled start at rest nearest to given natural coordinates; if `straight`, bars are undeformed."""
+    """Return the assembled start at rest that is nearest to given natural coordinates; rods keep their given directions.
+
+    If `straight`, flexible bars are straight and undeformed.
+    """
     guess = plan.coordinates.nearest(basis_at_start(system)[0], natural)
     holds = held_rods(plan, system)
     if straight:
@@ -337,7 +343,10 @@ def assembled_near(plan: Plan, system: System, natural: np.ndarray, *, straight:
 
 
 def _hold_straight(plan: Plan, holds: Held, *, moving: bool = False) -> None:
-    """Hold flexible bars undeformed at the start; if `moving`, only those of which some cross-sections have a velocity."""
+    """Hold flexible bars straight at the start, undeformed and moving as rigid bars.
+
+    With `moving`, hold only bars for which some but not all cross-sections have a given velocity.
+    """
     coordinates, beams = plan.coordinates, list(beams_of(plan.mechanism))
     has_velocity = {body.name for body in plan.bodies if body.velocity is not None}
 

@@ -118,7 +118,10 @@ def plain_name(name: str, taken: Iterable[str]) -> str:
 def uniform(
     name: str, pins: tuple[str, ...], places: Mapping[str, Point], density: float, sides: Collection[tuple[str, str]] = ()
 ) -> DrawnBar:
-    """Return a bar of uniform rods, `density` [kg/m], along its sides, by default the shortest lines between its pins."""
+    """Return a bar with the mass of uniform rods along its sides, by default along the shortest lines between its pins.
+
+    `places` are the positions of the pins [m], `density` the mass per length [kg/m].
+    """
     for pin in pins:
         check_place(f"pin '{pin}' in m", places[pin])
     legs = [(places[a], places[b]) for a, b in sides or shortest_tree(pins, places)]

@@ -134,7 +134,10 @@ def _sides(name: str, first: BodyPoint, second: BodyPoint) -> tuple[tuple[tuple[
 
 
 def _at_end(run: xr.Dataset, mechanism: Mechanism, end: End) -> tuple[np.ndarray, np.ndarray]:
-    """Return force (nt, 2) and moment (nt,) on the body of an end about its point; of a guide's carrier at the follower."""
+    """Return the force (nt, 2) and moment (nt,) on the body of an end, about its point.
+
+    On the carrier of a guide, the point is the position of the follower.
+    """
     if end.of_weld:
         at = run.sel(weld=end.joint)
         return end.sign * at["weld_force"].transpose("time", "axis").values, end.sign * at["weld_moment"].values
@@ -352,7 +355,10 @@ def _beam_nodes(body: Body) -> list[float]:
 def _loads(
     forces: xr.Dataset, motion: xr.Dataset, mechanism: Mechanism, body: Body, places: list[float], before: int
 ) -> list[str]:
-    """Return the nodal loads of a bar whose nodes are at `places` [m], after `before` nodes of other bars."""
+    """Return the lines of the CalculiX file with the nodal loads of a bar: pin forces, weight and inertia forces.
+
+    `places` are the nodes along the bar [m], `before` the number of nodes of previous bars.
+    """
     uniform_tol = 1e-6  # largest relative difference from the mass centre and inertia of a uniform bar
     lines: list[str] = []
 

@@ -206,7 +206,10 @@ class _Reader(MotorReader):
             self.fixed_angle.add(index)
 
     def _hinge(self, joint: Any, name: str, begin: tuple[float, float], pair: tuple[int, int]) -> None:
-        """Add spring, damping, friction and limits of a hinge; `begin`: its angle and sense; `pair`: its body and base."""
+        """Add the spring, damping, friction and limits of a hinge.
+
+        `begin` holds its angle at the start and its sense in the plane, `pair` its body and the base.
+        """
         (q, sense), (index, parent) = begin, pair
         ends, label = (self.names[index], self.names[parent]), plain_name(name, ())
         start = self._angle(index) - self._angle(parent)

@@ -196,7 +196,10 @@ def _with_loads(drawing: Drawing, tolerance: float) -> Drawing:
 
 
 def _with_oscillation(mechanism: Mechanism, notes: list[str], ramp: float = 0.05) -> Mechanism:
-    """Let an input that locks at two positions swing between them, as in PMKS+; it decelerates for `ramp` strokes."""
+    """Return the mechanism with an oscillating input if its input locks at two positions; PMKS+ reverses it there.
+
+    `ramp`: [strokes] Part of a stroke in which an oscillating input decelerates.
+    """
     swing = 0.98  # amplitude as a fraction of half the range between the locking positions
     from scissordyn.plan.plan import plan
     from scissordyn.run.ideal import motion_range

@@ -82,7 +82,10 @@ class Sketch:
 
 
 def read_link(link: str, notes: list[str], letters_max: int = 50_000) -> Sketch:
-    """Parse a link of at most `letters_max` characters, about a thousand joints; add a note for each part left out."""
+    """Parse a link of the present or the earlier format; add a note for each part that is left out.
+
+    `letters_max`: [characters] Length of the longest link that is read; a link of this length has about a thousand joints.
+    """
     if len(link) > letters_max:
         raise InputError(f"the link of PMKS+ has more than {letters_max} characters", EXPECTED_LINK, EXAMPLE)
     return (_read_earlier if link.partition("?")[2].startswith("j=") else _read_present)(link.strip(), notes)
@@ -218,7 +221,10 @@ def _check_rest(rest: list[str], notes: list[str]) -> None:
 
 
 def _unsigned(text: str, what: str, digits_max: int = 12) -> int:
-    """Return the value of an unsigned integer in base 64 of at most `digits_max` digits."""
+    """Return the value of an unsigned integer in base 64.
+
+    `digits_max`: largest accepted number of digits, including the sign.
+    """
     if not 0 < len(text) <= digits_max:
         wrong = f"has {len(text)} digits" if text else "is missing in the link of PMKS+"
         raise InputError(f"{what} {wrong}", f"{EXPECTED_LINK}, copied completely", EXAMPLE)

@@ -64,7 +64,10 @@ def read_drawing(
 
 
 def _read(path: Path, text: str, *, unit: str, linear_density: float, of_dxf: dict[str, float | None]) -> Imported:
-    """Return the mechanism in a text; the ending of its file determines the format. Only a DXF has the options `of_dxf`."""
+    """Return the mechanism in the text of a file; the ending of the file determines the format.
+
+    `of_dxf` holds the options that only a DXF has.
+    """
     ending = path.suffix.lower()
     if ending == ".dxf":
         from scissordyn.exchange.dxf import read_dxf

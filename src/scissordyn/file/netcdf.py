@@ -94,7 +94,10 @@ def netcdf(
 
 
 def chunk_options(values: np.ndarray) -> dict[str, Any]:
-    """Return options to store an array in chunks with checksums; none for texts, empty arrays and scalars."""
+    """Return the options with which h5netcdf and xarray store an array in chunks with Fletcher-32 checksums.
+
+    The options are empty for texts, because HDF5 stores characters outside the chunks, and for empty arrays and scalars.
+    """
     if values.dtype.kind in "OUS" or not values.ndim or not values.size:
         return {}
     chunks = -(-values.nbytes // CHUNK_BYTES)

@@ -139,7 +139,10 @@ def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) 
 
 
 def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None:
-    """Return the standard deviations of jumps between segments, `jump` times the range of motion; None without a penalty."""
+    """Return the standard deviations with which jumps of the state between segments are penalised; None without a penalty.
+
+    `jump`: standard deviation of the jumps, as a fraction of the range of the motion.
+    """
     if jump is None or not any(segment.follows for segment in segments):
         return None
     if not jump > 0.0:

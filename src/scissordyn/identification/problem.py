@@ -155,7 +155,10 @@ def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
 
 @dataclass
 class Problem:
-    """Residuals as functions of the free parameters over their scales, followed by the states at the start of segments."""
+    """Least-squares problem: residuals as functions of the free parameters and of the starts of segments.
+
+    The unknowns are the free parameters, divided by their scales, then the states at the start of every segment.
+    """
 
     mechanism: Mechanism
     options: Options
@@ -206,7 +209,10 @@ class Problem:
         return changed_all(self.mechanism, changes, {parameter.path: parameter.places for parameter in self.free})
 
     def run_segment(self, mechanism: Mechanism, k: int, unknowns: np.ndarray) -> SegmentRun:
-        """Run segment `k`, to the start of the next one if jumps are penalised; return its curves in SI units."""
+        """Run segment `k` and return its curves in SI units.
+
+        If the jump to the next segment is penalised, the run continues to the start of that segment.
+        """
         segment, record = self.segments[k], self.segments[k].record
         times = record.time
         if segment.chart is not None:

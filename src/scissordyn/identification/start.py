@@ -102,7 +102,20 @@ def estimate_start(
     guess: tuple[Body, ...],
     windows: Sequence[float],
 ) -> tuple[Segment, tuple[Body, ...]]:
-    """Estimate the start of a segment by least squares over its first parts `windows`; return it and the bodies at its end."""
+    """Estimate the start of a segment by least squares, with the parameters of the case.
+
+    Parameters
+    ----------
+    guess : tuple of Body
+        Bodies with a first estimate of the start.
+    windows : sequence of float
+        Initial fractions of the segment to which the start is fitted, one after another.
+
+    Returns
+    -------
+    tuple
+        The segment with its estimated start, and the bodies at its end.
+    """
     placed = with_start_states(mechanism, _measured_bodies(record, guess))
     try:
         for window in windows:
@@ -133,7 +146,10 @@ def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:
 
 
 def _measured_bodies(record: Measured, guess: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Return bodies that start with measured angles and rates, or the slope of the angles; others start as in `guess`."""
+    """Return bodies that start with their first measured angle and angular velocity; others start as in `guess`.
+
+    An angular velocity that was not measured is the slope of the first measured angles.
+    """
     placed = []
     some = slice(0, max(3, min(POINTS_MIN, record.time.size)))
     time = record.time[some] - record.time[0]

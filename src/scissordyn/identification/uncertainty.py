@@ -91,7 +91,10 @@ def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_block
 
 
 def _direction(row: np.ndarray, least: float = 0.2) -> dict[int, float]:
-    """Return entries of a direction by parameter index, over the largest one; entries below `least` are left out."""
+    """Return the entries of a direction in parameter space by parameter index, divided by the largest entry.
+
+    `least`: smallest entry that is returned, as a fraction of the largest.
+    """
     largest = int(np.argmax(np.abs(row)))
     shares = row / row[largest]
     return {k: float(shares[k]) for k in np.argsort(-np.abs(shares), kind="stable").tolist() if abs(shares[k]) >= least}

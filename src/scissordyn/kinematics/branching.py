@@ -245,7 +245,11 @@ def _format_input(value: float, unit: str) -> str:
 def _passed(
     closure: Closure, time: np.ndarray, z: np.ndarray, rotation: np.ndarray
 ) -> list[tuple[SingularPosition, np.ndarray]]:
-    """Return the change point that a free motion passes between two samples, with its position; empty if there is none."""
+    """Return the change point that a free motion passes between two samples, with its position; empty if there is none.
+
+    Two samples are compared only if no body rotates by more than `SAMPLE_ROTATION_MAX` between them. The mean of two
+    directions that are farther apart is much shorter than one, and the gradients of its length constraints vanish.
+    """
     values = np.array([smallest(closure, point) for point in z])
     k = int(np.argmin(values))
     left, _, right = np.linalg.svd(closure.jacobian(z[k]), full_matrices=False)

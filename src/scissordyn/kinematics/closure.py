@@ -215,7 +215,10 @@ class Closure:
         return None
 
     def close_all(self, guess: np.ndarray, inputs: np.ndarray, most_steps: int = 12) -> np.ndarray | None:
-        """Close the mechanism near many guesses; return (samples, nZ), or None if one fails or the constraints are too few."""
+        """Close the mechanism near many guesses; return shape (samples, nZ), or None if one fails.
+
+        The number of constraints in use must equal the number of unknowns.
+        """
         z = self.join_unknowns(self.driven_part(inputs), guess)
         for _ in range(most_steps):
             residual = self.residual(z, inputs)

@@ -80,7 +80,10 @@ def _determinant_sign(closure: Closure, z: np.ndarray) -> float:
 
 
 def _passes_change_point(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple[float, np.ndarray], longest: float) -> bool:
-    """Return True if the step from the end of `leg` to `new` passes a change point, False if it jumped to another branch."""
+    """Return whether a step passes a change point; False if it jumped to another branch.
+
+    The step goes from the last point of `leg` to `new`; the determinant has changed its sign. `longest` is the longest step.
+    """
     here, place = leg.points[-1], new[0]
     low, high = min(here[0], place) - DATA_TOL * longest, max(here[0], place) + DATA_TOL * longest
     meetings = [meeting_before for meeting_before in leg.met if low <= meeting_before.place <= high]

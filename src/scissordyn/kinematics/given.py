@@ -55,7 +55,10 @@ def given_places(plan: Plan) -> Given | None:
 
 
 def given_speeds(plan: Plan, full: np.ndarray) -> Given | None:
-    """Return linear equations for given velocities; None if no body has any. `full`: free coordinates and drive directions."""
+    """Return linear equations for the velocities and angular velocities that bodies are given; None if no body has any.
+
+    `full` contains the free coordinates, then the drive directions.
+    """
     if all(body.velocity is None and body.angular_velocity is None for body in plan.bodies):
         return None
     directions: list[tuple[float, float] | None] = []

@@ -78,7 +78,10 @@ def start_of(closure: Closure) -> np.ndarray | None:
 
 
 def path_of(plan: Plan, until: float, closure: Closure | None = None) -> Path | None:
-    """Return the path until a time [s], by the only input or else the time; None if inputs do not determine the motion."""
+    """Return the positions that a mechanism passes until a time [s] as a path; None if its inputs do not determine the motion.
+
+    The path parameter is the value of the only input, or the time if there are several inputs.
+    """
     closure = Closure(plan) if closure is None else closure
     inputs = closure.inputs
     start = start_of(closure)

@@ -149,7 +149,12 @@ def _zero(closure: Closure, position: Callable[[float], np.ndarray], places: Pla
 def moving_parts(
     closure: Closure, z: np.ndarray, typical: float, least: float = 0.2
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return bodies and joints whose amplitude in the motion possible at the singular position z (nZ,) is above `least`."""
+    """Return the bodies that can move to first order at a singular position, and the joints that turn in that motion.
+
+    Shapes: `z` (nZ,).
+
+    `least`: amplitude, relative to the largest, above which a body or joint is named in the warning.
+    """
     rows = closure.jacobian(z)
     _, values, right = np.linalg.svd(rows, full_matrices=False)
     loose = max(1, int(np.sum(values < max(1e-4 * typical, 2.0 * values[-1]))))  # number of zero singular values

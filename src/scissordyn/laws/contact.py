@@ -72,7 +72,10 @@ class JointContact:
 
 
 class Elastic(Part):
-    """Base of elastic laws: kernels of the force [N] over the indentation > 0 [m], and of its energy [J], or quadrature."""
+    """Base of elastic laws: a kernel of the force [N] over the indentation > 0 [m], and optionally a kernel of its energy [J].
+
+    Without an energy kernel the energy is computed by quadrature.
+    """
 
     slot = Slot("stiffness", ("indentation",), {"force": (1, "force"), "energy": (1, "number")}, title="stiffness law")
     small_contact: ClassVar[bool] = False

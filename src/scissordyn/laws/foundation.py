@@ -39,9 +39,16 @@ GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 @lru_cache(64)
 def pressure_table(law: Elastic, joint: JointContact, density: int = 8) -> np.ndarray:
-    """Return the pressure of an elastic law over its indentation, by power laws; raise `InputError` if the law has none.
+    """Return the pressure of an elastic law by indentation, as pieces of power laws with equal ratios of indentations.
 
-    Shapes: returns (pieces, 6) with the columns above [Pa, 1, Pa m, Pa m^2, m, 1]; `density` pieces for each factor of e.
+    Shapes: returns (pieces, 6) with the columns above [Pa, 1, Pa m, Pa m^2, m, 1].
+
+    Raises
+    ------
+    InputError
+        If the law's force does not follow from a pressure that grows with the indentation.
+
+    `density`: pieces of the table for each factor of e in the indentation.
     """
     pieces = math.ceil(density * math.log(INDENTATION_RATIO_MAX / INDENTATION_RATIO_MIN))
     w = joint.clearance * np.geomspace(INDENTATION_RATIO_MIN, INDENTATION_RATIO_MAX, pieces + 1)

@@ -20,7 +20,10 @@ LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between
 
 
 def contact_failure(joint: str, contact: JointContact, indentation: float, kind: str = "joint") -> str:
-    """Return why a contact model has failed: an indentation above the radius or gap of journal or corner; "" if not."""
+    """Return the reason why the contact model of a joint or a component has failed; "" if it has not.
+
+    No law describes an indentation above the journal's radius, or above a corner's radius and gap.
+    """
     deepest = max(contact.journal_radius, contact.gap)
     if indentation <= deepest:
         return ""

@@ -92,7 +92,10 @@ def recorded_signal(t, i, S):
 
 @kernel
 def controller_slopes(t, i, S, z):
-    """Write derivatives of torque and state rates (rows) by signals, states and time (columns) into Work.slope."""
+    """Write the derivatives of torque and state rates into Work.slope, by central differences.
+
+    Rows are the torque and the rates of the states. Columns are signals, states and time.
+    """
     P, W, first = S.parameters, S.work, S.model.state_start[S.parameters.contact.size + i]
     states, q = z.size, W.signal
     up, down = W.control_work[0, :states], W.control_work[1, :states]

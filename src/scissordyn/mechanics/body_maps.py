@@ -110,7 +110,11 @@ def load_couplings(at, multiplier, B, R):
 
 @kernel
 def pressure_size(at, e, multiplier, B, R):
-    """Return the workless force e that pushes teeth apart or pulls pulleys together, and its derivative by the multiplier."""
+    """Return the workless force e of teeth or a belt, positive if it pushes apart, and its derivative by the multiplier.
+
+    For teeth it is T/r tan(a). For a belt it is the sum of its tensions, at least the pretension, times the cosine of its
+    spans.
+    """
     kind, value = B.pressure[e, 1], multiplier
     size, slope = B.pressure_factor[e] * abs(value), B.pressure_factor[e] * (1.0 if value >= 0.0 else -1.0)
     if kind == RACK:

@@ -159,7 +159,10 @@ def laws_fit(m, y, S, H):
 
 @kernel
 def take_compliant(y, new, S, H):
-    """Write depth, rates and forces of closed contacts at the end of the step to `S.work.contact`, states to `new`."""
+    """Write depth, rates and forces of closed compliant contacts at the end of the step to `S.work.contact`.
+
+    States of their friction go to the state vector `new`.
+    """
     M, h, m = S.model, H.work.size[0], S.work.multiplier.size
     for i in range(H.model.which.size):
         if H.model.compliant[i] == 0 or H.work.closed[i] == 0:

@@ -72,7 +72,10 @@ def sense(i, S, maps):
 
 @kernel
 def evaluate(i, S, z, address, result):
-    """Call the kernel at `address` for component i with the coordinates, rates and context in Work; write to `result`."""
+    """Call the kernel at `address` for component i; write what it returns to `result`.
+
+    Its arguments are the coordinates, rates and context in Work, the states z and the parameters of the component.
+    """
     W = S.work
     call_at(address, W.coordinates[i], W.coordinate_rates[i], z, W.context, S.parameters.component[i], result)
 

@@ -32,7 +32,11 @@ points, 1/|r'| and A e; r' at both ends; the vectors of static shapes one after 
 
 @kernel
 def tables_of(bar, S):
-    """Return numbers of shapes and points, row widths, and the starts of weights, slopes, stretching and forces of a bar."""
+    """Return the numbers of shapes and points, padded row widths, and where the tables of a bar begin.
+
+    The tables are weights, slopes of the shapes at points, stretching, and the matrix for forces: the bending form, slopes and
+    second derivatives by points.
+    """
     M = S.model
     count, points, weights = M.bar[bar, 1], M.bar[bar, 2], M.bar[bar, 3]
     across, wide = padded(points), padded(count)

@@ -47,7 +47,10 @@ def add_forces(element, S, fx, fy, gx, gy, hx, hy, target, first, limit):
 
 @kernel
 def add_torques(element, S, fx, fy, torque_a, torque_b, ax, ay, bx, by, target, first, limit):
-    """Add a force on the first map, and torques T as forces T J d on the unit directions d of two bodies, to `target`."""
+    """Add a force on the first map, and torques on the unit directions a and b of two bodies, to `target`.
+
+    A torque T on a direction d is applied as the force T J d on d; J turns a vector by 90 degrees.
+    """
     add_forces(element, S, fx, fy, -torque_a * ay, torque_a * ax, -torque_b * by, torque_b * bx, target, first, limit)
 
 

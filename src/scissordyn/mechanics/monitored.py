@@ -226,7 +226,10 @@ def write_row(t, row, S, out):
 
 @kernel
 def monitor(t, y, S, power, rows):
-    """Write the powers [W] of `POWERS` and all monitored quantities at the state of the last `accelerate`."""
+    """Write the powers [W] of `POWERS` and all monitored quantities.
+
+    `accelerate` must have been called for the same instant and state.
+    """
     M, W = S.model, S.work
     constraint_forces(S, W.work_b)
     total = 0.0

@@ -28,7 +28,10 @@ def table_shape(contacts: int) -> tuple[int, int]:
 
 @kernel
 def pivot(least, m, H):
-    """Compute impulses and modes of contacts restless since step `least`; return the pivots, negative if on a ray."""
+    """Compute the impulses of all rows and the modes of contacts restless since step `least`; others keep their modes.
+
+    Return the number of pivots; negative if the method ends on a ray.
+    """
     count = 0
     for i in range(H.model.which.size):
         if H.work.closed[i] == 1 and H.work.restless[i] >= least:
@@ -45,7 +48,10 @@ def pivot(least, m, H):
 
 @kernel
 def unit_impulses(m, count, H):
-    """Compute the impulses without the pivoted contacts and for a unit of each P_N and r; return False without a solution."""
+    """Compute the impulses without the pivoted contacts, and those for a unit of each of their P_N and r.
+
+    Return whether a solution exists.
+    """
     size, reach = H.model.place.size, H.model.reach[0]
     write_equations(m, 0, H)
     H.work.units[: 2 * count, :] = 0.0

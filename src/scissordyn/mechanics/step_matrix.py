@@ -56,7 +56,10 @@ def factorize(hg, S):
 
 @kernel
 def constraint_row(p, hg, S):
-    """Return the derivatives of a constraint's second time derivative by the acceleration of the map of part p."""
+    """Return the derivatives of a constraint's second time derivative by the acceleration of the map of part p.
+
+    In a linearly implicit step the changes of rate and position are hg and hg^2 times that of the acceleration.
+    """
     W, kind = S.work, S.model.part_reference[p]
     dx, dy, ux, uy = W.frozen_direction[p, 0], W.frozen_direction[p, 1], W.frozen_rate[p, 0], W.frozen_rate[p, 1]
     sx, sy = part_slope(kind, dx, dy)

@@ -236,7 +236,10 @@ def with_backlash(
 
 
 def without_backlash(mechanism: Mechanism) -> tuple[Mechanism, dict[str, dict[str, float]]]:
-    """Return the mechanism before `with_backlash` and its arguments by coupling; nothing is undone if parts have changed."""
+    """Return the mechanism before `with_backlash`, and the arguments of that call for each coupling with backlash.
+
+    If the parts have been changed since then, return the mechanism itself and no arguments.
+    """
     before, numbers = mechanism, dict[str, dict[str, float]]()
     for part in reversed(mechanism.couplings):
         stops: list[Any] = [other for other in before.components if other.name in _flanks(part.name)]

@@ -232,7 +232,10 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
 
 
 def loose_bodies(mechanism: Mechanism) -> list[str]:
-    """Return a warning for each group of bodies that nothing connects to other bodies or the ground."""
+    """Return a warning for each body or group of bodies that nothing connects to the rest of a mechanism or to the ground.
+
+    If all bodies of a mechanism are connected to each other, it may be free as a whole: there is no warning.
+    """
     names = {body.name for body in mechanism.bodies}
     pairs = [
         *(joint.bodies for joint in mechanism.joints),

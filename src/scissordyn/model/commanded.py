@@ -23,7 +23,10 @@ Span = tuple[str, tuple[str, Point], tuple[str, Point], float, float, float, flo
 
 
 def rigid(mechanism: Mechanism, least_share: float = 1e-9) -> Mechanism:
-    """Return the mechanism with rigid bars; each cross-section keeps at least the fraction `least_share` of its mass."""
+    """Return the mechanism with rigid bars of the same mass and inertia instead of flexible ones.
+
+    `least_share`: smallest fraction of its mass that a cross-section of a rigid bar keeps: a body must have a mass.
+    """
     spans = list(_spans(mechanism))
     if not spans:
         return mechanism

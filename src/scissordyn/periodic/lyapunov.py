@@ -209,7 +209,10 @@ def _check_continuous(mechanism: Mechanism) -> None:
 
 
 def _propagate_tangent(path: Trajectory, tangent: np.ndarray, first: int, substeps: int, h: float) -> np.ndarray:
-    """Integrate the variational equation over `substeps` of length h [s] from the sample `first`; return the tangent."""
+    """Integrate the variational equation over `substeps` of length h [s]; return the tangent at their end.
+
+    The tangent starts at the sample `first` of the trajectory, which has a sample at the end and middle of each substep.
+    """
     samples, live, address = path.samples, path.system.content.state, path.system.address
     slope, slope_t, answer = np.zeros(samples.state.shape[1]), np.zeros(samples.state.shape[1]), np.zeros(2)
     last = first + 2 * substeps

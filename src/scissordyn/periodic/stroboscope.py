@@ -225,7 +225,10 @@ def _record_samples(plan: Plan, system: Handle, samples: Samples) -> dict[str, n
 def count_contacts(
     log: np.ndarray, mode: np.ndarray, begin: float, period: float, impacts: np.ndarray, fraction: np.ndarray
 ) -> None:
-    """Count the contacts that start in a cycle, and sum the time in contact, into `impacts` and `fraction`."""
+    """Count the contacts that start in a cycle and sum the time in contact.
+
+    `mode` holds the contact modes at the start of the cycle; `impacts` and `fraction` receive the results per contact.
+    """
     for j in range(mode.size):
         contacts = log[log["guard"] == j]
         time, rises = contacts["time"], contacts["mode"] == RISE

@@ -367,7 +367,10 @@ def elements_in(*folders: ModuleType) -> Mapping[str, type[Any]]:
 
 
 def element_named(slot: str, what: str, name: str, elements: Mapping[str, type[Any]]) -> type[Any]:
-    """Return the element class of a name in `elements`, or of "file.py:NAME", which is executed; `what` names its kind."""
+    """Return the element class of a name: one of `elements`, or one of a user's file ("file.py:NAME"), which is executed.
+
+    `what` is the kind of element in the error message, for example "friction law".
+    """
     if ".py:" in name:
         return cast(type[Any], element_class(slot, name, Path.cwd()))
     if name not in elements:

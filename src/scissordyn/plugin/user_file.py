@@ -71,7 +71,10 @@ def _module(path: Path, source: bytes) -> ModuleType:
 
 
 def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., Any]:
-    """Execute a user's file, which must have `digest` if that is given; return what ``"file.py:name"`` names."""
+    """Execute a user's file and return the function or class that ``"file.py:name"`` names.
+
+    If `digest` is given, raise `InputError` unless the file's digest is equal.
+    """
     path, name = split_reference(kind, reference)
     source = path.read_bytes()  # read once, so that the compared text is executed
     if digest and _digest(source) != digest:
@@ -106,7 +109,10 @@ def origin_of(described: type) -> tuple[str, str] | None:
 
 
 def class_in(kind: str, reference: str, folder: Path) -> tuple[Any, str]:
-    """Execute a file; return the class that ``"file.py:name"`` names, None if it is none, and its absolute reference."""
+    """Execute a file; return the class that ``"file.py:name"`` names and its reference with an absolute path.
+
+    The class is None if the name refers to something else, such as a function.
+    """
     path, name = split_reference(kind, reference, folder)
     loaded = load_function(kind, f"{path}:{name}")
     return loaded if isinstance(loaded, type) else None, f"{path}:{name}"

@@ -39,7 +39,10 @@ def mean_gap(distance, roughness):
 
 @kernel
 def asperity_contact(eccentricity, roughness):
-    """Return force and energy of the asperities over R L K E* and R L K E* c; the force keeps its value in contact."""
+    """Return force and energy of the asperities over R L K E* and R L K E* c; both arguments are over the clearance c.
+
+    The force is the exact derivative of the energy. From contact on (eccentricity >= 1) it keeps its value.
+    """
     e = min(eccentricity, 1.0)
     x = (1.0 - e) / roughness
     if x > 8.0:  # the asperities carry less than 1e-16 of their load at contact

@@ -47,7 +47,10 @@ def force(
     full,
     table,
 ):
-    """Return force [N], torque [N m], energy [J], dissipated power [W] and outputs; without pressures if `differences` is 1."""
+    """Return force [N] and torque [N m] on the journal, energy [J], dissipated power [W], then the outputs.
+
+    `roughness` is relative to the clearance. Pressures are not computed if `differences` is 1.
+    """
     ex, ey = x / clearance, y / clearance
     eccentricity = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / eccentricity, ey / eccentricity) if eccentricity > 0.0 else (1.0, 0.0)

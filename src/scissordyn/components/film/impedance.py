@@ -162,7 +162,10 @@ def thickness_powers(gap):
 
 @kernel
 def tabulated(table, first, gap, direction):
-    """Return the impedance (radial, tangential, pressure) of the padded table from `first` on, at a gap and direction psi."""
+    """Return the impedance (radial, tangential, pressure) that a padded table gives at a film thickness and a direction psi.
+
+    The table begins at index `first` of an array.
+    """
     (row, fx), (column, fy) = row_of(gap), column_of(direction)
     across, along = cubic_weights(fx), cubic_weights(fy)
     radial = tangential = pressure = 0.0
@@ -240,7 +243,10 @@ def finite_table(ratio: float) -> np.ndarray:
 
 @cache
 def pressure_table(model: str, ratio: float) -> np.ndarray:
-    """Return a table as `finite_table`, shape (GAPS, DIRECTIONS, 3), whose only nonzero entry is the largest pressure."""
+    """Return the largest pressures in a short or long bearing, shape (GAPS, DIRECTIONS, 3).
+
+    The layout is that of `finite_table`: entry 2 is the pressure; entries 0 and 1, the impedances, stay zero.
+    """
     theta = np.linspace(0.0, 2.0 * np.pi, 721)
     table = np.zeros((GAPS, DIRECTIONS, 3))
     for i, e in enumerate(eccentricities()):

@@ -245,7 +245,10 @@ class Source:
         call(loop.advance, (Functions(MECHANICS), system, kinds["integration"], INT), "root_advance")
 
     def _instance(self, plan: Plan, driver: Driver, tolerance: float, token: str) -> str:
-        """Return C code of constants of the mechanism, with its instantiation token, and of the struct type of an instance."""
+        """Return C code of constants of the mechanism and of the struct type of an FMU instance.
+
+        `token` is the instantiation token of the FMU.
+        """
         groups, motions, weights = vars(self.variables), prescribed_motions(plan, driver), driver.integration.content.work
         pairs = zip(driver.state.y, weights.atol, weights.rtol, strict=True)
         nominal = [max(abs(float(y)), float(atol / rtol)) for y, atol, rtol in pairs]

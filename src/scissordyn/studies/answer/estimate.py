@@ -147,7 +147,10 @@ def _inverted(values: np.ndarray, fractions: list[tuple[float, float, float]], l
 
 
 def cost_ratio(correlated: float, accurate_seconds: float, cheap_seconds: float) -> float:
-    """Return the optimal number of cheap runs for an accurate one: sqrt(rho^2/(1 - rho^2) w/w_cheap), at least 1."""
+    """Return the optimal number of cheap runs for each accurate run; 1 if cheap runs do not reduce the cost.
+
+    sqrt(rho^2/(1 - rho^2) w/w_cheap), Peherstorfer et al. 2016.
+    """
     squared = correlated**2 if math.isfinite(correlated) else 0.0
     unexplained = max(1.0 - squared, np.finfo(float).eps)  # known to round-off
     return max(1.0, math.sqrt(squared / unexplained * accurate_seconds / cheap_seconds))

@@ -73,7 +73,10 @@ def study_responses(study: Study, results: xr.Dataset) -> list[Response]:
 
 
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
-    """Return a response of all cases, NaN for incomplete ones; infinite if a complete case has no required value."""
+    """Return a response of all cases, NaN for incomplete ones.
+
+    A complete case without a value of a required response violates the requirement: its value counts as infinite.
+    """
     values = response_values(results, response)
     if response in [requirement.response for requirement in study.requirements]:
         values = np.where(np.isnan(values), -np.inf if response.smallest else np.inf, values)

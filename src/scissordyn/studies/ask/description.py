@@ -103,7 +103,10 @@ class OwnMeasure:
 
 @dataclass(frozen=True)
 class Study:
-    """A study of a mechanism; case number = (point x samples + sample) x members + member."""
+    """A study of a mechanism.
+
+    Case number = (point x samples + sample) x members + member, so that a point's cases are neighbours.
+    """
 
     mechanism: Mechanism  # Mechanism, or the text of its case file if the study is only read: nothing is executed
     options: Options
@@ -283,7 +286,10 @@ class Study:
         )
 
     def numbers(self, cases: np.ndarray, points: np.ndarray | None = None) -> dict[str, np.ndarray]:
-        """Return the values of some cases by parameter; they depend on the index, or on the points of an adaptive design."""
+        """Return the parameter values of some cases by parameter, in SI units; they depend only on the index of the case.
+
+        `points` has the parameter values at each point of an adaptive design, shape (points, factors).
+        """
         point, rest = np.divmod(cases, self.per_point)
         sample = rest // self.members
         values: dict[str, np.ndarray] = {}

@@ -50,9 +50,20 @@ CERTIFICATE_PREFIX, SCRIPT_PREFIX = ".dask-jobqueue.worker.", ".scissordyn-job."
 
 
 class Jobs:
-    """Jobs of the queueing system `kind` whose workers compute a study; `count` of them are kept submitted.
+    """Jobs whose workers compute a study.
 
-    The JobQueueCluster of dask has the scheduler and describes a job; `folder` gets scripts and outputs, `report` lines.
+    Parameters
+    ----------
+    cluster : dask_jobqueue.JobQueueCluster
+        Cluster with the scheduler and the description of a job.
+    kind : str
+        Name of the queueing system.
+    count : int
+        Number of jobs to keep submitted.
+    folder : Path
+        Folder for the scripts of jobs while they are submitted, and for the output of jobs.
+    report : callable
+        Called with one line whenever the state of the jobs changes.
     """
 
     def __init__(self, cluster: Any, kind: str, count: int, folder: Path, report: Callable[[str], None]) -> None:
@@ -76,7 +87,10 @@ class Jobs:
             self._alive.append(str(number))
 
     def watch(self, finished: int) -> None:
-        """Report changes, replace ended jobs; raise `EngineError` if none can work. `finished` counts finished blocks."""
+        """Report changes and replace jobs that have ended; raise `EngineError` if no job can do any more work.
+
+        `finished` is the number of finished blocks.
+        """
         now = time.monotonic()
         if now < self._next_poll:
             return

@@ -193,7 +193,10 @@ def candidates(study: Study, results: xr.Dataset) -> Optimum:
 
 
 def risks_and_violations(study: Study, results: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return goals (points, goals) and violations (points,); NaN and infinite for points with failed cases."""
+    """Return the risk of each goal, shape (points, goals), and the violation of the requirements, shape (points,).
+
+    Points with failed cases have NaN as risk and an infinite violation.
+    """
     plan = study.optimisation
     assert plan is not None
 

@@ -19,18 +19,19 @@ from scissordyn.warning import RunWarning, warning
 LAW_SAMPLES = 400  # Number of indentations at which a law is evaluated, between which its values are interpolated
 
 
-def contact_failure(joint: str, contact: JointContact, indentation: float, kind: str = "joint") -> str:
+def contact_failure(joint: str, contact: JointContact, indentation: float, kind: str = "joint", *, margin: float = 0.0) -> str:
     """Return the reason why the contact model of a joint or a component has failed; "" if it has not.
 
     No law describes an indentation above the journal's radius, or above a corner's radius and gap.
     """
     deepest = max(contact.journal_radius, contact.gap)
-    if indentation <= deepest:
+    if indentation <= (1.0 - margin) * deepest:
         return ""
     radius = "corner radius" if kind == "joint" else "radius"
     what = "gap" if contact.gap == deepest else radius if contact.plane else "journal radius"
+    reached = "reaches" if margin else "exceeds"
     return (
-        f"{kind} '{joint}': indentation {1e3 * indentation:.4g} mm exceeds the {what} of {1e3 * deepest:g} mm: "
+        f"{kind} '{joint}': indentation {1e3 * indentation:.4g} mm {reached} the {what} of {1e3 * deepest:g} mm: "
         "the contact is too soft for its load, or the time step jumped through it"
     )
 

@@ -159,8 +159,8 @@ class Extremes:
 def lawful_warnings(part: Any, speeds: Sequence[float], depth: float, time: float) -> list[RunWarning]:
     """Return warnings about the laws of a component that is a contact, from its approach speeds and largest indentation."""
     elements, kind = (part.surfaces, part.stiffness, part.damping, part.friction), part.declaration.label
-    # an edge with two sides is deepest at its axis
-    failure = contact_failure(part.name, part.surfaces, depth * (1.0 + REPORTED_FRACTION), kind)
+    # an edge without width is deepest at its axis, at the radius of the disc
+    failure = contact_failure(part.name, part.surfaces, depth, kind, margin=REPORTED_FRACTION)
     failed = [warning("failed", time=time, failure=failure)] if failure else []
     return failed + contact_warnings(part.name, *elements, approach_speed=speeds, indentation=depth, kind=kind)
 

@@ -441,16 +441,17 @@ def counted(number: int, thing: str = "contact") -> str:
     return f"{number} {thing}" + ("" if number == 1 else "s")
 
 
-PREFIXED_UNITS = frozenset(("m", "s", "N", "J", "W", "Pa", "Hz", "rad"))
-"""Units that get a prefix, alone or as the first of a product; m^2 would be a thousand mm^2 with one."""
+PREFIXED_UNITS = frozenset(("m", "s", "g", "N", "J", "W", "Pa", "Hz", "rad"))
+"""Units that get a prefix, alone or as the first of a product or quotient; in mm^2 the prefix itself would be squared."""
 
 
 def _prefixed(value: float, unit: str) -> tuple[float, str]:
     """Return a number and its unit with a prefix, where the unit can have one; masses below 1 kg are in grams."""
     if unit == "kg" and abs(value) < 1.0:
         value, unit = 1e3 * value, "g"
-    power = prefix(abs(value)) if unit == "g" or unit.replace("/", " ").split(" ")[0] in PREFIXED_UNITS else 0
-    return (value / 10.0**power, PREFIXES[power] + unit) if " or " not in unit else (value, unit)
+    first = unit.replace("/", " ").partition(" ")[0]
+    power = prefix(abs(value)) if first in PREFIXED_UNITS and " or " not in unit else 0
+    return value / 10.0**power, PREFIXES[power] + unit
 
 
 def cell(value: float, unit: str) -> str:

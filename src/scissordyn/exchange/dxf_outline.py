@@ -222,8 +222,8 @@ def inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
 def crossing(one: np.ndarray, other: np.ndarray) -> np.ndarray | None:
     """Return the x and y at which two closed polygons cross, or a polygon crosses itself; None if they do not."""
 
-    def beside(start: np.ndarray, end: np.ndarray, places: np.ndarray) -> np.ndarray:
-        """Return on which side of a line the places are; those at most round-off away are on neither."""
+    def sides(start: np.ndarray, end: np.ndarray, places: np.ndarray) -> np.ndarray:
+        """Return 1 or -1 for the side of a line on which each place is, 0 for those on the line but for round-off."""
         areas = (end[0] - start[0]) * (places[:, 1] - start[1]) - (end[1] - start[1]) * (places[:, 0] - start[0])
         least = ROUND_OFF_TOL * np.linalg.norm(end - start) * np.abs(places - start).max(axis=1)
         return np.where(np.abs(areas) > least, np.sign(areas), 0.0)
@@ -237,6 +237,6 @@ def crossing(one: np.ndarray, other: np.ndarray) -> np.ndarray | None:
         near = np.all((np.maximum(other[:-1], other[1:]) >= low) & (np.minimum(other[:-1], other[1:]) <= high), axis=1)
         for k in np.flatnonzero(near):
             a, b = other[k], other[k + 1]
-            if np.prod(beside(start, end, other[k : k + 2])) < 0.0 and np.prod(beside(a, b, np.array([start, end]))) < 0.0:
+            if np.prod(sides(start, end, other[k : k + 2])) < 0.0 and np.prod(sides(a, b, np.array([start, end]))) < 0.0:
                 return np.asarray(a + np.linalg.solve(np.column_stack([b - a, start - end]), start - a)[0] * (b - a))
     return None

@@ -89,7 +89,7 @@ class Plan:
 
     def template(self, name: str, make: Callable[[], Template]) -> Template | None:
         """Return a template, or None at the first request: a plan of one run needs no template."""
-        if self.answers.setdefault(name, False) is False:
+        if name not in self.answers:
             self.answers[name] = None
             return None
         return self.table(name, make)  # type: ignore[no-any-return]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from scissordyn.errors import InputError, printable
 from scissordyn.record.results import Run, along, values_at
 from scissordyn.record.transmitted import START_DURATION
 from scissordyn.units import short
-
-if TYPE_CHECKING:
-    pass
 
 ESTIMATE = "an estimate, as contact is hard"
 

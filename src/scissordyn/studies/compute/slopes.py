@@ -29,8 +29,8 @@ def with_slopes(study: Study, runs: xr.Dataset) -> xr.Dataset:
     """
     responses = [requirement.response for requirement in study.requirements] + list(study.responses)
     responses += [response for name in study.measures if runs[name].size for response in whole_responses(runs, name)]
-    names = list(dict.fromkeys(response.name for response in responses))
     chosen = {response.name: response for response in responses}
+    names = list(chosen)
     found = np.full((runs.sizes["case"], len(names), len(study.factor_names)), np.nan)
     texts = runs["warnings"].values.astype(object)
     for case in np.flatnonzero(runs["status"].values == "complete"):

@@ -152,11 +152,12 @@ def find_crossing(problem, T, k, left, right, a, slope_a, b, slope_b, t, h, s, w
     if slope_a > 0.0 and slope_b < 0.0:
         step, scaling = (right - left) * h, w.scaling[0]
         place, highest = cubic_summit(a, step * speed(scaling, left) * slope_a, b, step * speed(scaling, right) * slope_b)
-        if not highest > 0.5 * max(a, b) - w.precision[k]:
+        least = 0.5 * max(a, b) - w.precision[k]
+        if not highest > least:
             # a guard with a kink, as at a thin bar, is higher than the cubic
             guard_at(problem, T, k, left + (right - left) * place, t, h, s, w, S)
             highest += CUBIC_ERROR_FACTOR * abs(sign * w.value[k] - highest)
-        if highest > 0.5 * max(a, b) - w.precision[k]:
+        if highest > least:
             theta, value = find_turning_point(problem, T, k, left, right, t, h, s, w, S, sign, -1.0)
             if value > 0.0:
                 return locate_root(problem, T, k, left, theta, a, slope_a, value, sign * w.rate[k], t, h, s, w, S, sign)

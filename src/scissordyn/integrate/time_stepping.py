@@ -81,9 +81,9 @@ class Touching(NamedTuple):
 
     which: I1  # (k,) guards of the contacts
     result: F2  # (k, columns) results of the last step
-    impact: I1  # (2,) whether the state jumped in the step; the step request or status
+    impact: I1  # (3,) whether the state jumped in the step; the step request or status; whether the step ends on an impact
     locate: I1  # (1,) 1 if impacts are located
-    ahead: F1  # (3,) `HardState.ahead`: largest indentation, time until a rebounding contact closes, relative indentation
+    ahead: F1  # (3,) of open contacts, as in `mechanics.hard_rows.HardState`
     work: F1  # (1,) work of the drives in the last impact
     size: F1  # (1,) step size
     ending: F1  # (k,) indentations at the end of the step
@@ -154,7 +154,7 @@ def step_and_events(problem, jumps, t, s, w, S, H, K, r):
         last = last and h == whole and not strikes
     elif K.locate[0] == 1 and K.ahead[2] >= -EVENT_TOL:  # an open contact ends the step on its surface, but for round-off
         strikes = True
-    K.ahead[2] = 0.0 if strikes else -math.inf  # the repetition of the step in dual numbers reads it
+    K.impact[2] = 1 if strikes else 0
     now = clock.end if last else t + h
     counts.steps += 1
     counts.rates += 1

@@ -59,8 +59,9 @@ class HardState(NamedTuple):
     overlap: F1  # (k,) largest indentation so far minus that of the law [m]
     slope: F1  # (ny,) y' of the last step, without its jumps
     stick: F1  # (k,) total time of sticking [s]
-    ahead: F1  # (3,) largest indentation [m] of open contacts at the end; time until a rebounding contact closes again [s];
-    # largest indentation relative to the clearance [-]
+    # (3,) largest indentation of open contacts at the end [m], time until a rebounding contact closes again [s],
+    # and the largest indentation relative to the clearance [-]
+    ahead: F1
     counts: I1  # (COUNTS,) counters of `impulse_solver`
 
 
@@ -90,7 +91,7 @@ class HardWork(NamedTuple):
     acts: I1  # (rows,) whether the row belongs to an active constraint or a contact whose gap closes
     closed: I1  # (k,) whether the gap closes in the step
     was: I1  # (k,) whether it was in contact before
-    impact: I1  # (2,) whether the step has an impact; request or status of the step (`STEP`)
+    impact: I1  # (3,) whether the step has an impact; request or status of the step (`STEP`); whether it ends on an impact
     required: I1  # (k,) the mode that its impulses and velocities require
     restless: I1  # (k,) index of the last Newton step that changed its mode
     gram: F2  # (rows, 2 reach + 1) symmetric products of the rows

@@ -89,7 +89,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "elastic": (count, ELEMENT_PARAMETERS_MAX),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
         "damping": len(damped),
-        "impact": 2,
+        "impact": 3,
         "gram": (rows, 2 * band + 1),
         "band": (rows, width(band, band)),
         "pivots": 2 * rows,

@@ -134,7 +134,7 @@ class _Pass:
             contacts, touching = self.driver.stepping.content, self.driver.stepping.touching.content
             duals = self.watching, self.twin.address(contacts), self.twin.address(touching)
             work, kept = contacts.work, contacts.state
-            self.watching = self.twin.address(HardWatched(*duals, work.size, work.was, kept.mode, kept.ahead, self.doubt))
+            self.watching = self.twin.address(HardWatched(*duals, work.size, work.was, kept.mode, work.impact, self.doubt))
         self.run = np.array(self.driver.addresses, np.int64)
 
     def _put(self, seeds: Sequence[Mapping[str, np.ndarray]]) -> None:

@@ -49,7 +49,7 @@ class HardWatched(NamedTuple):
     size: F1  # (1,) size of the last step [s]
     was: I1  # (k,) modes with which the last step or impact was solved
     mode: I1  # (k,) `HardState.mode`
-    ahead: F1  # (3,) `HardState.ahead`
+    impact: I1  # (3,) `HardWork.impact`
     doubt: F1  # (parameters,) first instant at which this change may change the mode of a contact in an impact [s]
 
 
@@ -77,7 +77,7 @@ def follow_time_step(problem, jumps, own, run, address, system):
         write_present(t, s, r.samples)
     for k in range(s.mode.size):
         w.saved_mode[k] = s.mode[k]
-    strikes = own.ahead[2] == 0.0
+    strikes = own.impact[2] == 1
     guard = -1 if strikes else crossed_guard(first, after, run, K)
     h = with_value(0.0 * t, own.size[0])
     if not strikes and guard < 0:

@@ -1,4 +1,4 @@
-"""Fixtures of many tests: the paper's array and its runs, each computed once, and commands with what they print."""
+"""Fixtures of many tests: the paper's array and its runs, each computed once, a browser, and commands with what they print."""
 
 import sys
 from collections import Counter
@@ -51,6 +51,17 @@ def clearance_run(clearance_array):
 def frictional_run(frictional_array):
     """Return a run of 50 ms of the array with friction, at the default tolerance."""
     return sd.simulate(frictional_array, until=0.05)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Yield Chromium; a process can start it only once."""
+    from tests.explore.browser import chromium, missing
+
+    if missing():
+        pytest.skip(missing())
+    with chromium() as started:
+        yield started
 
 
 @pytest.fixture

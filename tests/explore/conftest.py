@@ -1,4 +1,4 @@
-"""A case with two clearance joints, a slider-crank, and a browser."""
+"""A case with two clearance joints, and a slider-crank."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 import scissordyn as sd
 from scissordyn.casefile.code import Code
 
-from .browser import CASE, chromium, missing
+from .browser import CASE
 
 
 @pytest.fixture
@@ -31,12 +31,3 @@ def case():
 def crank():
     """Return a slider-crank with a clearance joint, which nothing drives."""
     return sd.slider_crank(crank=0.05, rod=0.12, angle=0.4).with_clearance("slider pin", sd.Clearance(5e-4))
-
-
-@pytest.fixture(scope="session")
-def browser():
-    """Yield Chromium."""
-    if missing():
-        pytest.skip(missing())
-    with chromium() as started:
-        yield started

@@ -11,6 +11,7 @@ pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import assembled
 from scissordyn.plot.canvas import declared_positions
+from scissordyn.record.results import values_at
 
 from .heard import Heard, until
 
@@ -25,7 +26,8 @@ def test_declared_position_is_the_assembled_one(path):
     mechanism = open_case(path).mechanism
     first = declared_positions(mechanism.ideal())
     solved, _ = assembled(mechanism)
-    apart = first["position"].values[0] - solved["position"].sel(body=first["body"]).transpose("time", "body", "axis").values[0]
+    found, wanted = (values_at(run, "position", "time", "body", "axis", body=first["body"].values) for run in (first, solved))
+    apart = found[0] - wanted[0]
     assert np.abs(apart).max() < GUESSED.get(path.stem, 1e-12)
 
 

@@ -51,7 +51,7 @@ def test_study_is_shown_with_its_requirement_and_opened_by_a_point(store):
     assert good is not None
     assert good.run is not None
     assert good.case.mechanism == result.mechanism(4)
-    assert float(good.run["peak_force"].max()) == pytest.approx(float(wanted[4]), rel=1e-9)
+    assert float(good.run["peak_force"].values.max()) == pytest.approx(float(wanted[4]), rel=1e-9)
     heard.say("undo")
     assert session.case is case
     heard.say("open", point=99)

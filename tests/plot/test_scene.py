@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
 from PIL import Image
-from tests.explore.browser import chromium, missing
 
 import scissordyn as sd
 from scissordyn.plot.animation import Film
@@ -179,16 +178,15 @@ def test_names_cannot_break_a_page(run):
     assert "real time" in text
 
 
-@pytest.mark.skipif(bool(missing()), reason=missing())
-def test_browser_shows_a_frame(run, scene, tmp_path):
+def test_browser_shows_a_frame(run, scene, tmp_path, browser):
     """Contract: a page opened at a frame shows its time and draws it without an error."""
     (tmp_path / "film.html").write_text(page(scene, run, 6.0), encoding="utf-8")
-    with chromium() as browser:
-        shown, errors = browser.new_page(), list[str]()
-        shown.on("pageerror", lambda error: errors.append(str(error)))
-        shown.goto(f"file://{tmp_path}/film.html#3")
-        shown.wait_for_selector('canvas[data-frame="3"]')
-        assert shown.text_content("output") == "t = 37.5 ms"
+    shown, errors = browser.new_page(), list[str]()
+    shown.on("pageerror", lambda error: errors.append(str(error)))
+    shown.goto(f"file://{tmp_path}/film.html#3")
+    shown.wait_for_selector('canvas[data-frame="3"]')
+    assert shown.text_content("output") == "t = 37.5 ms"
+    shown.close()
     assert not errors
 
 

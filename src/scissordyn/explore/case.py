@@ -12,7 +12,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 import scissordyn
 from scissordyn.casefile.case_text import record_text
@@ -34,6 +33,8 @@ from scissordyn.run.inverse_dynamics import feed_forward
 from scissordyn.warning import LISTED_MAX
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scissordyn.studies.result import StudyResult
 
 

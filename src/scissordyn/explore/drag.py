@@ -7,16 +7,17 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
 from scissordyn.casefile.quantity import unit_factor
 from scissordyn.errors import InputError
 from scissordyn.explore.case import Case
 from scissordyn.explore.field import Field
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.model.options import Options
 from scissordyn.plot.animation_scene import outline, upright_turns
 from scissordyn.record.placement import Placement, turned
-from scissordyn.run.simulate import simulate
+from scissordyn.record.results import Run
+from scissordyn.run.simulate import compute_results
 from scissordyn.tolerance import DIFFERENCE_FRACTION
 
 GEOMETRY_TABLES = ("structure", "body", "ground", "guide", "rod")  # Tables whose lengths and angles a drag may change
@@ -24,11 +25,11 @@ EXCLUDED_KEYS = ("gravity_direction", "corner_radius", "thickness", "journal_rad
 """Keys of lengths and angles that a drag does not change."""
 
 
-def assembled(mechanism: Mechanism) -> tuple[xr.Dataset, Mechanism]:
+def assembled(mechanism: Mechanism) -> tuple[Run, Mechanism]:
     """Return the assembled mechanism with ideal joints: a run of two samples at its start, and the ideal mechanism."""
     instant = 1e-9  # duration of the run that computes the assembled position [s]
     ideal = mechanism.ideal()
-    return simulate(ideal, until=instant, samples=2), ideal
+    return compute_results(ideal, Options(until=instant, samples=2)), ideal
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Drag:
         self.chosen, self.inverse = self._choice()
         self.texts: dict[str, str] = {}
 
-    def _target(self, run: xr.Dataset, ideal: Mechanism) -> np.ndarray:
+    def _target(self, run: Run, ideal: Mechanism) -> np.ndarray:
         placement = Placement.at(ideal, run, [0])
         if self.kind == "pin":
             return np.asarray(placement.place(ideal.joint(self.name).bearing)[0])

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from scissordyn.explore.case import Case
     from scissordyn.explore.session import Outcome
     from scissordyn.model.mechanism import Mechanism
+    from scissordyn.record.results import Run
     from scissordyn.record.summary import Summary
     from scissordyn.sensitivity.seed import Parameter
 
@@ -88,14 +89,16 @@ class Influence:
             "rows": rows,
         }
 
-    def tangent(self, drawn: xr.Dataset, widening: float = 5.0) -> Tangent | None:
+    def tangent(self, run: Run, widening: float = 5.0) -> Tangent | None:
         """Return the drawn curves of the run to first order after the change of the number that is drawn.
 
         They end where a change of this size is no longer small.
         """
         if self.curves is None:
             return None
-        row = self.curves.isel(parameter=0)
+        from scissordyn.record.xarray_dataset import as_dataset  # loaded with the derivatives
+
+        drawn, row = as_dataset(run), self.curves.isel(parameter=0)
         step = self.order.change * float(row["parameter_value"])
         kept = drawn["time"].values <= float(row["valid_until"])
         moved = {

@@ -30,8 +30,6 @@ from scissordyn.units import short
 from scissordyn.warning import group, line
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scissordyn.explore.drag import Drag
     from scissordyn.model.mechanism import Mechanism
 
@@ -142,7 +140,7 @@ class Page:
             return
         self.shown, self._drawing = good, True
         if self.selected not in clearance_joints(good.run):
-            largest = largest_forces(good.results or good.run) or {"": 0.0}
+            largest = largest_forces(good.run) or {"": 0.0}
             self.selected = max(largest, key=lambda name: largest[name])
         self._publish(scene=True)
 
@@ -157,8 +155,7 @@ class Page:
         """Send the shown run with its number as one message."""
         if self.shown is None or self.shown.run is None or self.shown.curves is None:
             return
-        run, mechanism, pinned = self.shown.results or self.shown.run, self.shown.case.mechanism, self.session.pins
-        curves = run if self.shown.fine is None else self.shown.fine
+        run, mechanism, pinned = self.shown.run, self.shown.case.mechanism, self.session.pins
         summary, before = self.shown.summary, [pin.run for pin in pinned if pin.run is not None]
         tangent = None
         if self._influence is not None and self._influence.order.outcome is self.shown:
@@ -169,7 +166,7 @@ class Page:
             "bar": self._bar(self.shown, run, tangent.label if tangent else ""),
             "cards": list(cards(summary)),
             "measures": list(measures(summary, mechanism).items()),
-            **figures(curves, summary, before, self.selected, mechanism.output_body, tangent),
+            **figures(self.shown.curves, summary, before, self.selected, mechanism.output_body, tangent),
         }
         if scene:
             message |= {
@@ -221,13 +218,14 @@ class Page:
         most_frames = 61  # each frame requires one assembly of the mechanism
         from scissordyn.equilibrium.deflection import magnified_deflection
         from scissordyn.record.sampling import spread_samples
+        from scissordyn.record.xarray_dataset import as_dataset
 
         mechanism, run = shown.case.mechanism, shown.run
         assert run is not None
         frames = min(run.sizes["time"], most_frames)
         try:
             samples = spread_samples(run["time"].values, frames).tolist()
-            larger = magnified_deflection(run, mechanism, factor, samples=samples)
+            larger = magnified_deflection(as_dataset(run), mechanism, factor, samples=samples)
             self._larger = (shown.number, factor), pack_run(larger, mechanism, number=shown.number, frames=frames)
         except BaseException:
             self._wish = 1.0
@@ -398,6 +396,7 @@ def make_file(
     from scissordyn.plot.file import svg
     from scissordyn.plot.still import structure
     from scissordyn.record.store import save
+    from scissordyn.record.xarray_dataset import as_dataset
 
     end, mime = FILE_TYPES[what]
     name = f"{Path(session.opened.name).stem}.{end}"
@@ -405,7 +404,7 @@ def make_file(
         return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
         raise InputError("the page has no run yet", "a case that can be run")
-    run, mechanism = shown.curves, shown.case.mechanism
+    run, mechanism = as_dataset(shown.curves), shown.case.mechanism
     if what == "curves":
         return name, mime, curves_as_csv(run, shown.summary, joint, mechanism.output_body).encode()
     if what == "picture":
@@ -451,14 +450,14 @@ def read_magnification(given: Any) -> float | str:
     return float(given)
 
 
-def magnification_of(wanted: float | str, run: xr.Dataset, mechanism: Mechanism) -> float:
+def magnification_of(wanted: float | str, run: Run, mechanism: Mechanism) -> float:
     """Return the magnification of deflections; 1.0 without flexible bars."""
     share = 0.05  # largest magnified deflection as a fraction of the mechanism's size
     if not bends(mechanism):
         return 1.0
     if isinstance(wanted, float):
         return wanted
-    largest = float(abs(run["bar_largest_deflection"]).max()) if "bar_largest_deflection" in run else 0.0
+    largest = float(np.abs(run["bar_largest_deflection"].values).max()) if "bar_largest_deflection" in run else 0.0
     room = share * mechanism.size / largest if largest > 0.0 else 1.0
     if not 1.0 < room < MAGNIFICATION_MAX:
         return MAGNIFICATION_MAX if room >= MAGNIFICATION_MAX else 1.0

@@ -14,10 +14,8 @@ from typing import TYPE_CHECKING, Any
 from scissordyn.errors import InputError, ScissordynError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scissordyn.explore.case import Case
-    from scissordyn.record.results import Results
+    from scissordyn.record.results import Run
     from scissordyn.record.summary import Summary
 
 log = logging.getLogger(__name__)
@@ -32,13 +30,12 @@ class Outcome:
 
     number: int
     case: Case
-    run: xr.Dataset | None  # None if the run failed to start, or if a newer order replaced it
+    run: Run | None  # None if the run failed to start, or if a newer order replaced it
     error: str = ""  # Reason why the run failed to start
     note: str = ""  # Kind of a preliminary run; "" for the accurate run
     # The same motion with additional samples at contacts, for curves and orbits. It is computed later, and the outcome is then
     # reported again.
-    fine: xr.Dataset | None = None
-    results: Results | None = None  # Results that `run` was converted from
+    fine: Run | None = None
 
     @cached_property
     def summary(self) -> Summary:
@@ -48,7 +45,7 @@ class Outcome:
 
         assert self.run is not None
         # the summary does not read the text of the configuration, which takes long to write
-        return summary_of(self.results or self.run, Configuration("", self.case.mechanism, self.case.options))
+        return summary_of(self.run, Configuration("", self.case.mechanism, self.case.options))
 
     @property
     def has_curves(self) -> bool:
@@ -56,7 +53,7 @@ class Outcome:
         return self.run is not None and self.run.sizes["time"] > 1
 
     @property
-    def curves(self) -> xr.Dataset | None:
+    def curves(self) -> Run | None:
         """Run from which curves are drawn: `fine` if it is available, else `run`."""
         return self.run if self.fine is None else self.fine
 
@@ -129,36 +126,36 @@ class Worker:
             for outcome in self._stages(number, case) if staged else [self._outcome(number, case)]:
                 if number == self.number and not self._closed:
                     self._done(outcome)
-            outcome.fine, outcome.results = self._fine(outcome), None
+            outcome.fine = self._fine(outcome)
             if outcome.has_curves and number == self.number and not self._closed:
                 self._done(outcome)
 
-    def _fine(self, outcome: Outcome) -> xr.Dataset | None:
+    def _fine(self, outcome: Outcome) -> Run | None:
         """Return the run with samples at its contacts, for curves; None without contacts, or if a newer order exists."""
         picture = 0.5  # longest time that the computation waits for the browser's first picture of the run [s]
         from scissordyn.casefile.configuration import ATTRIBUTE, write_configuration
         from scissordyn.model.options import AUTO
         from scissordyn.record.deferred import Deferred
+        from scissordyn.record.results import Results
 
-        run, results = outcome.run, outcome.results
-        if run is None or results is None or outcome.note or not run.sizes.get("contact", 0):
+        run = outcome.run
+        if not isinstance(run, Results) or outcome.note or not run.sizes.get("contact", 0):
             return None
         with self._changed:  # wait, so that a drawing browser gets the processors
             self._changed.wait_for(lambda: self._closed or self._order is not None or self._drawn >= outcome.number, picture)
         if self._closed or outcome.number != self.number:
             return None
         try:
-            fine = results.finer
+            fine = run.finer
         except Exception:  # the run is usable without fine curves
             log.exception("fine curves failed: the curves use the samples of the run")
             return None
-        if fine is results:
+        run.make_finer = None  # it holds the samples between which the finer ones are
+        if fine is run:
             return None
-        from scissordyn.record.xarray_dataset import as_dataset
-
         mechanism, options = outcome.case.mechanism, replace(outcome.case.options, samples=AUTO)
         fine.attrs[ATTRIBUTE] = Deferred(lambda: write_configuration(mechanism, options), threading.RLock())
-        return as_dataset(fine)
+        return fine
 
     def _stages(self, number: int, case: Case) -> Iterator[Outcome]:
         """Yield the outcomes of a staged order, the accurate one last."""
@@ -188,9 +185,7 @@ class Worker:
         yield accurate
 
     def _outcome(self, number: int, case: Case, ends: Callable[[float], bool] | None = None) -> Outcome:
-        # imported in this thread, so that the page appears earlier
-        from scissordyn.record.xarray_dataset import as_dataset
-        from scissordyn.run.simulate import compute_results
+        from scissordyn.run.simulate import compute_results  # imported in this thread, so that the page appears earlier
 
         def look(time: float) -> None:
             if self._closed or number != self.number or number <= self._stopped:
@@ -200,8 +195,7 @@ class Worker:
             self._progress(number, time / case.options.until)
 
         try:
-            results = compute_results(case.mechanism, case.options.equally_spaced, look, curves=True)
-            return Outcome(number, case, as_dataset(results), results=results)
+            return Outcome(number, case, compute_results(case.mechanism, case.options.equally_spaced, look, curves=True))
         except ScissordynError as error:
             return Outcome(number, case, None, str(error))
         except KeyboardInterrupt:

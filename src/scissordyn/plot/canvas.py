@@ -19,7 +19,7 @@ from scissordyn.plot.label import PLACING
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.plot.style import SIZES
-from scissordyn.record.results import Run
+from scissordyn.record.results import Results, Run, described, labels
 from scissordyn.record.sampling import spread_samples
 from scissordyn.units import checked
 
@@ -82,22 +82,22 @@ def pack_scene(scene: Scene, run: Run, *, number: int = 0, note: str = "", secon
     return json.dumps(data, separators=(",", ":"), default=_encode_array)
 
 
-def declared_positions(mechanism: Mechanism) -> xr.Dataset:
-    """Return a run-like dataset with the bodies at their declared start, at two equal instants; no constraint is solved."""
-    import xarray as xr
-
+def declared_positions(mechanism: Mechanism) -> Results:
+    """Return a run with the bodies at their declared start, at two equal instants; no constraint is solved."""
     bodies = mechanism.bodies
     angle, origin, centre = (
         np.array([getattr(body, name) for body in bodies]) for name in ("placed_angle", "placed_position", "centre")
     )
     cos, sin = np.cos(angle), np.sin(angle)
     across = np.stack([cos * centre[:, 0] - sin * centre[:, 1], sin * centre[:, 0] + cos * centre[:, 1]], axis=1)
-    return xr.Dataset(
+    return Results(
         {
-            "position": (("time", "body", "axis"), np.repeat((origin + across)[None], 2, axis=0)),
-            "angle": (("time", "body"), np.repeat(angle[None], 2, axis=0)),
+            "time": described("time", np.zeros(2), "s", "time"),
+            "body": labels("body", [body.name for body in bodies]),
+            "position": described(("time", "body", "axis"), np.repeat((origin + across)[None], 2, axis=0), "m", "position"),
+            "angle": described(("time", "body"), np.repeat(angle[None], 2, axis=0), "rad", "angle"),
         },
-        {"time": np.zeros(2), "body": [body.name for body in bodies]},
+        {},
     )
 
 

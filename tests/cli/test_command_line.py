@@ -285,15 +285,16 @@ def test_a_bar_moves_on_a_terminal_only(folder):
         ),
         ("import scissordyn.plot.report", "matplotlib", "matplotlib.pyplot"),
         (
-            "from pathlib import Path; from scissordyn.explore.case import open_case; from scissordyn.plot.canvas import declared_scene; "
-            f"import scissordyn.explore.page, scissordyn.run.simulate; declared_scene(open_case(Path({str(PAPER)!r})).mechanism)",
+            "import pathlib, scissordyn.explore.page, scissordyn.run.simulate; from scissordyn.explore.case import open_case; "
+            "from scissordyn.plot.canvas import declared_scene; "
+            f"declared_scene(open_case(pathlib.Path({str(PAPER)!r})).mechanism)",
             "scissordyn.explore.page",
             "xarray pandas dask pint matplotlib.pyplot",
         ),
     ],
 )
 def test_imports_load_what_they_need(code, needed, absent):
-    """Contract: the helps of all commands, `import scissordyn`, pictures and the page in the browser load nothing that they do not need."""
+    """Contract: helps, `import scissordyn`, pictures and the page in the browser load nothing that they do not need."""
     script = [sys.executable, "-c", f"import sys; {code}; print(*sys.modules)"]
     loaded = subprocess.run(script, capture_output=True, text=True, check=True, timeout=60).stdout.split()
     assert needed in loaded

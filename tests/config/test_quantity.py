@@ -5,8 +5,10 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests import build
 
 import scissordyn as sd
+from scissordyn.casefile import quantity
 from scissordyn.casefile.quantity import (
     UNIT_DEFINITIONS,
     UNIT_FACTORS,
@@ -142,6 +144,14 @@ def test_usual_units_are_those_of_the_registry(unit, target):
     registry = _registry()
     assert registry.convert(1.0, registry.parse_units(unit), registry.parse_units(target)) == UNIT_FACTORS[unit, target]
     assert unit_factor(unit, target) == UNIT_FACTORS[unit, target]
+
+
+@pytest.mark.parametrize("path", sorted(build.EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_usual_units_are_known_without_pint(path, monkeypatch):
+    """Contract: no example needs the import of pint, which takes as long as many runs."""
+    unit_factor.cache_clear()
+    monkeypatch.setattr(quantity, "_registry", lambda: pytest.fail("pint is needed"))
+    sd.read_case(path)
 
 
 @pytest.mark.parametrize("unit", ["Grad", "Mdeg", "Grad/s"])

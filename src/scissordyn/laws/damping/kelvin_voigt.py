@@ -23,4 +23,4 @@ class KelvinVoigt(Damping):
     The force is discontinuous at the start of the contact, and zero where it would be negative.
     """
 
-    coefficient: Annotated[float, Quantity("N*s/m", minimum=0.0, maximum=1e12, help="damping coefficient C")] = 1e3
+    coefficient: Annotated[float, Quantity("N s/m", minimum=0.0, maximum=1e12, help="damping coefficient C")] = 1e3

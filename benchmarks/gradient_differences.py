@@ -231,34 +231,41 @@ class Comparison:
 
     def _compare_with(self, slopes: Results, parameter: Parameter, step: float) -> None:
         """Append a row for each kind of result, with the step whose differences have the smallest estimated error."""
-        rows, cause = dict[str, Row](), ScissordynError("")
+        rows, runs, cause = dict[str, Row](), dict[float, Results](), ScissordynError("")
         for places in PLACES:
             for factor in STEP_FACTORS:
                 try:
-                    tried = self._rows(slopes, parameter, places, factor * step)
+                    tried = self._rows(slopes, parameter, places, factor * step, runs)
                 except ScissordynError as refused:
                     cause = refused
                     continue
+                useful = False  # for a result that is not yet at the goal; yet shorter steps have more noise
                 for row in tried:
                     before = rows.get(row.kind)
                     if before is None or _estimate(row) < _estimate(before):
                         rows[row.kind] = row
-                if max(map(_estimate, rows.values())) < GOAL:
+                        useful = useful or before is None or _estimate(before) > GOAL
+                if max(map(_estimate, rows.values())) < GOAL or not useful:
                     break
             if rows:
                 self.found.rows += rows.values()
                 return
         raise cause
 
-    def _rows(self, slopes: Results, parameter: Parameter, places: Sequence[int], step: float) -> list[Row]:
+    def _rows(
+        self, slopes: Results, parameter: Parameter, places: Sequence[int], step: float, known_runs: dict[float, Results]
+    ) -> list[Row]:
         best, lower, highest = scheme(places)
         runs = []
         for place in places:
-            moved = changed(self.mechanism, parameter.path, parameter.value + place * step * parameter.scale)
-            found, events = precise_run(plan(moved), self.options)
-            if not np.array_equal(events, self.guards):
-                raise ScissordynError("runs with a changed parameter have other events")
-            runs.append(found)
+            part = place * step
+            if part not in known_runs:
+                moved = changed(self.mechanism, parameter.path, parameter.value + part * parameter.scale)
+                found, events = precise_run(plan(moved), self.options)
+                if not np.array_equal(events, self.guards):
+                    raise ScissordynError("runs with a changed parameter have other events")
+                known_runs[part] = found
+            runs.append(known_runs[part])
         rows = []
         for kind, slope in slopes.items():
             values = np.array([run[kind] for run in runs])

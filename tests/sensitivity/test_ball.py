@@ -100,10 +100,15 @@ def no_break(now, address):
     return float("nan")
 
 
+@kernel
+def sliding(address, target):
+    pass
+
+
 # Functions of a bouncing ball that the integrator calls
 PROBLEM = Problem(rate, linearise, factorize, solve, accept, guards, guard, reset, monitor, probe, record)
 # Functions of a bouncing ball that the repetition in dual numbers calls
-REPLAYED = Replayed(rate, linearise, factorize, solve, guards, accept, reset, monitor, probe, record, forget, no_break)
+REPLAYED = Replayed(rate, linearise, factorize, solve, guards, accept, reset, monitor, probe, record, forget, no_break, sliding)
 
 
 def step(ball: int, address: int) -> int:
@@ -142,7 +147,7 @@ def test_a_bouncing_ball(name):
     integration, twin = Handle(content), Twin((Tableau, Watched), {})
     dual_ball, dual = twin.address(ball.content), twin.address(content)
     misfit, control = np.zeros(1), (np.array([4]), np.array([1e-9]), np.zeros(1, np.int64))
-    unwatched = np.zeros(1), np.zeros((1, 7)), np.zeros(4)
+    unwatched = np.zeros(1), np.zeros((1, 7)), np.zeros((2, 0)), np.zeros(4)
     parts = state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference
     watched = Watched(
         *parts, work.scaling, work.slope, state.peak, content.log, np.zeros(0, np.int64), misfit, *control, *unwatched

@@ -87,6 +87,8 @@ class _Pass:
         self.driver, _, _ = make_driver(plan, options)
         self.change, self.doubt, self.nearby = np.array([change]), *np.full((2, len(seeds)), np.inf)
         self.gap = np.zeros((self.driver.state.mode.size, 3 + len(seeds)))
+        work = self.driver.system.content.work
+        self.speed = np.zeros((2, work.contact.size + work.coordinate_rates.size))
         if ideal is not None:
             self.driver.compare_with(ideal.table, ideal.step)
         self.driver.sample_at(times)
@@ -127,7 +129,7 @@ class _Pass:
         self.watched = Watched(
             state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
             integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
-            self.parameters, self.tolerance, self.parts, self.change, self.gap, self.nearby,
+            self.parameters, self.tolerance, self.parts, self.change, self.gap, self.speed, self.nearby,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
         if self.driver.stepping is not None:

@@ -35,14 +35,16 @@ from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.peak import follow_peak
+from scissordyn.sensitivity.reversal import count_reversals, sliding
 from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
 
 
 class Replayed(NamedTuple):
-    """Functions of an initial value problem that the repetition of a step calls: those of `integrate.advance`, and two more.
+    """Functions of an initial value problem that the repetition of a step calls: those of `integrate.advance`, and others.
 
     `forget(S)` discards values cached for an instant, because the same instant may return with other derivatives.
     `break_at(t, S)` returns the instant at which a time function has a kink, if t is equal to it within round-off, else NaN.
+    `sliding(S, target)` writes the speeds at whose zeros friction has a kink, as last evaluated.
     """
 
     rate: Any
@@ -57,6 +59,7 @@ class Replayed(NamedTuple):
     record: Any
     forget: Any
     break_at: Any
+    sliding: Any
 
 
 FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP, UNFINISHED = range(6)
@@ -100,6 +103,7 @@ class Watched(NamedTuple):
     parts: I1  # (1,) number of steps that were halved for the derivatives
     change: F1  # (1,) relative change of each parameter for which the derivatives are used; 0 to watch no gaps
     gap: F2  # (guards, 3 + parameters) instant, value, rate and derivatives of each guard at the end of the last step
+    speed: F2  # (2, speeds) speeds at whose zeros friction has a kink, at the start and the end of a step
     nearby: F1  # (parameters,) first instant at which this change may add or remove an event of a guard that nearly acts [s]
 
 
@@ -143,7 +147,10 @@ def break_at(now, system):
 
 # Functions of a mechanism that repeat a step with dual numbers
 MECHANICS = Replayed(
-    **{name: FUNCTIONS[name] for name in Replayed._fields if name in FUNCTIONS}, forget=forget_time, break_at=break_at
+    **{name: FUNCTIONS[name] for name in Replayed._fields if name in FUNCTIONS},
+    forget=forget_time,
+    break_at=break_at,
+    sliding=sliding,
 )
 
 
@@ -221,6 +228,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     for _ in range(PARTS_MAX):
         if clock.prepared == 0:
             prepare_step(problem, T, s, w, system)
+            problem.sliding(system, run.speed[0])
         last = size > (1.0 - PART_MIN_FRACTION) * left
         # only the first or last part, at the onset or end of a contact, uses the scaling by the square root of time
         scaling = run.scaling[0]
@@ -230,6 +238,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         t = clock.time
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
         made = attempt(problem, T, t, h, s, w, system)
+        problem.sliding(system, run.speed[1])
         if size > PART_MIN_FRACTION * whole and not (made and accurate(T, h, run, s, w)):
             size = 0.5 * min(size, left)
             run.parts[0] += 1
@@ -242,6 +251,8 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         problem.forget(system)
         problem.accept(with_value(t + h, reached), w.new, system, w.accepted)
         carry_on(T, s, w)
+        for k in range(run.speed.shape[1]):
+            run.speed[0, k] = run.speed[1, k]
         for i in range(s.y.size):
             s.y[i] = w.new[i]
         clock.time = with_value(t + h, reached)
@@ -267,17 +278,18 @@ def prepare_step(problem, T, s, w, system):
 
 @kernel
 def accurate(T, h, run, s, w):
-    """Return True if the derivatives of coordinates and rates in the last step are accurate enough.
+    """Return True if the derivatives in the last step are accurate enough: of coordinates and rates, or of all states.
 
     The error control of the values does not notice a kink of a law or controller, because a kink changes the derivatives much
-    more than the values.
+    more than the values. Internal states count where a sliding reverses; elsewhere those of friction relax.
     """
     rows, scale = (T.stages + 1, value_of(h)) if T.kind == EXPLICIT else (T.stages, 1.0)
     for which in range(1 + T.combined):
         for i in range(s.y.size):
             w.estimate[which, i] = 0.0
         add_rows(scale, T.error[which], rows, w.stages, w.estimate[which])
-    for g in range(min(2, w.group.size - 1)):
+    groups = w.group.size - 1 if count_reversals(run.speed[0], run.speed[1]) > 0 else min(2, w.group.size - 1)
+    for g in range(groups):
         start, stop = w.group[g], w.group[g + 1]
         for k in range(run.parameters[0]):
             error = other = size = weight = 0.0

@@ -1,0 +1,88 @@
+"""Derivatives through a contact whose sliding reverses, where Dahl's law has a kink."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import scissordyn as sd
+from scissordyn.plan.plan import plan
+from scissordyn.sensitivity.forward import forward
+from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
+
+RADIUS, INERTIA, SPEED, SPIN, END = 0.01, 1e-4, (0.4, 0.05), 3.0, 0.0032  # of a ball of 1 kg, in SI units
+
+PATHS = {
+    "hole.friction.kinetic": 0.3,
+    "hole.friction.bristle_stiffness": 1e5,
+    "hole.clearance": 1e-3,
+    "hole.stiffness.stiffness": 1e8,
+}
+"""Paths of the parameters and their values in SI units."""
+
+
+def ball():
+    """Return a turning ball that strikes the wall of its hole once, without loss along the normal."""
+    kinetic, bristles, clearance, stiffness = PATHS.values()
+    body = sd.Body("ball", 1.0, INERTIA, {"c": (0.0, 0.0)}, (0.0, 0.0), velocity=SPEED, angular_velocity=SPIN)
+    gap = sd.Clearance(
+        clearance,
+        journal_radius=RADIUS,
+        stiffness=sd.law("stiffness", "linear")(stiffness),
+        damping=sd.Flores(1.0),
+        friction=sd.law("friction", "dahl")(kinetic=kinetic, bristle_stiffness=bristles),
+    )
+    hole = sd.Revolute("hole", ("ball", "c"), ("ground", "o"), clearance=gap)
+    return sd.Mechanism(bodies=(body,), joints=(hole,), ground=(("o", (0.0, 0.0)),), gravity=0.0)
+
+
+def final_state(kinetic, bristles, clearance, stiffness):
+    """Return position and velocity at the end, and the number of reversals, each of which ends a piece of the integration."""
+
+    def slip(t, y, sign):
+        e = math.hypot(y[0], y[1])
+        return (y[4] * y[0] - y[3] * y[1]) / e + y[5] * RADIUS
+
+    def leaves(t, y, sign):
+        return math.hypot(y[0], y[1]) - clearance
+
+    def rates(t, y, sign):
+        e = math.hypot(y[0], y[1])
+        nx, ny, v, normal = y[0] / e, y[1] / e, slip(t, y, sign), stiffness * (e - clearance)
+        friction = normal * bristles * y[6]
+        along, across = -normal * nx + friction * ny, -normal * ny - friction * nx
+        return [y[3], y[4], y[5], along, across, -RADIUS * friction / INERTIA, v * (1.0 - bristles * y[6] / kinetic * sign)]
+
+    t = clearance / math.hypot(*SPEED)
+    y = np.array([SPEED[0] * t, SPEED[1] * t, SPIN * t, *SPEED, SPIN, 0.0])
+    y[6], sign, reversals = math.tanh(slip(t, y, 1.0) / 1e-3) * kinetic / bristles, math.copysign(1.0, slip(t, y, 1.0)), 0
+    leaves.terminal, leaves.direction, slip.terminal = True, -1.0, True
+    while True:
+        slip.direction = -sign
+        run = solve_ivp(rates, (t, END), y, method="DOP853", rtol=1e-13, atol=1e-16, events=(slip, leaves), args=(sign,))
+        t, y = run.t[-1], run.y[:, -1]
+        if run.t_events[1].size:
+            return np.concatenate([y[:2] + (END - t) * y[3:5], y[3:5]]), reversals
+        sign, reversals = -sign, reversals + 1
+
+
+def slope(name, step=1e-3):
+    """Return the derivative of the final state by one parameter divided by its value: differences of sixth order."""
+    weights = {1: 0.75, 2: -0.15, 3: 1.0 / 60.0}
+    ends = {at: final_state(*(PATHS | {name: PATHS[name] * (1.0 + at * step)}).values())[0] for at in (-3, -2, -1, 1, 2, 3)}
+    return sum(weights[at] / step * (ends[at] - ends[-at]) for at in weights)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_dahl_friction_whose_sliding_reverses(method):
+    """Cross-check by a second formulation that locates the reversals: position and velocity after the contact."""
+    assert final_state(*PATHS.values())[1] == 2
+    mechanism, options = ball(), sd.Options(END, "as-placed", 2, 1e-11, 1e-11, method, events="located")
+    begin = Start(mechanism, "as-placed")
+    run = forward(plan(mechanism), options, [derivatives(begin, parameter_of(mechanism, path, 1.0)) for path in PATHS])
+    n = plan(mechanism).coordinates.free
+    for k, path in enumerate(PATHS):
+        expected = slope(path)
+        for part, found in ((expected[:2], run.state[:2, k]), (expected[2:], run.state[n : n + 2, k])):
+            assert found == pytest.approx(part, abs=1e-6 * np.max(np.abs(part)))

@@ -262,7 +262,8 @@ def test_the_command_takes_thickness_and_density_with_units(tmp_path, monkeypatc
     assert "without their holes, of 39.25 kg/m^2" in " ".join(capsys.readouterr().out.split())
     (body,) = sd.read_case("case.toml").mechanism.bodies
     assert body.mass == pytest.approx(slot_numbers(0.1, 0.012, 0.005)[0], rel=1e-12)
-    sd.export(sd.four_bar(), "own.dxf", pin_radius=2e-3)
+    with pytest.warns(UserWarning, match="gravity: left out"):
+        sd.export(sd.four_bar(), "own.dxf", pin_radius=2e-3)
     assert "thickness and density are not used" in str(sd.read_drawing("own.dxf", **SHEET).notes)
     (tmp_path / "points.csv").write_text("name,x,y,bars\nA,0,0,a\nB,1,0,a\n")
     assert status_of(["import", "points.csv", *sheet, "-o", "other.toml"]) == 2

@@ -173,6 +173,16 @@ def test_drives_and_components_are_named_and_a_rod_is_refused():
         mjcf(dataclasses.replace(arms(), rods=(rod,)))
 
 
+def test_export_warns_of_what_a_model_does_not_hold(tmp_path):
+    """Contract: in Python too, each part that is left out is a warning."""
+    spring = sd.Spring("spring", ("ground", "O"), ("a", "end"), 100.0, 0.5)
+    mechanism = dataclasses.replace(arms(), components=(spring,))
+    with pytest.warns(UserWarning, match="left out|ideal|replaced") as said:
+        sd.export(mechanism, tmp_path / "model.xml")
+    assert [str(warning.message) for warning in said] == list(mjcf(mechanism).notes)
+    assert "Spring 'spring': left out" in mjcf(mechanism).notes
+
+
 def test_a_link_becomes_a_case_that_runs_and_is_exported(tmp_path, capsys, monkeypatch):
     """Contract: import, run and export by the commands; wrong input is one line with status 2 and writes nothing."""
     monkeypatch.chdir(tmp_path)

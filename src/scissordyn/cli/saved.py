@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -123,23 +125,17 @@ def export(
 ) -> int:
     from scissordyn.exchange.export import FORCE_ENDINGS, MECHANISM_ENDINGS, check_ending
     from scissordyn.exchange.export import export as write
-    from scissordyn.exchange.forces import missed_peaks
     from scissordyn.file.export import check_export
     from scissordyn.plot.series import select_window
 
-    notes: tuple[str, ...] = ()
     if source.suffix.lower() == ".toml":
         from scissordyn.config.file import read_case
-        from scissordyn.exchange.assembly import left_out
-        from scissordyn.exchange.mjcf_text import mjcf
 
         check_ending(target, MECHANISM_ENDINGS, "a mechanism", "bars.dxf")
         check_file(target, source, "bars.dxf")
         case = read_case(source, change or ())
         radius, broad = read_option(pin, "--pin", "m"), read_option(width, "--width", "m")
-        written = write(case, target, pin_radius=radius, width=broad, sources_only=sources)
-        ending = target.suffix.lower()
-        notes = mjcf(case.mechanism).notes if ending == ".xml" else tuple(left_out(case.mechanism)) if ending == ".dxf" else ()
+        make = partial(write, case, target, pin_radius=radius, width=broad, sources_only=sources)
     else:
         loads = forces or envelope
         if loads:
@@ -151,10 +147,12 @@ def export(
         run = read_run(source)
         mechanism = mechanism_of(run, allow_code) if loads else None
         part = select_window(run, begin, end)
-        beams: dict[str, Any] = {"section": section, "material": material}
-        written = write(part, target, contacts=contacts, forces=forces, envelope=envelope, mechanism=mechanism, **beams)
-        notes = tuple(missed_peaks(part)) if loads else ()
-    say(*(f"note: {note}" for note in notes), soft_wrap=True)
+        make = partial(write, part, target, contacts=contacts, forces=forces, envelope=envelope)
+        make = partial(make, mechanism=mechanism, section=section, material=material)
+    with warnings.catch_warnings(record=True) as notes:
+        warnings.simplefilter("always")
+        written = make()
+    say(*(f"note: {note.message}" for note in notes), soft_wrap=True)
     say(written)
     return 0
 

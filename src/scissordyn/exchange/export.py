@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import math
 import os
+import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +15,10 @@ import xarray as xr
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.exchange.assembly import add_assembly
+from scissordyn.exchange import forces as of_pins
+from scissordyn.exchange.assembly import add_assembly, left_out
+from scissordyn.exchange.forces import missed_peaks
+from scissordyn.exchange.mjcf_text import mjcf
 from scissordyn.file.export import export as export_table
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.lookup import library
@@ -85,14 +90,21 @@ def export(
     ------
     InputError
         If the ending is unknown, the file cannot be written, the path is another kind of file, or data are missing.
+
+    Warns
+    -----
+    UserWarning
+        For parts of a mechanism that the format does not hold, and for largest forces that no sample of a run shows.
     """
     target = Path(path)
+    notes: Sequence[str] = ()
     if isinstance(what, xr.Dataset):
         if not (forces or envelope):
             return export_table(what, target, contacts=contacts)
         ending = check_ending(target, FORCE_ENDINGS, "forces", "forces.csv")
         check_target(target, sample=f"forces{ending}")
         content = _forces(what, mechanism, ending, envelope=envelope, section=section, material=material)
+        notes = missed_peaks(what)
     else:
         described = getattr(what, "mechanism", what)
         if not isinstance(described, Mechanism):
@@ -105,12 +117,15 @@ def export(
         content = _mechanism(
             described, ending, target.stem, options, pin_radius=pin_radius, width=width, sources_only=sources_only
         )
-    return write_file(target, content, sample=f"-o {target.name}")
+        notes = mjcf(described).notes if ending == ".xml" else left_out(described) if ending == ".dxf" else ()
+    written = write_file(target, content, sample=f"-o {target.name}")
+    for note in notes:
+        warnings.warn(note, stacklevel=3)
+    return written
 
 
 def _forces(run: xr.Dataset, mechanism: Mechanism | None, ending: str, *, envelope: bool, section: str, material: str) -> bytes:
     from scissordyn.casefile.configuration import read_configuration
-    from scissordyn.exchange import forces as of_pins
 
     described = read_configuration(run).build_mechanism([]) if mechanism is None else mechanism
     forces = of_pins.pin_forces(run, described)
@@ -138,8 +153,6 @@ def _mechanism(
 
         return fmu(mechanism, run, name=name, sources_only=sources_only)
     if ending == ".xml":
-        from scissordyn.exchange.mjcf_text import mjcf
-
         return mjcf(mechanism).text.encode()
     if ending == ".csv":
         return cut_list(mechanism, pin_radius=pin_radius)

@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
@@ -78,7 +79,7 @@ def as_dataset(results: Run) -> xr.Dataset:
     indexes: dict[Any, xr.Index] = {
         name: _index_of_names(name, tuple(variable.values.tolist()))
         if variable.dtype.kind == "U"
-        else xr.indexes.PandasIndex(variable.values, name)
+        else xr.indexes.PandasIndex(pd.Index(variable.values), name)
         for name, variable in labels.items()
     }
     coordinates = {name: index.create_variables({name: labels[name]})[name] for name, index in indexes.items()}
@@ -94,4 +95,4 @@ def as_dataset(results: Run) -> xr.Dataset:
 @lru_cache(256)
 def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
     """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
-    return xr.indexes.PandasIndex(np.array(names, dtype=str), dim)
+    return xr.indexes.PandasIndex(pd.Index(np.array(names, dtype=str)), dim)

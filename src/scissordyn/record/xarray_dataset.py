@@ -95,4 +95,8 @@ def as_dataset(results: Run) -> xr.Dataset:
 @lru_cache(256)
 def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
     """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
-    return xr.indexes.PandasIndex(pd.Index(np.array(names, dtype=str)), dim)
+    try:
+        index = pd.Index(np.array(names, dtype=str))
+    except UnicodeEncodeError:  # half a surrogate, which a damaged file may have
+        index = pd.Index(names, dtype=object)
+    return xr.indexes.PandasIndex(index, dim)

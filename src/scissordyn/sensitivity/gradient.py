@@ -31,7 +31,7 @@ from scissordyn.run.trajectory import current_trajectory
 from scissordyn.sensitivity.curve import curve_derivatives, curve_names, moved_results
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
-from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivative_of, value_of_response
+from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivatives_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 from scissordyn.units import Meaning, Quantity, checked
@@ -252,8 +252,9 @@ def _derive(
         run = forward(made, options, part, times=times, integrals=integrals, ideal=ideal, change=change, progress=progress)
         options = replace(options, method=run.driver.method)
         runs, misfit = runs + 1, max(misfit, run.misfit)
-        values = np.array([value_of_response(Ended(run.driver), response) for response in responses])
-        rows += _rows(run, parameters[first : first + DERIVATIVES], responses, change)
+        ended = Ended(run.driver)
+        values = np.array([value_of_response(ended, response) for response in responses])
+        rows += _rows(run, parameters[first : first + DERIVATIVES], responses, values.tolist(), change)
         if times.size:
             path = moved_results(run, 0, 0.0, made.mechanism)
             for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
@@ -266,11 +267,13 @@ def _derive(
     return _Derived(parameters, values, rows, misfit, runs, left_out, path, curves)
 
 
-def _rows(run: Forward, parameters: Sequence[Parameter], responses: Sequence[Response], change: float) -> list[_Row]:
+def _rows(
+    run: Forward, parameters: Sequence[Parameter], responses: Sequence[Response], values: Sequence[float], change: float
+) -> list[_Row]:
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
     for k, parameter in enumerate(parameters):
-        pairs = [derivative_of(run, k, response, parameter.moved, change) for response in responses]
+        pairs = derivatives_of(run, k, responses, values, parameter.moved, change)
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
         rows.append((slopes, smooth, _limit(run, k, change)))
     return rows

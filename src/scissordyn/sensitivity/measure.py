@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
 from types import MappingProxyType
 
 import numpy as np
@@ -76,27 +77,40 @@ def _moved(run: Forward, parameter: int, change: float) -> Iterator[None]:
         array[...] = kept
 
 
-def derivative_of(
+def derivatives_of(
     run: Forward,
     parameter: int,
-    response: Response,
+    responses: Sequence[Response],
+    values: Sequence[float],
     mechanism: Callable[[float], Mechanism],
     change: float = 0.0,
     step: float = 1e-4,
-) -> tuple[float, bool]:
-    """Return the derivative of a response by parameter / scale, and True if the one-sided derivatives agree.
+) -> list[tuple[float, bool]]:
+    """Return the derivative of each response by parameter / scale, and True if the one-sided derivatives agree.
 
-    The derivative is NaN if the largest value, of all contacts and parts, has none.
+    `values` are those of the responses. The derivative is NaN if the largest value, of all contacts and parts, has none.
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale. The one-sided derivatives agree if
     no other part has the same largest value, now or after the relative change `change` along the derivatives.
 
     `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only. It is
     shorter where another part or contact, whose derivative is much larger, would have the largest value within it.
     """
-    value = value_of_response(Ended(run.driver), response)
+    moved = cache(lambda size: _moved_values(run, parameter, responses, mechanism, size))
+
+    def of_response(k: int) -> Callable[[float], float]:
+        return lambda size: moved(size)[k]
+
+    return [_derivative(value, of_response(k), change, step) for k, value in enumerate(values)]
+
+
+def _derivative(value: float, moved: Callable[[float], float], change: float, step: float) -> tuple[float, bool]:
+    """Return the derivative of a measure by the size of a move, and True if the one-sided derivatives agree.
+
+    `moved` returns the measure after a move of the run along its derivatives.
+    """
     slope, smooth = math.nan, True
     for size in (step, 1e-2 * step, 1e-4 * step):
-        values = _values(run, parameter, response, mechanism, size)
+        values = _values(moved, size)
         if values[0] != value:
             return math.nan, True
         slope = ((values[1] - values[-1]) * 8.0 - (values[2] - values[-2])) / (12.0 * size)
@@ -106,7 +120,7 @@ def derivative_of(
     if not same and max(abs(values[place] - value) for place in values) > REPORTED_FRACTION * abs(value):
         return math.nan, False
     wide = max(step, 0.5 * change)
-    return slope, smooth and (wide == step or _sides_agree(_values(run, parameter, response, mechanism, wide), wide, slope))
+    return slope, smooth and (wide == step or _sides_agree(_values(moved, wide), wide, slope))
 
 
 def _sides_agree(values: dict[int, float], size: float, slope: float) -> bool:
@@ -115,15 +129,23 @@ def _sides_agree(values: dict[int, float], size: float, slope: float) -> bool:
     return bool(abs(above - below) <= DATA_TOL * max(abs(slope), abs(values[0])))
 
 
-def _values(
-    run: Forward, parameter: int, response: Response, mechanism: Callable[[float], Mechanism], step: float
-) -> dict[int, float]:
-    """Return the response at places in steps along the derivatives of a run."""
-    made, values = run.driver.plan, {}
-    for place in (-2, -1, 0, 1, 2):
-        with _moved(run, parameter, place * step):
+def _values(moved: Callable[[float], float], step: float) -> dict[int, float]:
+    """Return a measure at places in steps."""
+    return {place: moved(place * step) for place in (-2, -1, 0, 1, 2)}
+
+
+def _moved_values(
+    run: Forward, parameter: int, responses: Sequence[Response], mechanism: Callable[[float], Mechanism], size: float
+) -> list[float]:
+    """Return the responses after a move of a run along its derivatives by `size` parameter scales."""
+    driver, values = run.driver, []
+    with _moved(run, parameter, size):
+        ended, made = Ended(driver), driver.plan
+        for response in responses:
             if response.measure == "mass":
-                run.driver.plan = plan(mechanism(place * step))
-            values[place] = value_of_response(Ended(run.driver), response)
-            run.driver.plan = made
+                driver.plan = plan(mechanism(size))
+                values.append(value_of_response(Ended(driver), response))
+                driver.plan = made
+            else:
+                values.append(value_of_response(ended, response))
     return values

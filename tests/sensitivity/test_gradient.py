@@ -16,7 +16,14 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 from scissordyn.sensitivity.forward import forward
-from scissordyn.sensitivity.seed import CENTRAL_DIFFERENCES, Start, _differences, derivatives, parameter_of
+from scissordyn.sensitivity.seed import (
+    CENTRAL_DIFFERENCES,
+    Start,
+    _differences,
+    _linear_slopes,
+    derivatives,
+    parameter_of,
+)
 
 RESTITUTIONS = (
     (sd.Flores, 0.5, 1.07308990055),
@@ -291,6 +298,37 @@ def test_an_array_that_is_even_in_the_parameter():
     error, found = _differences({"y": np.zeros(1)}, changed_arrays, weights, lower, 1e-3)
     assert error == 0.0
     assert found["y"].tolist() == [0.0]
+
+
+@pytest.mark.parametrize("places", [(3, -2), (6, 1), (-6, -1)])
+def test_arrays_that_are_linear_in_the_parameter(places):
+    """Identity: two changes of a parameter give the slope of a line; a kink, a square or a cube is not a line."""
+    step, value = 4e-3, 0.7
+
+    def slopes(function):
+        base, *moved = ({"y": np.array([function(place * step)])} for place in (0, *places))
+        return _linear_slopes(base, dict(zip(places, moved, strict=True)), step)
+
+    assert slopes(lambda x: value + 0.3 * x)["y"] == pytest.approx([0.3], rel=1e-13)
+    for function in (
+        lambda x: value + 1e-6 * x * x,
+        lambda x: value + 1e-4 * x**3,
+        lambda x: value + 1e-6 * abs(abs(x) - 5e-3),
+    ):
+        assert slopes(function) is None
+
+
+@pytest.mark.parametrize("path", ["A.clearance", "A.restitution", "body.slider.mass", "drive.speed"])
+def test_derivatives_of_the_start_from_fewer_mechanisms(path):
+    """Cross-check: differences of sixth order of all arrays, each from a mechanism of its own, which is compiled alone."""
+    case = sd.read_case(Path(__file__).parents[2] / "examples/paper.toml")
+    begin, parameter, step = Start(case.mechanism, case.run.start), parameter_of(case.mechanism, path, 1.0), 4e-3
+    places, weights, lower = CENTRAL_DIFFERENCES
+    several = [begin.arrays_of(parameter.moved(place * step)) for place in places]
+    expected, found = _differences(begin.arrays, several, weights, lower, step)[1], derivatives(begin, parameter)
+    for name in {*expected, *found}:
+        size = np.max(np.abs(begin.arrays[name])) + np.max(np.abs(expected.get(name, 0.0)))
+        assert found.get(name, 0.0) == pytest.approx(expected.get(name, 0.0), rel=1e-11, abs=1e-12 * size)
 
 
 def guided(until: float):

@@ -5,7 +5,7 @@ The arrays are smooth functions of a parameter, so that differences of sixth ord
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -25,7 +25,7 @@ from scissordyn.plan.hard_contact import hard_contacts, put_hard_numbers
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.system import make_system
 from scissordyn.run.advance.driver import fill_history
-from scissordyn.run.advance.tolerance import error_weights
+from scissordyn.run.advance.tolerance import controller_delays
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
@@ -55,6 +55,10 @@ FORWARD_DIFFERENCES = (
     (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
 )
 
+
+LINEAR_ROUNDINGS = 4.0  # Number of roundings by which an array that is linear in a parameter may differ from a line
+
+NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
 
 PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations
 
@@ -104,6 +108,16 @@ class Start:
     def arrays(self) -> dict[str, np.ndarray]:
         return self.arrays_of(self.mechanism)
 
+    @cached_property
+    def has_plain_numbers(self) -> bool:
+        """True if the start leaves the parameters of the kernels as the plan has them."""
+        numbers = self.numbers_of(self.mechanism)
+        return self.compared is None and all(numbers[name].tobytes() == self.arrays[name].tobytes() for name in numbers)
+
+    def numbers_of(self, mechanism: Mechanism) -> dict[str, np.ndarray]:
+        """Return the parameters of the kernels for a mechanism, by name."""
+        return dict(_arrays(NUMBERS, plan(mechanism).numbers()))
+
     def arrays_of(self, mechanism: Mechanism) -> dict[str, np.ndarray]:
         """Return the arrays at the start of a mechanism, which differs from this one by the value of a parameter."""
         made = plan(mechanism)
@@ -129,7 +143,7 @@ def arrays_at_start(made: Plan, start: StartKind) -> dict[str, np.ndarray]:
     # the only work arrays that are written at the start and not again
     arrays["work.value"], arrays["work.part_weight"] = content.work.value, content.work.part_weight
     arrays["y"] = y
-    arrays["delays"] = np.array(error_weights(made, system, y, rtol=1.0, atol=1.0).delays)
+    arrays["delays"] = np.array(controller_delays(made))
     if arrays["state.initial_history"].size:
         fill_history(system, y)
     if made.hard_places:
@@ -174,7 +188,17 @@ def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[fl
     refused: ScissordynError | None = None
     for places, weights, lower in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
-            several = [_changed_arrays(start, parameter, place * step) for place in places]
+            known = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
+            slopes = _linear_slopes(start.arrays, known, step)
+            if slopes is not None:
+                return 0.0, slopes
+            constant = start.has_plain_numbers and not any(
+                _is_changed(start.arrays, known.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
+            )
+            several = [
+                known[place] if place in known else _changed_arrays(start, parameter, place * step, constant=constant)
+                for place in places
+            ]
         except ScissordynError as error:
             refused = refused or error
             continue
@@ -186,18 +210,53 @@ def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[fl
     )
 
 
+def _is_changed(base: dict[str, np.ndarray], several: Iterable[dict[str, np.ndarray]], name: str) -> bool:
+    """Return whether an array differs from that of the start in any of several mechanisms."""
+    return any(arrays[name] is not base[name] and arrays[name].tobytes() != base[name].tobytes() for arrays in several)
+
+
+def _linear_slopes(
+    base: dict[str, np.ndarray], known: dict[int, dict[str, np.ndarray]], step: float
+) -> dict[str, np.ndarray] | None:
+    """Return the derivatives of arrays from two changes of a parameter if all are linear up to round-off, else None.
+
+    The second divided difference of an array that is not linear exceeds the round-off of its three values.
+    """
+    (far, one), (near, other) = known.items()
+    from_base = far * near > 0  # both on one side
+    found = dict[str, np.ndarray]()
+    for name, array in base.items():
+        if array.dtype.kind != "f" or not array.size or not _is_changed(base, known.values(), name):
+            continue
+        with np.errstate(invalid="ignore"):
+            terms = near * one[name], -far * other[name], (far - near) * array
+            bend, size = np.abs(sum(terms)), sum(map(np.abs, terms))
+            slope = (one[name] - (array if from_base else other[name])) / ((far if from_base else far - near) * step)
+        if np.any(bend > LINEAR_ROUNDINGS * np.finfo(float).eps * size):
+            return None
+        slope[~np.isfinite(slope)] = 0.0
+        if np.any(slope):
+            found[name] = slope
+    return found
+
+
 def _mirrored(scheme: Any) -> Any:
     places, weights, lower = scheme
     return tuple(-place for place in places), tuple(-weight for weight in weights), tuple(-weight for weight in lower)
 
 
-def _changed_arrays(start: Start, parameter: Parameter, part: float) -> dict[str, np.ndarray]:
+def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant: bool = False) -> dict[str, np.ndarray]:
+    """Return the arrays with the parameter changed by a part of its scale; with `constant` only its numbers change."""
     if part == 0.0:
         return start.arrays
+    if constant:
+        return {**start.arrays, **start.numbers_of(parameter.moved(part))}
     arrays = start.arrays_of(parameter.moved(part))
     for name, array in start.arrays.items():
-        same = arrays[name].shape == array.shape
-        if not same or (array.dtype.kind == "i" and not np.array_equal(arrays[name], array)):
+        found = arrays[name]
+        if found is array:  # a table that both mechanisms share
+            continue
+        if found.shape != array.shape or (array.dtype.kind == "i" and found.tobytes() != array.tobytes()):
             raise InputError("a change of the parameter changes the structure of the mechanism", "another parameter")
     return arrays
 
@@ -213,7 +272,7 @@ def _differences(
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size:
             continue
-        if all(arrays[name].tobytes() == array.tobytes() for arrays in several):
+        if all(arrays[name] is array or arrays[name].tobytes() == array.tobytes() for arrays in several):
             continue
         with np.errstate(invalid="ignore"):
             stack = np.stack([arrays[name] for arrays in several]) - array

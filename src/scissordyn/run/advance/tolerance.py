@@ -87,7 +87,6 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
     start = content.model.state_start
     # ends of the groups of internal states: all friction laws, then each component and controller
     ends = range(2 * n + int(start[contacts]), 2 * n + int(start[-1]) + 1)
-    delays = [part.controller.delay for _, part in plan.actuators]
     crossable, precision = [1] * contacts, (1e-9 * parameters.contact["clearance"]).tolist()
     for part in plan.acting:
         if part.declaration.gap is not None:
@@ -100,12 +99,17 @@ def error_weights(plan: Plan, system: Handle, y: np.ndarray, *, rtol: float, ato
         group=np.array([0, n, 2 * n, *ends], np.int64),
         precision=np.array(precision, float),
         crossable=np.array(crossable, np.int64),
-        delays=tuple(sorted({delay for delay in delays if delay > 0.0})),
+        delays=controller_delays(plan),
         vibration=vibration,
         time_scale=duration,
         integral=rtol if plan.coordinates.mobility == 0 else 0.0,
         inertia=mass * size**2,
     )
+
+
+def controller_delays(plan: Plan) -> tuple[float, ...]:
+    """Return the different delays of controllers, shortest first [s]."""
+    return tuple(sorted({part.controller.delay for _, part in plan.actuators if part.controller.delay > 0.0}))
 
 
 def state_tolerance(rtol: float, atol: float) -> float:

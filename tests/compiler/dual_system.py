@@ -68,11 +68,11 @@ class DualSystem:
             state, out = with_derivatives(y), with_derivatives(slope)
             count = min(DERIVATIVES, y.size - first)
             for k in range(count):
-                state[first + k, 1 + k] = 1.0
-            time = self.number((ctypes.c_double * (DERIVATIVES + 1))(t))
+                state[first + k, k] = 1.0
+            time = self.number((ctypes.c_double * (DERIVATIVES + 1))(*[0.0] * DERIVATIVES, t))
             self.rate(time, state.ctypes.data, y.size, memory.ctypes.data, out.ctypes.data, y.size)
-            jacobian[:, first : first + count] = out[:, 1 : 1 + count]
-        return out[:, 0], jacobian
+            jacobian[:, first : first + count] = out[:, :count]
+        return out[:, -1], jacobian
 
     def _words(self, content: Any, described: Any) -> list[int]:
         """Return the memory of a named tuple with zero derivatives."""
@@ -97,7 +97,7 @@ class DualSystem:
             array = np.zeros(part.shape, kinds)
             for key in part.dtype.names:
                 if part.dtype[key].kind == "f":
-                    array[key][..., 0] = part[key]
+                    array[key][..., -1] = part[key]
                 else:
                     array[key] = [self.pointers.get(int(word), word) for word in part[key]] if name == "law" else part[key]
             return array
@@ -115,7 +115,7 @@ def _integers(content: Any, owner: str, name: str) -> np.ndarray:
 def with_derivatives(array: np.ndarray) -> np.ndarray:
     """Return numbers with zero derivatives."""
     numbers = np.zeros((*array.shape, DERIVATIVES + 1))
-    numbers[..., 0] = array
+    numbers[..., -1] = array
     return numbers
 
 

@@ -66,12 +66,12 @@ def inputs_of(recipe: Recipe) -> list[tuple[int, int]]:
 def with_derivatives(kernel: Callable[..., Dual], inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]):
     """Return the results of a kernel, the returned number last, and their derivatives."""
     numbers, parameters = np.zeros((4, 24, DERIVATIVES + 1)), np.zeros((row.size, DERIVATIVES + 1))
-    numbers[..., 0], parameters[:, 0] = inputs, row
+    numbers[..., -1], parameters[:, -1] = inputs, row
     for k, (kind, place) in enumerate(places):
-        (parameters if kind == PARAMETERS else numbers[kind])[place, 1 + k] = 1.0
+        (parameters if kind == PARAMETERS else numbers[kind])[place, k] = 1.0
     out = np.zeros((25, DERIVATIVES + 1))
     out[24] = kernel(*(array.ctypes.data for array in (*numbers, parameters, out))).numbers[:]
-    return out[:, 0], out[:, 1 : 1 + len(places)]
+    return out[:, -1], out[:, : len(places)]
 
 
 def precise_math() -> types.SimpleNamespace:

@@ -1,6 +1,8 @@
 /* Dual numbers: a value, and its derivatives by DERIVATIVES parameters. Values are those of double arithmetic, bit for bit.
 
-   The derivatives lie in vectors of PACKED doubles, the widest of the processor that divide the even number DERIVATIVES. */
+   The derivatives lie in vectors of PACKED doubles, the widest of the processor that divide the even number DERIVATIVES. They
+   come first: compilers copy a struct from its start in the widest registers, and the processor waits for a number that is
+   read in other pieces than it was written. */
 
 #if defined(__AVX512F__) && DERIVATIVES % 8 == 0
 #define PACKED 8
@@ -15,7 +17,7 @@ typedef int64_t mask __attribute__((vector_size(8 * PACKED), aligned(8)));
 
 #define PACKS (DERIVATIVES / PACKED)
 
-typedef struct { double v; pack d[PACKS]; } dual;
+typedef struct { pack d[PACKS]; double v; } dual;
 
 /* y(a, b), with the slope of each pack k; a part that does not change contributes nothing, even if its slope is infinite */
 #define OPERATION(name, first, second, value, slope) \

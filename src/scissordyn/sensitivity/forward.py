@@ -23,7 +23,7 @@ from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
-from scissordyn.sensitivity.twin import Twin
+from scissordyn.sensitivity.twin import VALUE, Twin
 
 CHECK_STEPS = 100  # [steps] number of steps between two checks for Ctrl-C, reports of progress, and kept states
 
@@ -111,7 +111,7 @@ class _Pass:
         self.tolerance = np.array([TOLERANCE_FACTORS[self.driver.integration.content.method.kind] * options.rtol])
         self._bind()
         self.seed = np.zeros((1, DERIVATIVES + 1))
-        self.seed[0, 1] = 1.0
+        self.seed[0, 0] = 1.0
         dual = self.twin.copy_of(self.driver.state.clock)
         dual["monitors"] = int(integrals or stepping is not None)
         self._put(seeds)
@@ -145,11 +145,11 @@ class _Pass:
         for k, seed in enumerate(seeds):
             for name, slope in seed.items():
                 if name == "y":
-                    self.twin.copy_of(state.y)[..., 1 + k] = slope
+                    self.twin.copy_of(state.y)[..., k] = slope
                 elif name == "delays":
-                    self.twin.copy_of(self.driver.integration.content.work.delays)[..., 1 + k] = slope
+                    self.twin.copy_of(self.driver.integration.content.work.delays)[..., k] = slope
                 elif name == "log":
-                    self.twin.copy_of(self.driver.integration.content.log)[: len(slope), :, 1 + k] = slope
+                    self.twin.copy_of(self.driver.integration.content.log)[: len(slope), :, k] = slope
                 else:
                     owner, *path = name.split(".")
                     array: Any = self.driver.plan.maps if owner == "maps" else getattr(content, owner, None)
@@ -159,7 +159,7 @@ class _Pass:
                     while not isinstance(array, np.ndarray):
                         array = getattr(array, path.pop(0))
                     dual = self.twin.copy_of(array)
-                    (dual[path[0]] if path else dual)[..., 1 + k] = slope
+                    (dual[path[0]] if path else dual)[..., k] = slope
 
     def advance(self, until: float, most_steps: int, progress: Callable[[float], None] | None) -> str:
         """Advance to the end; return the reason why the run stopped before, or ""."""
@@ -207,23 +207,23 @@ class _Pass:
         counted = np.zeros((content.model.rotation_start.size - 1, DERIVATIVES + 1))
         self.kernels.fill(dual[0], self.system, self.maps, dual[1], counted)
         copies = [self.twin.copy_of(array) for array in record]
-        return Record(*(_part(copy, 0) for copy in copies)), Record(*(_part(copy, slice(1, 1 + count)) for copy in copies))
+        return Record(*(_part(copy, VALUE) for copy in copies)), Record(*(_part(copy, slice(count)) for copy in copies))
 
     def result(self, count: int, *, integrals: bool) -> Forward:
         """Return the run with its derivatives by the first `count` parameters."""
         if self.driver.stepping is None:
             self.kernels.end(self.integration, self.system)
         state, of = self.driver.state, self.twin.copy_of
-        part = slice(1, 1 + count)
+        part = slice(count)
         log = of(self.driver.integration.content.log)[: int(state.counts["events"][0]), :, part].copy()
         peak, total = of(state.peak)[..., part].copy(), of(state.total)[..., part].copy()
         first = log.shape[1] - peak.shape[1]
         unknown = [WHEN, STRUCK + 1] + ([] if integrals else list(range(INTEGRAL, STRUCK)))
         peak[:, unknown], log[:, [first + column for column in unknown]] = np.nan, np.nan
         # the repetition has no derivative of these largest values
-        peak[of(state.peak)[:, LARGEST, 0] != state.peak[:, LARGEST], LARGEST] = np.nan
+        peak[of(state.peak)[:, LARGEST, VALUE] != state.peak[:, LARGEST], LARGEST] = np.nan
         ended = self.driver.integration.content.log[: len(log)]
-        log[of(self.driver.integration.content.log)[: len(log), first + LARGEST, 0] != ended[:, first + LARGEST], first] = (
+        log[of(self.driver.integration.content.log)[: len(log), first + LARGEST, VALUE] != ended[:, first + LARGEST], first] = (
             np.nan
         )
         if not integrals:

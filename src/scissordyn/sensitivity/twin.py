@@ -11,7 +11,8 @@ from scissordyn.kernel import fields_of
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.sensitivity.library import DERIVATIVES
 
-DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: its value, then its derivatives
+DUAL_DOUBLES = DERIVATIVES + 1  # Number of doubles in a dual number: its derivatives, then its value
+VALUE = DERIVATIVES  # Index of the value in a dual number
 
 
 POINTER_FIELDS = ("controller", "law", "energy")  # Fields of named tuples with kernel pointers
@@ -40,7 +41,7 @@ class Twin:
         return int(memory.ctypes.data)
 
     def copy_of(self, array: np.ndarray) -> np.ndarray:
-        """Return the dual-number copy of an array: values at [..., 0] and derivatives at [..., 1:]."""
+        """Return the dual-number copy of an array: derivatives at [..., :VALUE] and values at [..., VALUE]."""
         return self._copies[id(array)][1]
 
     def grow(self, old: np.ndarray, new: np.ndarray) -> None:
@@ -60,7 +61,7 @@ class Twin:
             elif isinstance(part, tuple):
                 words += [int(word) for word in part]
             elif hint is float:
-                words += [int(np.float64(part).view(np.int64)), *[0] * (0 if plain else DERIVATIVES)]
+                words += [*[0] * (0 if plain else DERIVATIVES), int(np.float64(part).view(np.int64))]
             else:
                 words.append(int(part))
         return words
@@ -83,7 +84,7 @@ class Twin:
             if array.dtype.kind != "f":
                 return array.copy()
             numbers = np.zeros((*array.shape, DUAL_DOUBLES))
-            numbers[..., 0] = array
+            numbers[..., VALUE] = array
             return numbers
         kinds = [
             (key, array.dtype[key], (DUAL_DOUBLES,)) if array.dtype[key].kind == "f" else (key, array.dtype[key])
@@ -92,7 +93,7 @@ class Twin:
         records = np.zeros(array.shape, kinds)
         for key in names:
             if array.dtype[key].kind == "f":
-                records[key][..., 0] = array[key]
+                records[key][..., VALUE] = array[key]
             elif name == "law" and key in LAW_KERNELS:
                 records[key] = [self.pointers.get(int(word), int(word)) for word in array[key]]
             else:

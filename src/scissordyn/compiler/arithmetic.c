@@ -6,6 +6,14 @@
 #define EXPORT __attribute__((visibility("default")))
 #endif
 
+/* Versions of a function for processors with and without wide vectors; the loader chooses one. Neither contracts products and
+   sums, so that both give the same bits. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define VECTORIZED __attribute__((target_clones("avx2", "default")))
+#else
+#define VECTORIZED
+#endif
+
 static double whole_power(double x, int64_t n) {
     double result = 1.0;
     for (; n > 0; n >>= 1) {

@@ -46,10 +46,20 @@ from scissordyn.kernel import Entry, Opener, call_at
 
 
 class _Translated:
-    """Name and body of a translated function."""
+    """Name and body of a translated function, and the macro before its declaration."""
 
-    def __init__(self, name: str, body: Body) -> None:
-        self.name, self.body = name, body
+    def __init__(self, name: str, body: Body, macro: str) -> None:
+        self.name, self.body, self.macro = name, body, macro
+
+    @property
+    def head(self) -> str:
+        """Declaration in C."""
+        return self.macro + self.body.head(self.name)
+
+    @property
+    def text(self) -> str:
+        """Definition in C."""
+        return self.macro + self.body.text(self.name)
 
 
 class Unit:
@@ -164,7 +174,7 @@ class Unit:
                 word = re.sub(r"\W", "_", function.__name__)
                 number = self.names[word] = self.names.get(word, 0) + 1
                 name = f"k_{word}" + (f"_{number}" if number > 1 else "")
-            self.translated[key] = _Translated(name, body)
+            self.translated[key] = _Translated(name, body, "VECTORIZED " if hasattr(function, "vectorized") else "")
         return self.translated[key]
 
     def _at_address(self, arguments: list[Value]) -> Value:
@@ -231,10 +241,10 @@ class Unit:
                 f"typedef {number} (*kernel_pointer)({signature});",
                 *self._types(),
                 *self._tables(),
-                *(f"{function.body.head(function.name)};" for function in self.translated.values()),
+                *(f"{function.head};" for function in self.translated.values()),
                 *(f"{text};" for text in heads),
                 pointers if self.table else "",
-                *(function.body.text(function.name) + "\n" for function in self.translated.values()),
+                *(f"{function.text}\n" for function in self.translated.values()),
                 *bodies,
                 *self.entries,
                 "",

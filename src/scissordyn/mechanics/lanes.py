@@ -4,16 +4,43 @@ from __future__ import annotations
 
 import math
 
+from scissordyn.kernel import vectorized
+
 LANES = 8  # Rows of tables are padded to multiples of this number of values, which processors handle at once
 BAND_LANES = 4  # Number of values of a band's row that are handled at once
 
 
+@vectorized
 def combine(table, first, rows, width, x, y, sx, sy):
     """Multiply the rows of a padded table, which begins at `first`, by vectors and sum them up."""
-    transform(table, first, rows, width, x, sx)
-    transform(table, first, rows, width, y, sy)
+    for column in range(0, width, LANES):
+        a = b = c = d = e = f = g = h = 0.0
+        i = j = k = l = m = n = o = p = 0.0
+        for row in range(rows):
+            at, u, v = first + row * width + column, x[row], y[row]
+            a += table[at] * u
+            b += table[at + 1] * u
+            c += table[at + 2] * u
+            d += table[at + 3] * u
+            e += table[at + 4] * u
+            f += table[at + 5] * u
+            g += table[at + 6] * u
+            h += table[at + 7] * u
+            i += table[at] * v
+            j += table[at + 1] * v
+            k += table[at + 2] * v
+            l += table[at + 3] * v
+            m += table[at + 4] * v
+            n += table[at + 5] * v
+            o += table[at + 6] * v
+            p += table[at + 7] * v
+        sx[column], sx[column + 1], sx[column + 2], sx[column + 3] = a, b, c, d
+        sx[column + 4], sx[column + 5], sx[column + 6], sx[column + 7] = e, f, g, h
+        sy[column], sy[column + 1], sy[column + 2], sy[column + 3] = i, j, k, l
+        sy[column + 4], sy[column + 5], sy[column + 6], sy[column + 7] = m, n, o, p
 
 
+@vectorized
 def transform(table, first, rows, width, x, sx):
     """Multiply the rows of a padded table, which begins at `first`, by scalars and sum them up."""
     for column in range(0, width, LANES):
@@ -33,6 +60,7 @@ def transform(table, first, rows, width, x, sx):
         sx[column + 4], sx[column + 5], sx[column + 6], sx[column + 7] = e, f, g, h
 
 
+@vectorized
 def stretch(rx, ry, free, inverse, strain, width):
     """Write the inverse lengths of vectors, and their elongations beyond 1 + `free`; for whole lanes."""
     for g in range(width):
@@ -41,6 +69,7 @@ def stretch(rx, ry, free, inverse, strain, width):
         strain[g] = size - 1.0 - free
 
 
+@vectorized
 def pull(factor, force, inverse, rx, ry, fx, fy, width):
     """Write forces along vectors, given their inverse lengths, times a factor; for whole lanes."""
     for g in range(width):
@@ -63,6 +92,7 @@ def join(target, first, factor, x, y, place, count):
         target[first + 2 * k + 1] += factor * y[place + k]
 
 
+@vectorized
 def take_row(table, row, column, other, begin, factor, count):
     """Subtract a multiple of `count` values of row `other` from a row; `BAND_LANES` - 1 zeros must follow them."""
     for k in range(0, count, BAND_LANES):

@@ -12,7 +12,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run import method
 from scissordyn.run.advance import tolerance as tolerance_module
 from scissordyn.run.advance.tolerance import error_weights
-from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps, jacobian, projected_jacobian
+from scissordyn.run.method import STABILITY_LIMIT, fastest_modes, film_steps, jacobian, projected_jacobian, undamped_eigenvalues
 from scissordyn.run.trajectory import compute, make_driver
 
 # Bending stiffness [N m^2] and axial stiffness [N] of a steel tube
@@ -184,6 +184,19 @@ def test_fastest_modes_of_many_states(modes, monkeypatch):
         found[most] = fastest_modes(driver.plan, driver.system, prepared.y)
     assert found[0][0] == pytest.approx(found[10**6][0], rel=1e-5)
     assert found[0][1] == pytest.approx(found[10**6][1], rel=0.05)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-6])
+def test_eigenvalues_without_damping_have_half_as_many_squares(damping):
+    """Cross-check: roots of half as many eigenvalues are those of the whole Jacobian; damped bars have no such roots."""
+    bent = sd.with_bending(sd.scissor(units=2), **TUBE, modes=4, damping=damping).driven(speed=sd.rpm(150))
+    driver, prepared, _ = make_driver(plan(bent), sd.Options(1e-3))
+    matrix = jacobian(driver.system, prepared.y)
+    found, expected = undamped_eigenvalues(matrix), np.linalg.eigvals(matrix)
+    assert (found is None) == (damping > 0.0)
+    if found is not None:
+        assert np.sort(np.abs(found)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-6, abs=1e-3)
+        assert np.max(np.abs(found.real)) == pytest.approx(np.max(np.abs(expected.real)), rel=1e-3, abs=1e-6)
 
 
 def test_stiff_steps_do_not_resolve_axial_waves(monkeypatch):

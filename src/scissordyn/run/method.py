@@ -260,13 +260,26 @@ def fastest_modes(plan: Plan, system: Handle, y: np.ndarray) -> tuple[float, flo
         matrix = jacobian(system, y) if y.size <= DENSE_STATES_MAX else projected_jacobian(system, y)
         if not np.all(np.isfinite(matrix)):
             continue
-        values = np.linalg.eigvals(matrix)
+        values = undamped_eigenvalues(matrix) if bends(plan.mechanism) else None
+        values = np.linalg.eigvals(matrix) if values is None else values
         size = np.abs(values)
         damped = -values.real >= strong_damping * size
         decay = max(decay, float(np.max(size[damped], initial=0.0)))
         oscillation = max(oscillation, float(np.max(np.abs(values.imag[~damped]), initial=0.0)))
     state.mode[:], state.memory[:] = before
     return decay, oscillation
+
+
+def undamped_eigenvalues(matrix: np.ndarray) -> np.ndarray | None:
+    """Return the eigenvalues of a Jacobian whose accelerations depend on positions alone; None for any other Jacobian.
+
+    They are the positive and negative roots of the eigenvalues of the accelerations by the positions, half as many.
+    """
+    n = len(matrix) // 2
+    if len(matrix) % 2 or matrix[:n, :n].any() or matrix[n:, n:].any() or not np.allclose(matrix[:n, n:], np.eye(n)):
+        return None
+    roots = np.sqrt(np.linalg.eigvals(matrix[n:, :n]).astype(complex))
+    return np.concatenate([roots, -roots])
 
 
 def jacobian(system: Handle, y: np.ndarray) -> np.ndarray:

@@ -237,7 +237,7 @@ def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray
 def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]) -> Variables:
     joints, welds = len(plan.mechanism.joint_names), len(plan.mechanism.welds)
     found = Deferred(lambda: force_peaks(path, sampled()), path.system.lock)
-    has_start = math.isfinite(start_end(path))
+    has_start = path.contacts.size > 0
 
     def of(name: str, part: slice) -> np.ndarray:
         return np.asarray(getattr(found(), name)[part])

@@ -125,13 +125,15 @@ def write_strains(bar, S, free):
 
 @kernel
 def add_flexible_bar(t, i, S):
-    """Add the forces of the bar of component i to Work.force; write its powers."""
+    """Add the forces of the bar of component i to Work.force; write its powers, and its strain energy if asked to."""
     M, W, p = S.model, S.work, S.parameters.component[i]
     bar, B = M.bar_of[i], W.bar
     count, points, across, wide, weights, _, _, forces = tables_of(bar, S)
     x, y, fx, fy, hx, hy, axial = B[QX], B[QY], B[FX], B[FY], B[HX], B[HY], B[AXIAL]
     factor, factor_rate = warmth(t, i, S)
     write_strains(bar, S, factor * p[STRAIN])
+    if W.with_energy[0] == 1:
+        W.stored_energy[i] = strain_energy(i, factor, S)
     stiffness = p[EI]
     # -S_k' N t, N = EA A e
     pull(-p[EA], axial, B[INVERSE], B[RX], B[RY], hx[count:], hy[count:], across)
@@ -184,14 +186,12 @@ def add_end_moments(bar, S, moment):
 
 
 @kernel
-def flexible_bar_energy(t, i, S):
-    """Return the strain energy [J] of the bar of component i."""
+def strain_energy(i, factor, S):
+    """Return the strain energy [J] of the bar of component i after `write_strains`; `factor` is that of its temperatures."""
     M, p, B = S.model, S.parameters.component[i], S.work.bar
     bar = M.bar_of[i]
     count, points, _, wide, _, _, _, forces = tables_of(bar, S)
     x, y, fx, fy, e, axial = B[QX], B[QY], B[FX], B[FY], B[STRETCH], B[AXIAL]
-    factor, _ = warmth(t, i, S)
-    write_strains(bar, S, factor * p[STRAIN])
     twice = 0.0
     for g in range(points):
         twice += p[EA] * e[g] * axial[g]

@@ -14,7 +14,6 @@ from scissordyn.mechanics.body_maps import BodyMaps, load_couplings, pressure_si
 from scissordyn.mechanics.constraint_solver import engage, project, rod_force, value_errors
 from scissordyn.mechanics.contact import kinematics, no_forces
 from scissordyn.mechanics.equations import accelerate
-from scissordyn.mechanics.flexible_bar import flexible_bar_energy
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.sample import Record, Sampled
@@ -73,7 +72,7 @@ def write_loads(at, B, S, R):
 
 
 @kernel
-def write_energies(at, t, y, S, R):
+def write_energies(at, y, S, R):
     """Write the energies at a sample."""
     M, W = S.model, S.work
     n, nb = M.n, M.nb
@@ -96,7 +95,7 @@ def write_energies(at, t, y, S, R):
         elif S.state.mode[j] == 1:
             elastic += elastic_energy(law.energy, law.stiffness, W.contact[j].depth, S.parameters.elastic[j])
     for i in range(W.stored_energy.size):
-        stored += flexible_bar_energy(t, i, S) if M.component_port[i] == AXIS.code else W.stored_energy[i]
+        stored += W.stored_energy[i]
     R.kinetic[at], R.potential[at], R.elastic[at], R.stored[at] = kinetic, potential, elastic, stored
 
 
@@ -128,6 +127,7 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
     """Evaluate everything at each sample."""
     S = open_system(address)
     M, W, C = S.model, S.work, S.state
+    W.with_energy[0] = 1
     for at in range(samples.time.size):
         set_sample(at, samples, S)
         # dense output keeps lengths only to its own accuracy
@@ -145,6 +145,8 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
                 kinematics(j, S)
             R.contact[at, j] = W.contact[j]
         for i in range(M.component_port.size):
+            if M.component_port[i] == AXIS.code:  # a flexible bar has no coordinates of a port and no results
+                continue
             R.observed[at, i, 0], R.observed[at, i, 1] = W.observed[i, 0], W.observed[i, 1]
             for q in range(W.result.shape[1]):
                 R.result[at, i, q] = W.result[i, q]
@@ -156,8 +158,9 @@ def fill(samples: Sampled, address: int, B: BodyMaps, R: Record, counted: F1) ->
         for k in range(W.multiplier.size):
             R.multiplier[at, k] = W.multiplier[k]
         R.length_error[0] = max(R.length_error[0], value_errors(S))
-        write_energies(at, samples.time[at], samples.state[at], S, R)
+        write_energies(at, samples.state[at], S, R)
         write_loads(at, B, S, R)
+    W.with_energy[0] = 0
 
 
 def sampled(samples: Any) -> Sampled:

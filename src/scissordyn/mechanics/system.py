@@ -243,6 +243,7 @@ class Workspace(NamedTuple):
     other_answer: F1
     result: F2  # (components, COMPONENT_RESULTS_MAX)
     stored_energy: F1  # (components,) [J]
+    with_energy: I1  # (1,) 1 while flexible bars write their stored energy, which steps do not need
     dissipation: F1  # (components,) [W]
     power_in: F1  # (components,) power given to the mechanism [W]
     slope: F2  # derivatives of a component's kernel, or of an actuator's controller

@@ -80,6 +80,7 @@ def make_workspace(model: Model, parameters: Parameters) -> Workspace:
         work=np.zeros(n + m + nz),
         scratch=np.zeros(2 * n + nz),
         work_b=np.zeros(nb),
+        with_energy=np.zeros(1, np.int64),
         bar=np.zeros((17, LANES + padded(int(np.max([model.bar[:, 1] + 2 * model.bar[:, 2], model.bar[:, 7]], initial=0))))),
         rail=np.zeros((8, max(8, int(np.max(counts, initial=0)), int(np.max(model.rail[:, 2], initial=0))))),
         **worn_surfaces(parameters),

@@ -289,11 +289,12 @@ def _estimate(row: Row) -> float:
 def measure(quick: bool) -> str:
     """Differences of both kinds of derivatives: a table of examples, one of the worst, and what is left out."""
     names, kept = QUICK if quick else tuple(ENDS), Kept("gradient_differences", Found, __file__)
-    keys = [key for name in names for key in parts_of(name)]
+    parts = {name: list(parts_of(name)) for name in names}
+    keys = [key for name in sorted(names, key=lambda name: len(parts[name])) for key in parts[name]]  # short ones first
     with ProcessPoolExecutor(PROCESSES) as pool:
         for done in as_completed([pool.submit(compare, *key) for key in keys if key not in kept.done]):
             kept.add(*done.result())
-    return page({name: combined([kept.done[key] for key in parts_of(name)]) for name in names})
+    return page({name: combined([kept.done[key] for key in parts[name]]) for name in names})
 
 
 def parts_of(name: str) -> Iterator[tuple[str, int]]:

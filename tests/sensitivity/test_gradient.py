@@ -18,6 +18,7 @@ from scissordyn.run.trajectory import make_driver
 from scissordyn.sensitivity.forward import forward
 from scissordyn.sensitivity.seed import (
     CENTRAL_DIFFERENCES,
+    Parameter,
     Start,
     _differences,
     _linear_slopes,
@@ -293,11 +294,24 @@ def test_derivatives_of_the_start_by_a_small_offset():
 
 def test_an_array_that_is_even_in_the_parameter():
     """Limit: an array that is zero and changes by the same amount in both directions has the derivative zero."""
-    places, weights, lower = CENTRAL_DIFFERENCES
+    places, weights = CENTRAL_DIFFERENCES
     changed_arrays = [{"y": np.array([(1e-3 * place) ** 2])} for place in places]
-    error, found = _differences({"y": np.zeros(1)}, changed_arrays, weights, lower, 1e-3)
-    assert error == 0.0
-    assert found["y"].tolist() == [0.0]
+    found = _differences({"y": np.zeros(1)}, changed_arrays, weights, 1e-3)["y"]
+    assert found.error == 0.0
+    assert found.values.tolist() == [0.0]
+
+
+class Curve(Start):
+    """Start whose array has a large constant and an angle, that of a point at the height of the parameter."""
+
+    def arrays_of(self, height):
+        return {"y": np.array([10.0, math.atan(height / 0.3)])}
+
+
+def test_step_of_differences_at_the_start():
+    """Closed form: the derivative of an angle by a height, for which the largest step has an error of 3e-11."""
+    found = derivatives(Curve(0.01, "as-placed"), Parameter("height", 0.01, 1.0, "m", lambda height: height))
+    assert found["y"][1] == pytest.approx(0.3 / (0.3**2 + 0.01**2), rel=2e-12)
 
 
 @pytest.mark.parametrize("places", [(3, -2), (6, 1), (-6, -1)])
@@ -323,9 +337,10 @@ def test_derivatives_of_the_start_from_fewer_mechanisms(path):
     """Cross-check: differences of sixth order of all arrays, each from a mechanism of its own, which is compiled alone."""
     case = sd.read_case(Path(__file__).parents[2] / "examples/paper.toml")
     begin, parameter, step = Start(case.mechanism, case.run.start), parameter_of(case.mechanism, path, 1.0), 4e-3
-    places, weights, lower = CENTRAL_DIFFERENCES
+    places, weights = CENTRAL_DIFFERENCES
     several = [begin.arrays_of(parameter.moved(place * step)) for place in places]
-    expected, found = _differences(begin.arrays, several, weights, lower, step)[1], derivatives(begin, parameter)
+    slopes, found = _differences(begin.arrays, several, weights, step), derivatives(begin, parameter)
+    expected = {name: slope.values for name, slope in slopes.items()}
     for name in {*expected, *found}:
         size = np.max(np.abs(begin.arrays[name])) + np.max(np.abs(expected.get(name, 0.0)))
         assert found.get(name, 0.0) == pytest.approx(expected.get(name, 0.0), rel=1e-11, abs=1e-12 * size)

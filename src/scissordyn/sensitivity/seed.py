@@ -1,6 +1,7 @@
 """Derivatives of the arrays at the start of a run by parameters, as finite differences of the compiled mechanism.
 
-The arrays are smooth functions of a parameter, so that differences of sixth order have a relative error of about 1e-12.
+The arrays are smooth functions of a parameter. The step of their differences of sixth order is as long as their truncation
+error allows, which differences of second and fourth order show.
 """
 
 from __future__ import annotations
@@ -29,30 +30,32 @@ from scissordyn.run.advance.tolerance import controller_delays
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
-DIFFERENCE_STEPS = (4e-3, 5e-4, 6e-5)
-"""[parameter scales] Steps of the differences of sixth order, largest first.
+LARGEST_STEP = 4e-3  # [parameter scales] Largest step of the differences
+STEP_ROUND_OFF = float(np.finfo(float).eps) / LARGEST_STEP  # [-] Its round-off; that of a shorter step is larger in proportion
 
-The largest step has a relative truncation error of 1e-14 f_7/f and a round-off of 1e-13; each next step has eight times the
-round-off.
-"""
+STEP_FACTORS_MAX = (0.5, 1.0 / 64.0)  # Largest and smallest ratio of a step to the one before
+STEPS_MAX = 3  # Largest number of tried steps
 
-STEP_ERROR_TOL = 1e-8
-"""Largest accepted relative difference between differences of fourth and sixth order.
+CONVERGED_RATIO = 0.25
+"""Largest ratio of the distances of orders 4 and 6, and 2 and 4, that shows a truncation error; round-off has about 1."""
 
-It is about (h/L)^4/30 for a length scale L; the relative error of the sixth order, (h/L)^6/140, is then 1e-12.
-"""
-
-# Central finite differences: places in steps, weights of sixth order, and weights of lower order to estimate the error
+# Central finite differences: places in steps, and weights of sixth, fourth and second order
 CENTRAL_DIFFERENCES = (
     (-3, -2, -1, 1, 2, 3),
-    (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60),
-    (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0),
+    (
+        (-1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60),
+        (0, 1 / 12, -2 / 3, 2 / 3, -1 / 12, 0),
+        (0, 0, -1 / 2, 1 / 2, 0, 0),
+    ),
 )
 # The same of finite differences with places on one side only
 FORWARD_DIFFERENCES = (
     (0, 1, 2, 3, 4, 5, 6),
-    (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),
-    (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
+    (
+        (-49 / 20, 6, -15 / 2, 20 / 3, -15 / 4, 6 / 5, -1 / 6),
+        (-137 / 60, 5, -5, 10 / 3, -5 / 4, 1 / 5, 0),
+        (-25 / 12, 4, -3, 4 / 3, -1 / 4, 0, 0),
+    ),
 )
 
 
@@ -165,33 +168,48 @@ def _arrays(path: str, content: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield from _arrays(f"{path}{name}.", part)
 
 
+@dataclass(frozen=True)
+class _Slope:
+    """Derivative of an array, its estimated error relative to the size of both, and True if a shorter step reduces it."""
+
+    values: np.ndarray
+    error: float
+    truncated: bool
+
+
 def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
-    """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays."""
-    best: tuple[float, dict[str, np.ndarray]] | None = None
-    for step in DIFFERENCE_STEPS:
-        error, found = _derivatives_by(start, parameter, step)
-        if best is None or error < best[0]:
-            best = error, found
-        if error <= STEP_ERROR_TOL:
+    """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays.
+
+    Each array has those of the step with its smallest estimated error.
+    """
+    step, best = LARGEST_STEP, dict[str, _Slope]()
+    for _ in range(STEPS_MAX):
+        found = _derivatives_by(start, parameter, step)
+        for name, slope in found.items():
+            if name not in best or slope.error < best[name].error:
+                best[name] = slope
+        longest, shortest = STEP_FACTORS_MAX
+        largest = max((slope.error for slope in found.values() if slope.truncated), default=0.0)
+        if largest <= STEP_ROUND_OFF:
             break
-    assert best is not None
-    if best[0] > DATA_TOL:
+        step *= min(longest, max(shortest, (STEP_ROUND_OFF / largest) ** (1 / 7)))
+    if any(slope.error > DATA_TOL for slope in best.values()):
         raise InputError(
             f"'{parameter.path}' = {parameter.value:g}: the arrays at the start are not smooth functions of it",
             "another value of the parameter",
         )
-    return best[1]
+    return {name: slope.values for name, slope in best.items()}
 
 
-def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[float, dict[str, np.ndarray]]:
-    """Return the largest estimated error of the derivatives of an array, relative to its size, and the derivatives."""
+def _derivatives_by(start: Start, parameter: Parameter, step: float) -> dict[str, _Slope]:
+    """Return the derivatives of the arrays by differences with a step [parameter scales]."""
     refused: ScissordynError | None = None
-    for places, weights, lower in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
+    for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
             known = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
             slopes = _linear_slopes(start.arrays, known, step)
             if slopes is not None:
-                return 0.0, slopes
+                return {name: _Slope(values, 0.0, False) for name, values in slopes.items()}
             constant = start.has_plain_numbers and not any(
                 _is_changed(start.arrays, known.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
             )
@@ -202,7 +220,7 @@ def _derivatives_by(start: Start, parameter: Parameter, step: float) -> tuple[fl
         except ScissordynError as error:
             refused = refused or error
             continue
-        return _differences(start.arrays, several, weights, lower, step)
+        return _differences(start.arrays, several, weights, step)
     assert refused is not None
     raise InputError(
         f"'{parameter.path}' cannot change alone: {getattr(refused, 'what', refused)}",
@@ -241,8 +259,8 @@ def _linear_slopes(
 
 
 def _mirrored(scheme: Any) -> Any:
-    places, weights, lower = scheme
-    return tuple(-place for place in places), tuple(-weight for weight in weights), tuple(-weight for weight in lower)
+    places, weights = scheme
+    return tuple(-place for place in places), tuple(tuple(-weight for weight in order) for order in weights)
 
 
 def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant: bool = False) -> dict[str, np.ndarray]:
@@ -262,13 +280,9 @@ def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant
 
 
 def _differences(
-    base: dict[str, np.ndarray],
-    several: Sequence[dict[str, np.ndarray]],
-    weights: Sequence[float],
-    lower: Sequence[float],
-    step: float,
-) -> tuple[float, dict[str, np.ndarray]]:
-    found, largest = dict[str, np.ndarray](), 0.0
+    base: dict[str, np.ndarray], several: Sequence[dict[str, np.ndarray]], weights: Sequence[Sequence[float]], step: float
+) -> dict[str, _Slope]:
+    found = dict[str, _Slope]()
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size:
             continue
@@ -279,11 +293,12 @@ def _differences(
         stack[~np.isfinite(stack)] = 0.0
         if not np.any(stack):  # the arrays differ only in the sign of zeros
             continue
-        slope = np.tensordot(np.array(weights), stack, 1) / step
-        slope[np.abs(slope) <= ROUND_OFF_TOL * np.tensordot(np.abs(weights), np.abs(stack), 1) / step] = 0.0
-        error = np.abs(slope - np.tensordot(np.array(lower), stack, 1) / step)
-        scale = np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(slope), initial=0.0)
-        if scale > 0.0 and "friction" not in name:
-            largest = max(largest, float(np.max(error)) / float(scale))
-        found[name] = slope
-    return largest, found
+        sixth, fourth, second = (np.tensordot(np.array(order), stack, 1) / step for order in weights)
+        sixth[np.abs(sixth) <= ROUND_OFF_TOL * np.tensordot(np.abs(weights[0]), np.abs(stack), 1) / step] = 0.0
+        last, before = float(np.max(np.abs(sixth - fourth))), float(np.max(np.abs(fourth - second)))
+        scale = float(np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(sixth)))
+        ratio = last / before if before > 0.0 else 0.0
+        # the workspace of friction in ideal joints may be discontinuous
+        error = min(1.0, ratio) * last / scale if scale > 0.0 and "friction" not in name else 0.0
+        found[name] = _Slope(sixth, error, ratio < CONVERGED_RATIO)
+    return found

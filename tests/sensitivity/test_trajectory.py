@@ -80,3 +80,18 @@ def test_valid_until_by_changed_runs():
         first = int(np.flatnonzero(moved > 0.1)[0])
         assert np.all(moved[:first] < 0.1)
         assert instants[first] == pytest.approx(found["valid_until"].item(), rel=1e-9)
+
+
+def test_parameter_at_its_bound():
+    """Closed form: position and mass of an oscillator by its damping, which is zero and cannot be smaller."""
+    stiffness, stretch, speed, end = 10.0, 0.5, 0.1, 0.5
+    ball = sd.Body("ball", 1.0, 0.1, {"c": (0.0, 0.0)}, (0.0, 0.0), velocity=(speed, 0.0))
+    spring = sd.Spring("spring", ("ball", "c"), ("ground", "o"), stiffness=stiffness, free_length=1.0 - stretch)
+    free = sd.Mechanism(bodies=(ball,), joints=(), ground=(("o", (1.0, 0.0)),), gravity=0.0, components=(spring,))
+    found = sd.gradient(free, of=["mass"], by=["spring.damping"], until=end, start="as-placed", trajectory=True, samples=11)
+    t, w = found["time"].values, stiffness**0.5
+    motion = -stretch * np.cos(w * t) + speed / w * np.sin(w * t)
+    exact = 0.5 * (-t * motion - stretch / w * np.sin(w * t))
+    slope = found["position_derivative"].sel(body="ball", axis="x").values[:, 0]
+    np.testing.assert_allclose(slope, exact, atol=1e-9)
+    assert found["derivative"].item() == 0.0

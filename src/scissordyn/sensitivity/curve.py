@@ -17,15 +17,14 @@ from scissordyn.record.trajectory import Trajectory
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.trajectory import current_trajectory
 from scissordyn.sensitivity.forward import SAMPLED_ARRAYS, Forward
+from scissordyn.sensitivity.seed import weighted_mechanisms
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 DIFFERENCE_STEP = ROUND_OFF_TOL**0.25
-"""Largest relative change of samples and outputs in the central differences of variables along their derivatives.
+"""Largest relative change of samples and outputs in the differences of variables along their derivatives.
 
 Variables are simple functions of these, so that the error of fourth order is round-off there.
 """
-
-DIFFERENCES = {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12}  # Weights of central differences of fourth order by place
 
 
 def moved_results(run: Forward, parameter: int, step: float, mechanism: Mechanism) -> Results:
@@ -87,9 +86,8 @@ def weighted_results(run: Forward, parameter: int, mechanism: Callable[[float], 
 
     `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
     """
-    step = difference_step(run, parameter)
-    for place, weight in DIFFERENCES.items():
-        yield weight / step, moved_results(run, parameter, place * step, mechanism(place * step))
+    for weight, change, moved in weighted_mechanisms(mechanism, difference_step(run, parameter)):
+        yield weight, moved_results(run, parameter, change, moved)
 
 
 def curve_derivatives(

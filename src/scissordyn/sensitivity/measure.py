@@ -17,6 +17,7 @@ from scissordyn.plan.plan import plan
 from scissordyn.run.measure import MEASURES, Ended, parts_of
 from scissordyn.run.response import Response
 from scissordyn.sensitivity.forward import Forward
+from scissordyn.sensitivity.seed import weighted_mechanisms
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
 
 INTEGRAL_MEASURES = ("impulse", "pressure_distance", "rms_drive_torque", "rms_track_deviation", *POWERS)
@@ -95,12 +96,17 @@ def derivatives_of(
     `step`: [parameter scales] Step of the fourth-order central differences of a measure; their error is round-off only. It is
     shorter where another part or contact, whose derivative is much larger, would have the largest value within it.
     """
-    moved = cache(lambda size: _moved_values(run, parameter, responses, mechanism, size))
+    moved = cache(lambda size: _moved_values(run, parameter, responses, size))
 
     def of_response(k: int) -> Callable[[float], float]:
         return lambda size: moved(size)[k]
 
-    return [_derivative(value, of_response(k), change, step) for k, value in enumerate(values)]
+    return [
+        (_mass_slope(run, response, mechanism, step), True)
+        if response.measure == "mass"
+        else _derivative(value, of_response(k), change, step)
+        for k, (response, value) in enumerate(zip(responses, values, strict=True))
+    ]
 
 
 def _derivative(value: float, moved: Callable[[float], float], change: float, step: float) -> tuple[float, bool]:
@@ -134,18 +140,18 @@ def _values(moved: Callable[[float], float], step: float) -> dict[int, float]:
     return {place: moved(place * step) for place in (-2, -1, 0, 1, 2)}
 
 
-def _moved_values(
-    run: Forward, parameter: int, responses: Sequence[Response], mechanism: Callable[[float], Mechanism], size: float
-) -> list[float]:
+def _moved_values(run: Forward, parameter: int, responses: Sequence[Response], size: float) -> list[float]:
     """Return the responses after a move of a run along its derivatives by `size` parameter scales."""
-    driver, values = run.driver, []
     with _moved(run, parameter, size):
-        ended, made = Ended(driver), driver.plan
-        for response in responses:
-            if response.measure == "mass":
-                driver.plan = plan(mechanism(size))
-                values.append(value_of_response(Ended(driver), response))
-                driver.plan = made
-            else:
-                values.append(value_of_response(ended, response))
-    return values
+        ended = Ended(run.driver)
+        return [value_of_response(ended, response) for response in responses]
+
+
+def _mass_slope(run: Forward, response: Response, mechanism: Callable[[float], Mechanism], step: float) -> float:
+    """Return the derivative of the mass, which does not depend on the run, by parameter / scale."""
+    slope, made = 0.0, run.driver.plan
+    for weight, _, changed in weighted_mechanisms(mechanism, step):
+        run.driver.plan = plan(changed)
+        slope += weight * value_of_response(Ended(run.driver), response)
+    run.driver.plan = made
+    return slope

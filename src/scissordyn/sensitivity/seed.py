@@ -63,6 +63,13 @@ LINEAR_ROUNDINGS = 4.0  # Number of roundings by which an array that is linear i
 
 NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
 
+# Central and one-sided finite differences of fourth order: weights by place in steps
+FOURTH_ORDER = (
+    {-2: 1 / 12, -1: -2 / 3, 1: 2 / 3, 2: -1 / 12},
+    {0: -25 / 12, 1: 4, 2: -3, 3: 4 / 3, 4: -1 / 4},
+    {0: 25 / 12, -1: -4, -2: 3, -3: -4 / 3, -4: 1 / 4},
+)
+
 PERSISTENT_PARTS = ("model", "parameters", "state", "friction")  # Fields of `System` that keep values between evaluations
 
 
@@ -82,6 +89,21 @@ class Parameter:
     def moved(self, part: float) -> Mechanism:
         """Return the mechanism with the parameter changed by a fraction of its scale."""
         return self.mechanism(self.value + part * self.scale)
+
+
+def weighted_mechanisms(mechanism: Callable[[float], Mechanism], step: float) -> list[tuple[float, float, Mechanism]]:
+    """Return the terms of a derivative by parameter / scale: weight, change of the parameter / scale, changed mechanism.
+
+    The differences are one-sided for a parameter at its bound. `mechanism` returns the mechanism with a changed parameter.
+    """
+    refused: ScissordynError | None = None
+    for weights in FOURTH_ORDER:
+        try:
+            return [(weight / step, place * step, mechanism(place * step)) for place, weight in weights.items()]
+        except ScissordynError as error:
+            refused = refused or error
+    assert refused is not None
+    raise refused
 
 
 def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:

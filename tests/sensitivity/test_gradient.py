@@ -304,6 +304,8 @@ def test_an_array_that_is_even_in_the_parameter():
 class Curve(Start):
     """Start whose array has a large constant and an angle, that of a point at the height of the parameter."""
 
+    has_plain_numbers = False
+
     def arrays_of(self, height):
         return {"y": np.array([10.0, math.atan(height / 0.3)])}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,14 @@ from scissordyn.mechanics.equations import accelerate
 from scissordyn.mechanics.monitored import constraint_forces, drive_torque
 from scissordyn.mechanics.rotation import counted_angle, rotation_direction
 from scissordyn.mechanics.sample import Record, Sampled
-from scissordyn.mechanics.system import COMPONENT_RESULTS_MAX, CONTACT_RESULT, System, open_system
+from scissordyn.mechanics.system import (
+    COMPONENT_RESULTS_MAX,
+    CONTACT_RESULT,
+    MechanismState,
+    System,
+    Workspace,
+    open_system,
+)
 from scissordyn.mechanics.worn_contact import worn_energy
 
 
@@ -195,6 +203,29 @@ def empty_record(maps: BodyMaps, content: System, nt: int) -> Record:
 def record(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     """Evaluate everything at the samples."""
     return record_together(maps, [(system, samples)])
+
+
+def record_in_halves(maps: BodyMaps, system: Handle, samples: Any) -> Record:
+    """Evaluate everything at the samples, the first half on a second thread with its own state and scratch arrays.
+
+    There must be no friction in ideal joints, whose workspace both threads would write to. Each sample determines its values
+    alone, so that they are those of `record`, and the system is left as by `record`.
+    """
+    content: System = system.content
+    state = MechanismState(*(array.copy() for array in content.state))
+    other = Handle(content._replace(state=state, work=Workspace(*(array.copy() for array in content.work))))
+    found, middle = empty_record(maps, content, samples.time.size), samples.time.size // 2
+
+    def evaluate(system: Handle, part: slice) -> float:
+        rows = Record._make((*(array[part] for array in found[:-1]), np.zeros(1)))
+        given = Sampled(*(array[part] for array in sampled(samples)))
+        fill(given, system.address, maps, rows, np.zeros(content.model.rotation_start.size - 1))
+        return float(rows.length_error[0])
+
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(evaluate, other, slice(0, middle))
+        found.length_error[0] = max(evaluate(system, slice(middle, None)), first.result())
+    return found
 
 
 def record_together(maps: BodyMaps, cases: Sequence[tuple[Handle, Any]]) -> Record:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 import h5py
 import numpy as np
-from h5netcdf.core import File
+from h5netcdf.core import File, Variable
 from h5py.h5i import get_name
 
 from scissordyn.file.checksum import CHUNK_BYTES, checksum_line
@@ -18,7 +19,7 @@ HDF5_VERSIONS = ("v110", "v110")
 """Oldest and newest version of HDF5's file format; since 1.10 (2016) HDF5's own structures have checksums."""
 
 
-class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
+class Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
     """HDF5 file that opens each object once; h5netcdf opens the object of a variable by its name about 40 times."""
 
     def __init__(self, path: Any, mode: str, **options: Any) -> None:
@@ -38,8 +39,20 @@ class _Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
         super().close()
 
 
+class _ReadVariable(Variable):
+    """Variable of a file that does not change, so that its shape is computed once; h5netcdf computes it six times."""
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Sizes of the dimensions."""
+        shape: tuple[int, ...] = super().shape
+        return shape
+
+
 class NetcdfFile(File):
     """NetCDF file opened for reading."""
+
+    _variable_cls = _ReadVariable
 
     _writable = False
     """Same as in the parent class, which reads the attribute even when it closes a file that could not be opened."""
@@ -47,11 +60,11 @@ class NetcdfFile(File):
     _closed = True
     """True until the parent class has something to close; a signal may come earlier."""
 
-    _hdf5: _Hdf5File | None = None
+    _hdf5: Hdf5File | None = None
     """None until the file is open; a signal may come earlier."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self._hdf5 = _Hdf5File(path, "r")
+        self._hdf5 = Hdf5File(path, "r")
         super().__init__(self._hdf5, "r", decode_vlen_strings=True)  # type: ignore[no-untyped-call]
 
     def close(self) -> None:
@@ -108,7 +121,7 @@ def chunk_options(values: np.ndarray) -> dict[str, Any]:
 def write_content(write: Callable[[File], None]) -> memoryview:
     """Call a function that writes to an open NetCDF file in memory; return the content of the file with its checksum line."""
     content = io.BytesIO()
-    with _Hdf5File(content, "w", libver=HDF5_VERSIONS, track_order=True) as hdf5, File(hdf5, "w") as file:  # type: ignore[no-untyped-call]
+    with Hdf5File(content, "w", libver=HDF5_VERSIONS, track_order=True) as hdf5, File(hdf5, "w") as file:  # type: ignore[no-untyped-call]
         write(file)
     line = checksum_line(content.getbuffer())
     content.seek(0, io.SEEK_END)

@@ -39,5 +39,6 @@ def library(name: str, extra: str, purpose: str) -> Any:
 def public(package: str, name: str, homes: Mapping[str, str]) -> Any:
     """Return the object of a public name, imported from its module."""
     if name not in homes:
-        raise AttributeError(f"module '{package}' has no attribute '{name}'{did_you_mean(name, homes)}")
+        hint = "" if name.startswith("_") else did_you_mean(name, homes)  # programs ask for private names, users do not
+        raise AttributeError(f"module '{package}' has no attribute '{name}'{hint}")
     return getattr(import_module(f"{package}.{homes[name]}"), name)

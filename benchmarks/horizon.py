@@ -69,10 +69,10 @@ class Judged:
         return min(self.said, self.true) < self.end
 
 
-def judge(kind: str, number: int) -> Judged:
-    """Run a case with its horizon, and compute the true horizon from the variables of two references."""
+def judge(kind: str, number: int, samples: int = SAMPLES) -> Judged:
+    """Run a case with its horizon, and compute the true horizon from the variables of two references at equal instants."""
     case = horizon_case(kind, number)
-    run = simulated(case, case.rtol, "auto", trust=True)
+    run = simulated(case, case.rtol, "auto", samples, trust=True)
     attributes, method = run.attrs, json.loads(run.attrs["statistics"])["method"]
     found, _, reason = attributes["predictability"].partition(": ")
     said = attributes.get("trusted_until", math.nan) if found != "unknown" else math.nan
@@ -80,7 +80,7 @@ def judge(kind: str, number: int) -> Judged:
     if attributes["status"] != "complete":
         reason = attributes["cause"]
     else:
-        first, second = (simulated(case, rtol, method) for rtol in REFERENCES)
+        first, second = (simulated(case, rtol, method, samples) for rtol in REFERENCES)
         true, again = (first_apart(case.mechanism, run, each) for each in (first, second))
         if first.attrs["status"] != "complete" or not abs(again - true) <= AGREE * true:
             true, reason = math.nan, f"by the references {true:.4g} s and {again:.4g} s"
@@ -88,8 +88,8 @@ def judge(kind: str, number: int) -> Judged:
     return Judged(kind, number, found, said, true, case.until, cost, case.rtol, method, reason)
 
 
-def simulated(case: Case, rtol: float, method: str, *, trust: bool = False) -> xr.Dataset:
-    return sd.simulate(case.mechanism, until=case.until, samples=SAMPLES, rtol=rtol, atol=rtol, method=method, trust=trust)
+def simulated(case: Case, rtol: float, method: str, samples: int = SAMPLES, *, trust: bool = False) -> xr.Dataset:
+    return sd.simulate(case.mechanism, until=case.until, samples=samples, rtol=rtol, atol=rtol, method=method, trust=trust)
 
 
 def first_apart(mechanism: sd.Mechanism, one: xr.Dataset, other: xr.Dataset) -> float:

@@ -12,11 +12,13 @@ from benchmarks.horizon_cases import KINDS, horizon_case
 
 import scissordyn as sd
 
+SAMPLES = 2001  # Number of instants at which runs are compared, a twentieth of the allowed error of a horizon apart or less
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_horizon_against_a_much_tighter_run(kind):
     """Cross-check: references at 1e-12 and 1e-13; the horizon is at most 5 % late and 10 % early."""
-    found = judge(kind, 1)
+    found = judge(kind, 1, SAMPLES)
     assert math.isfinite(found.said)
     assert math.isfinite(found.true), found.reason
     assert -EARLY <= found.late <= LATE
@@ -27,9 +29,9 @@ def test_horizon_against_a_much_tighter_run(kind):
 def test_touch_that_both_runs_could_miss():
     """Cross-check: both runs must not miss the same touch, which would make the horizon 58 % late."""
     case = horizon_case("guide and pin, LuGre", 35)
-    run = simulated(case, case.rtol, "auto", trust=True)
+    run = simulated(case, case.rtol, "auto", SAMPLES, trust=True)
     method = json.loads(run.attrs["statistics"])["method"]
-    horizons = [first_apart(case.mechanism, run, simulated(case, rtol, method)) for rtol in REFERENCES]
+    horizons = [first_apart(case.mechanism, run, simulated(case, rtol, method, SAMPLES)) for rtol in REFERENCES]
     assert (1.0 - EARLY) * min(horizons) <= run.attrs["trusted_until"] <= 1.01 * max(horizons)
 
 

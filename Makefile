@@ -14,9 +14,10 @@ export PYTHONDONTWRITEBYTECODE =
 paper: $(VENV)/.installed
 	$(BIN)/scissordyn paper -o $(OUT)
 
-# two workers, in which threads of linear algebra would wait for each other
+# two workers, in which threads of linear algebra would wait for each other; each has one half of the tests, so that few fixtures
+# are made twice
 test: $(VENV)/.dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal
 
 # tests on every one of PYTHONS that is installed, and the same source of the library in C from all of them
 pythons:
@@ -38,10 +39,10 @@ kernels: $(VENV)/.dev
 newest:
 	$(PYTHON) -m venv --clear .venv/newest
 	.venv/newest/bin/python -m pip install --quiet --no-compile --disable-pip-version-check --editable ".[dev,study]"
-	OPENBLAS_NUM_THREADS=1 .venv/newest/bin/python -m pytest -n 2
+	OPENBLAS_NUM_THREADS=1 .venv/newest/bin/python -m pytest -n 2 --dist worksteal
 
 slow: $(VENV)/.dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 -m slow
+	OPENBLAS_NUM_THREADS=1 $(BIN)/pytest -n 2 --dist worksteal -m slow
 
 # kernels in Python, where every index is checked: 5 min of one processor
 bounds: $(VENV)/.dev

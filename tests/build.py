@@ -14,6 +14,7 @@ The fixture ``answer`` of the top-level conftest runs a command and returns what
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -21,14 +22,17 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from h5netcdf.core import File
 
 import scissordyn as sd
 from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
 from scissordyn.file.checksum import checksum_line
+from scissordyn.file.netcdf import Hdf5File
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import Problem
 from scissordyn.kernel import I1, PYTHON, Entry
@@ -155,9 +159,20 @@ def case_of(folder: Path, text: str, changes: Iterable[str] = ()) -> sd.Case:
 
 
 def write_as_other(run: xr.Dataset, path: str | Path, *, invalid: bool = False) -> None:
-    """Write a Dataset as another program could, with a valid checksum."""
-    run.to_netcdf(path, engine="h5netcdf", invalid_netcdf=invalid)
+    """Write a Dataset without its checks, as another program could, with a valid checksum."""
+    with Hdf5File(path, "w", track_order=True) as hdf5, File(hdf5, "w", invalid_netcdf=invalid) as file:
+        run.dump_to_store(xr.backends.H5NetCDFStore(file))
     add_checksum(Path(path))
+
+
+def copy_with_attribute(source: Path, target: Path, name: str, value: Any) -> None:
+    """Copy a file and replace one of its attributes as another program could, or delete it if the value is None."""
+    shutil.copy(source, target)
+    with h5py.File(target, "r+") as file:
+        file.attrs.pop(name, None)
+        if value is not None:
+            file.attrs[name] = value
+    add_checksum(target)
 
 
 def add_checksum(path: Path) -> None:

@@ -8,6 +8,7 @@ from tests import build
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.sensitivity import library
 
 # these need pseudo terminals, pipes, signals, /proc or /dev/full
 collect_ignore = (
@@ -62,6 +63,16 @@ def browser():
         pytest.skip(missing())
     with chromium() as started:
         yield started
+
+
+@pytest.fixture(autouse=True, scope="session")
+def quick_library(tmp_path_factory):
+    """Compile libraries in dual numbers without optimisation, within 2 s, and apart from those of the user."""
+    patch = pytest.MonkeyPatch()
+    patch.setattr(library, "_flags", lambda: ("-O0",))
+    patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+    yield
+    patch.undo()
 
 
 @pytest.fixture

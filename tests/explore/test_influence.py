@@ -11,8 +11,6 @@ import scissordyn as sd
 
 pytest.importorskip("tomlkit", reason="the package tomlkit is not installed")
 
-from tests.sensitivity.conftest import quick_library  # noqa: F401
-
 from scissordyn.explore.answers import figures
 from scissordyn.explore.case import Case
 from scissordyn.explore.influence import Influence, Influences, Order, influences, measures

@@ -82,6 +82,10 @@ def test_page_of_the_open_question(tmp_path, monkeypatch):
     assert all(one.words in page for one in result.changes)
     assert len((tmp_path / "beyond.csv").read_text().splitlines()) == 1 + len(few)
     assert (tmp_path / "figures" / "beyond-orbits.png").stat().st_size > 10_000
+    monkeypatch.setattr(open_answers, "compute", None)
+    monkeypatch.setattr(open_answers.figure, "draw_ratios", lambda _: None)
+    monkeypatch.setattr(open_answers.figure, "draw_orbits", lambda _: None)
+    monkeypatch.setattr(open_answers, "save_picture", lambda _, folder, name: list(folder.glob(f"{name}.*")))
     again = open_answers.answer_open_question(tmp_path, engine=1)
     assert again.changes == result.changes
     assert isinstance(result.changes[0], Change)

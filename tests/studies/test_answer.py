@@ -271,9 +271,6 @@ def test_tables_reports_and_replays(tmp_path, monkeypatch):
     assert int(found.dataset["member"][4]) == 0
     assert float(run["peak_force"].max()) == float(results["peak_force"][4, 0])
     text = found.report(tmp_path / "r.html").read_text()
-    hostile = result_of(described, results, "<script>alert(1)").report(tmp_path / "h.html").read_text()
-    assert "<script" not in hostile
-    assert "&lt;script&gt;alert(1)" in hostile
     for title in (
         "Where the requirements are met",
         "Map: largest force that a joint transmits",
@@ -285,7 +282,9 @@ def test_tables_reports_and_replays(tmp_path, monkeypatch):
         found.report(tmp_path / "r.txt")
     monkeypatch.setattr("scissordyn.studies.answer.report.print_pdf", lambda page: b"%PDF-1.4" + page)
     assert b"Response curves" in found.report(tmp_path / "r.pdf").read_bytes()
-    found.report(tmp_path / "r.pdf")  # in the place of the earlier one
+    hostile = result_of(described, results, "<script>alert(1)").report(tmp_path / "r.pdf").read_bytes()  # replaces the file
+    assert b"<script" not in hostile
+    assert b"&lt;script&gt;alert(1)" in hostile
     (tmp_path / "own.pdf").write_text("mine")
     with pytest.raises(sd.InputError, match="exists and is not a report"):
         found.report(tmp_path / "own.pdf")

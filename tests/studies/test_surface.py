@@ -93,8 +93,9 @@ def test_derivatives_replace_points():
         found = Surface(x, smooth(x), NOT_LOGARITHMIC, slopes(x) if derivatives else None)
         return float(np.sqrt(np.mean((found.predict(new)[0] - smooth(new)) ** 2))), found.error
 
-    assert error(16, derivatives=True)[0] < min(0.3 * error(16, derivatives=False)[0], error(32, derivatives=False)[0])
-    assert error(16, derivatives=True)[1] < 0.3 * error(16, derivatives=False)[1]
+    known, few = error(16, derivatives=True), error(16, derivatives=False)
+    assert known[0] < min(0.3 * few[0], error(32, derivatives=False)[0])
+    assert known[1] < 0.3 * few[1]
 
 
 def test_points_left_out_without_their_derivatives():

@@ -48,7 +48,12 @@ typedef struct { pack d[PACKS]; double v; } dual;
 #define CHOICE(name, second) \
     static inline dual name##_dual(dual a, dual b) { return second ? b : a; }
 
-static inline dual as_dual(double x) { return (dual){.v = x}; }
+static inline dual as_dual(double x) {
+    dual y;
+    y.v = x;
+    for (int k = 0; k < PACKS; k++) y.d[k] = (pack){0.0};
+    return y;
+}
 
 static inline int equals(dual a, double value) {
     if (a.v != value) return 0;

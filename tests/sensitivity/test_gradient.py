@@ -12,7 +12,7 @@ from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.laws.damping.factors import HuntCrossley
-from scissordyn.model.parameter_path import changed
+from scissordyn.model.parameter_path import changed, every_number
 from scissordyn.plan.plan import plan
 from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
@@ -386,3 +386,15 @@ def test_peak_before_contacts_with_endless_derivatives():
     longest = guided(0.1)
     assert guided(3e-3)["value"].item() == pytest.approx(longest["value"].item(), rel=1e-9)
     assert np.isnan(longest["derivative"]).all()
+
+
+def test_passes_in_any_number_of_threads(monkeypatch):
+    """Identity: derivatives by more than eight parameters do not depend on the number of threads that compute the passes."""
+    balls, found = journals(), []
+    by = [path for path in every_number(balls) if path.endswith((".mass", ".clearance", "velocity.x", ".youngs_modulus"))]
+    for threads in (1, 3):
+        monkeypatch.setattr("scissordyn.sensitivity.gradient.processors", lambda threads=threads: threads)
+        found.append(sd.gradient(balls, of=["peak_force", "peak_approach_speed"], by=by, until=3e-3, start="as-placed"))
+    assert found[0].identical(found[1].assign_attrs(found[0].attrs))
+    assert found[0].sizes["parameter"] == len(by)
+    assert json.loads(found[1].attrs["statistics"])["runs"] == -(-len(by) // 8) > 1

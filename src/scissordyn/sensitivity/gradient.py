@@ -6,31 +6,34 @@ import json
 import math
 import re
 import time as clocks
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.errors import InputError, ScissordynError
-from scissordyn.integrate.integration import RISE
 from scissordyn.kernel import PYTHON
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Method, Options, StartKind
 from scissordyn.model.parameter_path import every_number
 from scissordyn.plan.plan import Plan, plan
+from scissordyn.processor import processors
 from scissordyn.record.results import Results
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.advance.driver import count_steps
+from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import ideal_path
 from scissordyn.run.measure import MEASURES, Ended, unit_of
 from scissordyn.run.predictability import agreement_end
 from scissordyn.run.response import Response, check_part, read_response
-from scissordyn.run.trajectory import current_trajectory
+from scissordyn.run.trajectory import current_trajectory, make_driver
 from scissordyn.sensitivity.curve import curve_derivatives, curve_names, moved_results
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
+from scissordyn.sensitivity.limit import LIMIT_REASONS, Limit, find_limit
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivatives_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
@@ -43,18 +46,21 @@ TITLE = "scissordyn gradient"  # Title of the Dataset of derivatives
 EXACT_RTOL = 1e-11  # Tolerance of runs with derivatives, which have a larger error than values
 
 
-class _Limit(NamedTuple):
-    """Time until which a gradient is valid for a given change of its parameter, and the reason, a key of `LIMIT_REASONS`.
+_Seeded = tuple[Parameter, dict[str, np.ndarray]]  # a parameter, and the derivatives of the start by it
 
-    `change` is the smallest relative change of the parameter that may remove every contact of the run.
-    """
-
-    time: float
-    reason: str
-    change: float
+_Row = tuple[tuple[float, ...], tuple[bool, ...], Limit]  # derivatives, whether they are smooth, and their limit
 
 
-_Row = tuple[tuple[float, ...], tuple[bool, ...], _Limit]  # derivatives, whether they are smooth, and their limit
+class _Pass(NamedTuple):
+    """Results of one pass: values of the responses, their derivatives, and the variables over time with theirs."""
+
+    parameters: list[Parameter]
+    values: list[float]
+    rows: list[_Row]
+    misfit: float
+    path: Results | None
+    curves: list[dict[str, np.ndarray]]
+    run: Forward | None  # Run of the first pass
 
 
 class _Derived(NamedTuple):
@@ -122,7 +128,7 @@ def gradient(
     samples : int
         Number of equally spaced instants of the trajectory.
     progress : callable, optional
-        Called repeatedly with the simulated time [s].
+        Called repeatedly with the simulated time [s], from another thread if there are more than eight parameters.
 
     Returns
     -------
@@ -157,7 +163,8 @@ def gradient(
     options = Options(until, start, 2, rtol, atol, method, most_steps, "located", step=step)
     times = np.linspace(0.0, until, samples) if trajectory else np.zeros(0)
     chosen = every_number(mechanism) if by is None else by
-    return compute_gradient(mechanism, of, chosen, options, change, times, progress, omits=by is None)
+    threads = processors()
+    return compute_gradient(mechanism, of, chosen, options, change, times, progress, omits=by is None, threads=threads)
 
 
 def compute_gradient(
@@ -170,6 +177,7 @@ def compute_gradient(
     progress: Callable[[float], None] | None = None,
     *,
     omits: bool = True,
+    threads: int = 1,
 ) -> xr.Dataset:
     """Return the Dataset of `gradient`, with the variables at given instants [s].
 
@@ -178,7 +186,7 @@ def compute_gradient(
     began, made = clocks.perf_counter(), plan(mechanism)
     check_derivable(made)
     responses = [_response(mechanism, text) for text in of]
-    derived = _derive(made, options, responses, by, change, progress, times, omits=omits)
+    derived = _derive(made, options, responses, by, change, progress, times, omits=omits, threads=threads)
     _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
     found = _dataset(mechanism, responses, derived)
     if derived.path is not None:
@@ -239,32 +247,55 @@ def _derive(
     times: np.ndarray,
     *,
     omits: bool,
+    threads: int = 1,
 ) -> _Derived:
-    """Simulate with derivatives of responses, and of variables at given instants, by parameters, eight in each run."""
+    """Simulate with derivatives of responses, and of variables at given instants, by parameters, eight in each pass.
+
+    Passes are computed by several threads, while this thread prepares the next ones. They do not depend on each other.
+    """
     compared = any(MEASURES[response.measure].compares for response in responses)
     ideal = ideal_path(made, options) if compared else None
-    parameters, seeds, left_out = _seeded(made, options, by, compared=compared, curves=times.size > 0, omits=omits)
     integrals = times.size > 0 or any(response.measure in INTEGRAL_MEASURES for response in responses)
-    values, rows, misfit, runs = np.full(len(responses), math.nan), list[_Row](), 0.0, 0
-    path, curves = None, list[dict[str, np.ndarray]]()
-    for first in range(0, len(parameters), DERIVATIVES):
-        part = seeds[first : first + DERIVATIVES]
-        run = forward(made, options, part, times=times, integrals=integrals, ideal=ideal, change=change, progress=progress)
-        options = replace(options, method=run.driver.method)
-        runs, misfit = runs + 1, max(misfit, run.misfit)
-        ended = Ended(run.driver)
-        values = np.array([value_of_response(ended, response) for response in responses])
-        rows += _rows(run, parameters[first : first + DERIVATIVES], responses, values.tolist(), change)
-        if times.size:
-            path = moved_results(run, 0, 0.0, made.mechanism)
-            for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
-                curves.append(curve_derivatives(run, k, path, parameter.moved))
+    passes = -(-len(by) // DERIVATIVES)
+    if passes > 1:  # choose the method once
+        options = replace(options, method=make_driver(made, options)[0].method)
+
+    def finish_pass(task: tuple[int, list[_Seeded]]) -> _Pass:
+        first, seeded = task[0] == 0, task[1]
+        run = forward(
+            made, options, [seed for _, seed in seeded], times=times, integrals=integrals, ideal=ideal, change=change,
+            progress=progress if first else None,
+        )  # fmt: skip
+        parameters, ended = [parameter for parameter, _ in seeded], Ended(run.driver)
+        values = [value_of_response(ended, response) for response in responses]
+        path = moved_results(run, 0, 0.0, made.mechanism) if times.size else None
+        curves = [] if path is None else [curve_derivatives(run, k, path, each.moved) for k, each in enumerate(parameters)]
+        rows = _rows(run, parameters, responses, values, change)
+        return _Pass(parameters, values, rows, run.misfit, path, curves, run if first else None)
+
+    left_out, finished = dict[str, str](), dict[int, _Pass]()
+    seeds = _seeded(made, options, by, left_out, compared=compared, curves=times.size > 0, omits=omits)
+    tasks = enumerate(iter(lambda: list(islice(seeds, DERIVATIVES)), []))
+    for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks):
+        if outcome.error is not None:
+            raise outcome.error
+        assert outcome.value is not None
+        finished[outcome.task[0]] = outcome.value
+    if not finished:
+        reason = next(iter(left_out.values()), "no parameter is given")
+        raise InputError(reason, "one or more parameters that affect the run", "by=['A.clearance']")
+    ordered = [finished[number] for number in sorted(finished)]
+    run, values, path = ordered[0].run, np.array(ordered[0].values), ordered[0].path
+    rows, misfit = [row for part in ordered for row in part.rows], max(part.misfit for part in ordered)
     if change:
-        rows = _within_horizon(run, options, rows)
+        assert run is not None
+        rows = _within_horizon(run, replace(options, method=run.driver.method), rows)
     _check_known(responses, values)
     if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
-    return _Derived(parameters, values, rows, misfit, runs, left_out, path, curves)
+    parameters = [parameter for part in ordered for parameter in part.parameters]
+    curves = [curve for part in ordered for curve in part.curves]
+    return _Derived(parameters, values, rows, misfit, len(ordered), left_out, path, curves)
 
 
 def _rows(
@@ -275,7 +306,7 @@ def _rows(
     for k, parameter in enumerate(parameters):
         pairs = derivatives_of(run, k, responses, values, parameter.moved, change)
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
-        rows.append((slopes, smooth, _limit(run, k, change)))
+        rows.append((slopes, smooth, find_limit(run, k, change)))
     return rows
 
 
@@ -313,12 +344,20 @@ def _response(mechanism: Mechanism, text: str) -> Response:
 
 
 def _seeded(
-    made: Plan, options: Options, by: Sequence[str | Parameter], *, compared: bool, curves: bool, omits: bool
-) -> tuple[list[Parameter], list[dict[str, np.ndarray]], dict[str, str]]:
-    """Return the parameters, the derivatives of the start by each of them, and for each omitted parameter the reason."""
+    made: Plan,
+    options: Options,
+    by: Sequence[str | Parameter],
+    left_out: dict[str, str],
+    *,
+    compared: bool,
+    curves: bool,
+    omits: bool,
+) -> Iterator[_Seeded]:
+    """Yield each parameter with the derivatives of the start by it; write the reasons for omitted ones into `left_out`."""
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None, curves)
-    parameters, seeds, left_out = list[Parameter](), list[dict[str, np.ndarray]](), dict[str, str]()
+    if not omits:  # before the first pass
+        by = [parameter_of(mechanism, given, size) if isinstance(given, str) else given for given in by]
     for given in by:
         path = given if isinstance(given, str) else given.path
         try:
@@ -331,12 +370,7 @@ def _seeded(
                 raise
             left_out[path] = error.what
             continue
-        parameters.append(parameter)
-        seeds.append(seed)
-    if not parameters:
-        reason = next(iter(left_out.values()), "no parameter is given")
-        raise InputError(reason, "one or more parameters that affect the run", "by=['A.clearance']")
-    return parameters, seeds, left_out
+        yield parameter, seed
 
 
 def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
@@ -357,32 +391,6 @@ def _check_contacts(parameters: Sequence[Parameter], changes: Sequence[float], c
             "faster contacts, or a smaller change",
             f"change={0.5 * largest:.1g}",
         )
-
-
-def _limit(run: Forward, parameter: int, change: float, far: float = 0.1) -> _Limit:
-    """Return the first event at which a change of the parameter moves a journal too far, or may add or remove a contact.
-
-    The approach speed of a contact that grazes is a square root of the parameter, so that half the change that its derivative
-    requires removes the contact.
-
-    `far`: [clearances] Displacement of a journal at an event up to which the gradient counts as valid.
-    """
-    log, slope = run.driver.log, run.log[..., parameter]
-    clearance = run.driver.system.content.parameters.contact["clearance"]
-    later = log["time"] > 0.0
-    log, slope = log[later], slope[later]
-    with np.errstate(divide="ignore"):
-        removing = 0.5 * np.abs(log["rate"]) / np.abs(slope[:, 3])
-    onsets = removing[log["mode"] == RISE]
-    largest = float(np.max(onsets)) if onsets.size else math.inf
-    limits = [(run.driver.time, ""), (float(run.nearby[parameter]), "near"), (float(run.doubt[parameter]), "mode")]
-    for row, by, least in zip(log, slope, removing.tolist(), strict=True):
-        guard, time = int(row["guard"]), float(row["time"])
-        if guard < clearance.size and abs(row["rate"] * by[0]) * change > far * clearance[guard]:
-            limits.append((time, "far"))
-        elif least < change:
-            limits.append((time, "grazing"))
-    return _Limit(*min(limits, key=lambda limit: limit[0]), largest)
 
 
 def _dataset(mechanism: Mechanism, responses: Sequence[Response], derived: _Derived) -> xr.Dataset:
@@ -434,15 +442,6 @@ def _curves(derived: _Derived) -> xr.Dataset:
         text = f"derivative of '{name}', in its unit per unit of the parameter"
         found[f"{name}_derivative"] = ((*path[name].dims, "parameter"), slopes, {"long_name": text})
     return found.rename(unit="scissor_unit") if "unit" in found.dims else found  # `unit` is that of a measure
-
-
-LIMIT_REASONS = {
-    "far": "moves a journal by more than a tenth of its clearance",
-    "grazing": "may remove a contact",
-    "near": "may begin or end a contact, stop or latch that nearly does so",
-    "mode": "may change whether surfaces separate, stick or slip in an impact",
-}
-"""Reasons why a gradient is valid only until an instant, as the end of the sentence "a change of 1 % ..."."""
 
 
 def _warnings(found: xr.Dataset, change: float) -> list[str]:

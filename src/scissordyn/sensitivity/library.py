@@ -8,6 +8,7 @@ import os
 import platform
 import sys
 import tempfile
+import threading
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -38,6 +39,9 @@ KERNEL_SUBPACKAGES = ("compiler", "plugin", "laws", "control", "components", "me
 """Subpackages from which the library is compiled; its file name contains a digest of their sources."""
 
 ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Name, in the package's library, of the function that makes steps
+
+
+_LOADING = threading.Lock()  # held while a library is compiled, so that other threads wait for it
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,8 @@ def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library
     recipes = {pointer: RECIPES[pointer] for pointer in wanted}
     doubles: tuple[type, ...] = (Tableau, Watched, *([HardWatched] if hard else []), *([] if tables else [Model]))
     ours = {recipe for recipe in recipes.values() if str(recipe.function.__module__).startswith("scissordyn.")}
-    compiled = _loaded(tuple(sorted(ours, key=lambda recipe: recipe.symbol)), doubles)
+    with _LOADING:
+        compiled = _loaded(tuple(sorted(ours, key=lambda recipe: recipe.symbol)), doubles)
     places = {
         pointer: _address(getattr(compiled if recipe in ours else _user_defined(recipe), recipe.symbol))
         for pointer, recipe in recipes.items()

@@ -11,7 +11,8 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.response import Response
-from scissordyn.sensitivity.gradient import LIMIT_REASONS, compute_gradient, difference_text
+from scissordyn.sensitivity.gradient import compute_gradient, difference_text
+from scissordyn.sensitivity.limit import LIMIT_REASONS
 from scissordyn.sensitivity.measure import check_measure
 from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.requirement import response_values, whole_responses

@@ -398,3 +398,17 @@ def test_passes_in_any_number_of_threads(monkeypatch):
     assert found[0].identical(found[1].assign_attrs(found[0].attrs))
     assert found[0].sizes["parameter"] == len(by)
     assert json.loads(found[1].attrs["statistics"])["runs"] == -(-len(by) // 8) > 1
+
+
+def test_a_short_step_does_not_make_an_array_linear(monkeypatch):
+    """Limit: round-off of a short step hides that an array bends, which is therefore decided at the largest step alone."""
+    arm, path = sd.scissor(units=4).driven(speed=1.0), "body.unit 1/bar 1.points.start.x"
+    used = []
+
+    def slopes(base, known, step):
+        used.append(step)
+        return _linear_slopes(base, known, step)
+
+    monkeypatch.setattr("scissordyn.sensitivity.seed._linear_slopes", slopes)
+    derivatives(Start(arm, "as-placed"), parameter_of(arm, path, 8.0))
+    assert set(used) == {4e-3}

@@ -1,7 +1,8 @@
 """Exact derivatives of the runs of all examples beside extrapolated differences of runs, by every parameter of each.
 
-``python -m benchmarks.gradient_differences --write`` writes the page, in hours, one process for two processors, and continues
-where it was interrupted; ``--quick`` takes two examples.
+``python -m benchmarks.gradient_differences --write`` writes the page, in hours, one process for two processors; ``--quick``
+takes two examples. First come some parameters of each example, then the others. Ctrl-C ends it with a page of what is
+complete; it continues there the next time.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ QUICK = ("paper", "slider_crank")
 
 PROCESSES = max(1, (os.cpu_count() or 1) // 2)  # Number of parts of examples at once
 
-PARAMETERS = 48  # Number of parameters of an example that are compared, and kept, at once: six runs with derivatives
+FIRST_PARAMETERS = 16  # Number of parameters of an example that are compared before all others: two runs with derivatives
+PARAMETERS = 48  # Number of further parameters that are compared, and kept, at once: six runs with derivatives
 
 TOLERANCE = 1e-13
 LOOSER = {"lift": 1e-11, "solar_array": 1e-11, "lift_table": 1e-11}
@@ -101,13 +103,17 @@ class Row:
 
 @dataclass
 class Found:
-    """Comparison of parameters of an example, their number, and the reason for each parameter that is left out."""
+    """Comparison of parameters of an example, their number, and the reason for each parameter that is left out.
+
+    `scalars` is the number of all parameters of the example.
+    """
 
     rows: list[Row] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
     parameters: int = 0
     events: int = 0
     refused: str = ""
+    scalars: int = 0
 
     def __post_init__(self) -> None:
         self.rows = [row if isinstance(row, Row) else Row(**row) for row in self.rows]
@@ -119,6 +125,7 @@ class Found:
         self.parameters += other.parameters
         self.events = other.events
         self.refused = self.refused or other.refused
+        self.scalars = other.scalars
 
 
 def scheme(places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -175,14 +182,15 @@ def size_of(slopes: Results, values: Results, kind: str) -> float:
 
 
 class Comparison:
-    """Runs of an example whose parameters change, beside its exact derivatives, by some parameters from the first on."""
+    """Runs of an example whose parameters change, beside its exact derivatives, by the parameters of a part."""
 
-    def __init__(self, name: str, first: int) -> None:
+    def __init__(self, name: str, part: int) -> None:
         case = sd.read_case(EXAMPLES / f"{name}.toml")
         self.name, self.mechanism, self.start = name, case.mechanism, case.run.start
         tolerance = LOOSER.get(name, TOLERANCE)
-        self.paths = every_number(case.mechanism)[first : first + PARAMETERS]
-        self.tables, self.found = plan(case.mechanism), Found(parameters=len(self.paths))
+        parts = parts_of(case.mechanism)
+        self.paths, scalars = parts[part], sum(map(len, parts))
+        self.tables, self.found = plan(case.mechanism), Found(parameters=len(self.paths), scalars=scalars)
         hard = bool(self.tables.hard_places)
         self.options = sd.Options(
             ENDS[name],
@@ -289,26 +297,38 @@ def _estimate(row: Row) -> float:
 def measure(quick: bool) -> str:
     """Differences of both kinds of derivatives: a table of examples, one of the worst, and what is left out."""
     names, kept = QUICK if quick else tuple(ENDS), Kept("gradient_differences", Found, __file__)
-    parts = {name: list(parts_of(name)) for name in names}
-    keys = [key for name in sorted(names, key=lambda name: len(parts[name])) for key in parts[name]]  # short ones first
+    keys = {name: list(keys_of(name)) for name in names}
+    # the first part of each example, then the others, examples with few parameters first
+    ordered = sorted((key for part in keys.values() for key in part), key=lambda key: (key[1] > 0, len(keys[key[0]])))
     with ProcessPoolExecutor(PROCESSES) as pool:
-        for done in as_completed([pool.submit(compare, *key) for key in keys if key not in kept.done]):
-            kept.add(*done.result())
-    return page({name: combined([kept.done[key] for key in parts[name]]) for name in names})
+        try:
+            for done in as_completed([pool.submit(compare, *key) for key in ordered if key not in kept.done]):
+                kept.add(*done.result())
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
+    done = {name: [kept.done[key] for key in keys[name] if key in kept.done] for name in names}
+    return page({name: combined(found) for name, found in done.items() if found})
 
 
-def parts_of(name: str) -> Iterator[tuple[str, int]]:
+def parts_of(mechanism: sd.Mechanism) -> list[list[str]]:
+    """Return the paths of all parameters of an example in parts; the first part is an even selection."""
+    paths = every_number(mechanism)
+    first = paths[:: -(-len(paths) // FIRST_PARAMETERS)]
+    others = [path for path in paths if path not in first]
+    return [first, *(others[at : at + PARAMETERS] for at in range(0, len(others), PARAMETERS))]
+
+
+def keys_of(name: str) -> Iterator[tuple[str, int]]:
     """Yield the arguments of `compare` for all parameters of an example."""
-    count = len(every_number(sd.read_case(EXAMPLES / f"{name}.toml").mechanism))
-    yield from ((name, first) for first in range(0, count, PARAMETERS))
+    yield from ((name, part) for part in range(len(parts_of(sd.read_case(EXAMPLES / f"{name}.toml").mechanism))))
 
 
-def compare(name: str, first: int) -> tuple[tuple[str, int], Found]:
+def compare(name: str, part: int) -> tuple[tuple[str, int], Found]:
     """Return the key and the comparison of some parameters of an example, or the reason why they have none."""
     try:
-        return (name, first), Comparison(name, first).compare()
+        return (name, part), Comparison(name, part).compare()
     except ScissordynError as refused:
-        return (name, first), Found(refused=str(refused))
+        return (name, part), Found(refused=str(refused))
 
 
 def combined(parts: Sequence[Found]) -> Found:
@@ -337,7 +357,7 @@ def page(comparisons: Mapping[str, Found]) -> str:
         accurate = errors[errors[:, 1] <= ACCURATE, 0]
         numbers = [float(np.median(errors[:, 0])), float(np.max(accurate, initial=0.0)), float(np.max(errors[:, 0]))]
         count, beyond = len({row.parameter for row in found.rows}), sum(map(_is_beyond, found.rows))
-        counts = (found.events, found.parameters, count)
+        counts = (found.events, found.scalars, "all" if found.parameters == found.scalars else found.parameters, count)
         heads.append([name, f"{ENDS[name]:g}", *map(str, counts), *(f"{n:.0e}" for n in numbers), str(beyond)])
     rows.sort(key=lambda row: -row.error)
     text = paragraph(
@@ -345,8 +365,8 @@ def page(comparisons: Mapping[str, Found]) -> str:
         "contact time steps of the case, with located impacts.",
         "Derivatives of coordinates and rates at the end, of all instants of events and of largest values, by every",
         "parameter that acts, exact and by differences of eighth order with events located to",
-        f"{PRECISION_FACTOR:g} of their usual precision. Scalars of an example that do not affect the run, or have no",
-        "derivatives, are left out.",
+        f"{PRECISION_FACTOR:g} of their usual precision. The table has the number of scalars of each example, how many of them",
+        "were tried, and how many were compared: scalars that do not affect the run, or have no derivatives, are left out.",
         "Differences between both are relative to the largest derivative or value of the same kind of result. The error",
         "of the reference is three times its distance from differences of sixth order and the deviation of the noise of",
         f"runs, which follows from their seventh differences. The last column counts results that differ by more than {GOAL:g}",
@@ -357,6 +377,7 @@ def page(comparisons: Mapping[str, Found]) -> str:
         "end [s]",
         "events",
         "scalars",
+        "tried",
         "compared",
         "median",
         f"largest by references to {ACCURATE:g}",

@@ -56,6 +56,17 @@ def test_bars_that_bend(method):
 
 
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+def test_damping_that_is_zero(method):
+    """Limit: the state of a lift table by the damping of a bar is that of a nearly undamped bar, not zero."""
+    mechanism = sd.read_case(ROOT / "examples/lift_table.toml").mechanism
+    options, path = sd.Options(0.002, "concentric", 2, 1e-11, 1e-11, method, events="located"), "unit 1/bar 1/beam.damping"
+    little = 1e-12  # [s]
+    undamped, damped = (run_of(changed(mechanism, path, value), options, [path]).state[:, 0] for value in (0.0, little))
+    assert np.max(np.abs(damped)) > 0.0
+    assert undamped == pytest.approx(damped / little, abs=1e-4 * np.max(np.abs(damped / little)))
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 @pytest.mark.parametrize("form", ["short", "finite"])
 def test_oil_film(form, method):
     """Cross-check: a shaft that sinks into its film; a short film depends on the product of viscosity and radius alone."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -91,3 +92,25 @@ def test_a_controller_that_begins_abruptly():
     run_of(mechanism, options, [f"{name}.controller.gain"])
     with pytest.raises(sd.ScissordynError, match="begins to act abruptly after its delay; expected a ramp"):
         run_of(mechanism, options, [f"{name}.controller.delay"])
+
+
+def test_largest_torque_at_an_abrupt_onset_has_no_derivative():
+    """Contract: a largest value beside a jump, which the repetition sees from its other side, is NaN, and a warning says so."""
+    motor = sd.Motor("motor", "disc", 3.0, 2.0)  # reaches its final speed within the delay
+    disc = sd.Mechanism((sd.Body("disc", 0.1, 0.008, {"c": (0.0, 0.0)}),), components=(motor,), gravity=0.0, input_body="disc")
+    controlled = disc.controlled(sd.Pyragas(0.04, 0.125), reference=sd.ConstantSpeed(2.3))
+    name = f"{controlled.components[1].name}.peak_component_force"
+    found = sd.gradient(controlled, of=[name], by=["motor.no_load_speed"], until=0.15)
+    assert found["value"].values[0] > 0.0
+    assert np.isnan(found["derivative"].values).all()
+    assert json.loads(found.attrs["warnings"]) == [
+        f"'{name}': no derivative by 1 parameter: its largest value is at a kink or a jump"
+    ]
+
+
+def test_a_ramp_that_is_zero_is_refused():
+    """Contract: the derivative by a ramp at zero would be that of a jump."""
+    controlled = hanging(gravity=9.81).controlled(sd.Pyragas(0.04, 0.125), reference=sd.ConstantSpeed(2.3))
+    path = f"{controlled.components[0].name}.controller.ramp"
+    with pytest.raises(sd.InputError, match=r"controller.ramp' = 0: without a ramp there is a jump"):
+        sd.gradient(controlled, of=["peak_component_force"], by=[path], until=0.15)

@@ -143,7 +143,7 @@ def add_flexible_bar(t, i, S):
         hy[k] = -stiffness * y[k]
     rows = count + points
     W.dissipation[i] = W.power_in[i] = 0.0
-    if p[TAU] > 0.0:
+    if not equals(p[TAU], 0.0):
         W.dissipation[i] = write_damping(bar, S, p, weights, forces)
         rows += points
     combine(M.bar_table, forces, rows, wide, hx, hy, fx, fy)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.kernel import kernel
+from scissordyn.kernel import equals, kernel
 from scissordyn.mechanics.flexible_bar import (
     AXIAL,
     CURVATURE,
@@ -46,11 +46,11 @@ def linearise_flexible_bar(t, i, S, dt):
     write_bending_slopes(bar, S, p[EI])
     for g in range(points):
         add_stretching_slopes(g, bar, S, p, factor_rate)
-        if p[TAU] > 0.0:
+        if not equals(p[TAU], 0.0):
             add_damping_slopes(g, bar, S, p)
-    if p[CURVATURE] != 0.0:
+    if not equals(p[CURVATURE], 0.0):
         add_thermal_slopes(bar, S, p, factor, factor_rate)
-    if factor_rate != 0.0:
+    if not equals(factor_rate, 0.0):
         spread_time(bar, S, dt)
     spread_flexible_bar(element, bar, S)
 

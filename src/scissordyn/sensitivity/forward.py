@@ -88,7 +88,7 @@ class _Pass:
         self.change, self.doubt, self.nearby = np.array([change]), *np.full((2, len(seeds)), np.inf)
         self.gap = np.zeros((self.driver.state.mode.size, 3 + len(seeds)))
         work = self.driver.system.content.work
-        self.speed = np.zeros((2, work.contact.size + work.coordinate_rates.size))
+        self.speed = np.zeros((4, work.contact.size + work.coordinate_rates.size))
         if ideal is not None:
             self.driver.compare_with(ideal.table, ideal.step)
         self.driver.sample_at(times)

@@ -37,7 +37,7 @@ from scissordyn.sensitivity.limit import LIMIT_REASONS, Limit, find_limit
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivatives_of, value_of_response
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
-from scissordyn.units import Meaning, Quantity, checked
+from scissordyn.units import Meaning, Quantity, checked, counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -304,9 +304,10 @@ def _rows(
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
     for k, parameter in enumerate(parameters):
-        pairs = derivatives_of(run, k, responses, values, parameter.moved, change)
+        own = change if parameter.has_size else 0.0
+        pairs = derivatives_of(run, k, responses, values, parameter.moved, own)
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
-        rows.append((slopes, smooth, find_limit(run, k, change)))
+        rows.append((slopes, smooth, find_limit(run, k, own)))
     return rows
 
 
@@ -462,4 +463,8 @@ def _warnings(found: xr.Dataset, change: float) -> list[str]:
     for name, flags in zip(found["measure"].values.tolist(), found["smooth"].values, strict=True):
         if not np.all(flags):
             warnings.append(f"'{name}': another part, contact or instant has nearly the same value, with another derivative")
+    for name, slopes in zip(found["measure"].values.tolist(), found["derivative"].values, strict=True):
+        if unknown := int(np.isnan(slopes).sum()):
+            reason = "its largest value is at a kink or a jump"
+            warnings.append(f"'{name}': no derivative by {counted(unknown, 'parameter')}: {reason}")
     return warnings

@@ -36,8 +36,12 @@ def find_limit(run: Forward, parameter: int, change: float, far: float = 0.1) ->
     The approach speed of a contact that grazes is a square root of the parameter, so that half the change that its derivative
     requires removes the contact.
 
+    Without a change, as of a parameter that is zero, there is no such event.
+
     `far`: [clearances] Displacement of a journal at an event up to which the gradient counts as valid.
     """
+    if not change:
+        return Limit(run.driver.time, "", math.inf)
     log, slope = run.driver.log, run.log[..., parameter]
     clearance = run.driver.system.content.parameters.contact["clearance"]
     later = log["time"] > 0.0

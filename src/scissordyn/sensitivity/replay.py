@@ -35,8 +35,8 @@ from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.peak import follow_peak
-from scissordyn.sensitivity.reversal import count_reversals, sliding
-from scissordyn.tolerance import EVENT_TOL, ROUND_OFF_TOL
+from scissordyn.sensitivity.reversal import END, START, add_kinked_integrals, count_reversals, sliding
+from scissordyn.tolerance import DATA_TOL, EVENT_TOL, ROUND_OFF_TOL
 
 
 class Replayed(NamedTuple):
@@ -103,7 +103,7 @@ class Watched(NamedTuple):
     parts: I1  # (1,) number of steps that were halved for the derivatives
     change: F1  # (1,) relative change of each parameter for which the derivatives are used; 0 to watch no gaps
     gap: F2  # (guards, 3 + parameters) instant, value, rate and derivatives of each guard at the end of the last step
-    speed: F2  # (2, speeds) speeds at whose zeros friction has a kink, at the start and the end of a step
+    speed: F2  # (4, speeds) speeds at whose zeros friction has a kink, see `reversal`
     nearby: F1  # (parameters,) first instant at which this change may add or remove an event of a guard that nearly acts [s]
 
 
@@ -228,7 +228,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     for _ in range(PARTS_MAX):
         if clock.prepared == 0:
             prepare_step(problem, T, s, w, system)
-            problem.sliding(system, run.speed[0])
+            problem.sliding(system, run.speed[START])
         last = size > (1.0 - PART_MIN_FRACTION) * left
         # only the first or last part, at the onset or end of a contact, uses the scaling by the square root of time
         scaling = run.scaling[0]
@@ -238,7 +238,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         t = clock.time
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
         made = attempt(problem, T, t, h, s, w, system)
-        problem.sliding(system, run.speed[1])
+        problem.sliding(system, run.speed[END])
         if size > PART_MIN_FRACTION * whole and not (made and accurate(T, h, run, s, w)):
             size = 0.5 * min(size, left)
             run.parts[0] += 1
@@ -252,7 +252,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         problem.accept(with_value(t + h, reached), w.new, system, w.accepted)
         carry_on(T, s, w)
         for k in range(run.speed.shape[1]):
-            run.speed[0, k] = run.speed[1, k]
+            run.speed[START, k] = run.speed[END, k]
         for i in range(s.y.size):
             s.y[i] = w.new[i]
         clock.time = with_value(t + h, reached)
@@ -288,7 +288,7 @@ def accurate(T, h, run, s, w):
         for i in range(s.y.size):
             w.estimate[which, i] = 0.0
         add_rows(scale, T.error[which], rows, w.stages, w.estimate[which])
-    groups = w.group.size - 1 if count_reversals(run.speed[0], run.speed[1]) > 0 else min(2, w.group.size - 1)
+    groups = w.group.size - 1 if count_reversals(run.speed) > 0 else min(2, w.group.size - 1)
     for g in range(groups):
         start, stop = w.group[g], w.group[g + 1]
         for k in range(run.parameters[0]):
@@ -415,7 +415,10 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
         # a value that is largest at the end of a step usually rises further: the next step decides
         if new and value_of(t) <= when <= now and (when < now or ends):
             follow_peak(problem, T, row, when, t, h, now, s, w, system, seed)
-            s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], run.peak[row, LARGEST])
+            largest = run.peak[row, LARGEST]
+            if not abs(value_of(s.peak[row, LARGEST]) - largest) <= DATA_TOL * largest:
+                s.peak[row, LARGEST] = math.nan * seed[0]  # the run has it on the other side of a jump
+            s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], largest)
     if s.clock[0].monitors == 1 and T.kind != EXPLICIT:
         follow_nodes(problem, T, t, h, s, w, system)
     while counts.samples < samples.time.size and samples.time[counts.samples] <= now:
@@ -430,7 +433,9 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
         if s.clock[0].monitors == 1:
             integrals_at(T, theta, h, s, w, samples.total[counts.samples])
         counts.samples += 1
-    if s.clock[0].monitors == 1:
+    if s.clock[0].monitors == 1 and count_reversals(run.speed) > 0:
+        add_kinked_integrals(problem, T, t, h, run.speed, s, w, system)
+    elif s.clock[0].monitors == 1:
         add_integrals(T, h, s, w)
 
 

@@ -86,6 +86,11 @@ class Parameter:
     unit: str
     mechanism: Callable[[float], Mechanism]
 
+    @property
+    def has_size(self) -> bool:
+        """False for a value of zero that is no length: then a relative change is no change."""
+        return self.value != 0.0 or self.unit == "m"
+
     def moved(self, part: float) -> Mechanism:
         """Return the mechanism with the parameter changed by a fraction of its scale."""
         return self.mechanism(self.value + part * self.scale)
@@ -113,6 +118,8 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
     if isinstance(place.value, int):
         raise InputError(f"'{path}' is an integer", "a parameter that can change by any small amount")
     unit, value = place.quantity.unit, float(place.value)
+    if path.endswith(".ramp") and value == 0.0:
+        raise InputError(f"'{path}' = 0: without a ramp there is a jump, which has no derivative by it", "a ramp above zero")
     scale = abs(value) or (size if unit == "m" else 1.0)
     return Parameter(path, value, scale, unit, partial(changed, mechanism, path))
 

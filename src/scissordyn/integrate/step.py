@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.kernel import kernel, vectorized
+from scissordyn.kernel import kernel
 
 NOTHING, OUTPUTS, EVERYTHING = range(3)
 """Values available at the start of a step: none, guards and monitored values, or these and the slope."""
@@ -79,34 +79,29 @@ def attempt(problem, T, t, h, s, w, S):
     return True
 
 
-@vectorized
+@kernel
 def add_rows(factor, coefficients, count, K, target):
     """Add the first rows of K, times a factor and their coefficients, to a vector.
 
-    Four rows and four columns are processed together, so that the compiler makes vectors of them.
+    Four rows and two columns are processed together, so that the compiler vectorises the loop.
     """
     size, whole = target.size, 4 * (count // 4)
-    vectors = 4 * (size // 4)
+    pairs = 2 * (size // 2)
     for k in range(0, whole, 4):
         a, b = factor * coefficients[k], factor * coefficients[k + 1]
         c, d = factor * coefficients[k + 2], factor * coefficients[k + 3]
         if a != 0.0 or b != 0.0 or c != 0.0 or d != 0.0:
-            for i in range(0, vectors, 4):
-                e = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
-                f = target[i + 1] + a * K[k, i + 1] + b * K[k + 1, i + 1] + c * K[k + 2, i + 1] + d * K[k + 3, i + 1]
-                g = target[i + 2] + a * K[k, i + 2] + b * K[k + 1, i + 2] + c * K[k + 2, i + 2] + d * K[k + 3, i + 2]
-                h = target[i + 3] + a * K[k, i + 3] + b * K[k + 1, i + 3] + c * K[k + 2, i + 3] + d * K[k + 3, i + 3]
-                target[i], target[i + 1], target[i + 2], target[i + 3] = e, f, g, h
-            for i in range(vectors, size):
+            for i in range(0, pairs, 2):
+                j = i + 1
+                even = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
+                odd = target[j] + a * K[k, j] + b * K[k + 1, j] + c * K[k + 2, j] + d * K[k + 3, j]
+                target[i], target[j] = even, odd
+            for i in range(pairs, size):
                 target[i] = target[i] + a * K[k, i] + b * K[k + 1, i] + c * K[k + 2, i] + d * K[k + 3, i]
     for k in range(whole, count):
         a = factor * coefficients[k]
         if a != 0.0:
-            for i in range(0, vectors, 4):
-                e, f = target[i] + a * K[k, i], target[i + 1] + a * K[k, i + 1]
-                g, h = target[i + 2] + a * K[k, i + 2], target[i + 3] + a * K[k, i + 3]
-                target[i], target[i + 1], target[i + 2], target[i + 3] = e, f, g, h
-            for i in range(vectors, size):
+            for i in range(size):
                 target[i] += a * K[k, i]
 
 
@@ -210,7 +205,7 @@ def error_norm(T, h, s, w):
     return worst
 
 
-@vectorized
+@kernel
 def weigh_errors(T, h, size, start, stop, s, w):
     """Convert the error estimates of a group to weighted errors, without branches."""
     first, second = w.estimate[0, start:stop], w.estimate[1, start:stop]

@@ -92,7 +92,6 @@ def join(target, first, factor, x, y, place, count):
         target[first + 2 * k + 1] += factor * y[place + k]
 
 
-@vectorized
 def take_row(table, row, column, other, begin, factor, count):
     """Subtract a multiple of `count` values of row `other` from a row; `BAND_LANES` - 1 zeros must follow them."""
     for k in range(0, count, BAND_LANES):

@@ -33,12 +33,6 @@ from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 LARGEST_STEP = 4e-3  # [parameter scales] Largest step of the differences
 STEP_ROUND_OFF = float(np.finfo(float).eps) / LARGEST_STEP  # [-] Its round-off; that of a shorter step is larger in proportion
 
-STEP_FACTORS_MAX = (0.5, 1.0 / 64.0)  # Largest and smallest ratio of a step to the one before
-STEPS_MAX = 3  # Largest number of tried steps
-
-CONVERGED_RATIO = 0.25
-"""Largest ratio of the distances of orders 4 and 6, and 2 and 4, that shows a truncation error; round-off has about 1."""
-
 # Central finite differences: places in steps, and weights of sixth, fourth and second order
 CENTRAL_DIFFERENCES = (
     (-3, -2, -1, 1, 2, 3),
@@ -57,9 +51,6 @@ FORWARD_DIFFERENCES = (
         (-25 / 12, 4, -3, 4 / 3, -1 / 4, 0, 0),
     ),
 )
-
-
-LINEAR_ROUNDINGS = 4.0  # Number of roundings by which an array that is linear in a parameter may differ from a line
 
 NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
 
@@ -211,13 +202,13 @@ def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
 
     Each array has those of the step with its smallest estimated error.
     """
+    most_steps, longest, shortest = 3, 0.5, 1.0 / 64.0  # number of tried steps, and ratios of a step to the one before
     step, best = LARGEST_STEP, dict[str, _Slope]()
-    for _ in range(STEPS_MAX):
+    for _ in range(most_steps):
         found = _derivatives_by(start, parameter, step)
         for name, slope in found.items():
             if name not in best or slope.error < best[name].error:
                 best[name] = slope
-        longest, shortest = STEP_FACTORS_MAX
         largest = max((slope.error for slope in found.values() if slope.truncated), default=0.0)
         if largest <= STEP_ROUND_OFF:
             break
@@ -272,6 +263,7 @@ def _linear_slopes(
     """
     (far, one), (near, other) = known.items()
     from_base = far * near > 0  # both on one side
+    roundings = 4.0  # number of them by which a linear array may differ from a line
     found = dict[str, np.ndarray]()
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size or not _is_changed(base, known.values(), name):
@@ -280,7 +272,7 @@ def _linear_slopes(
             terms = near * one[name], -far * other[name], (far - near) * array
             bend, size = np.abs(sum(terms)), sum(map(np.abs, terms))
             slope = (one[name] - (array if from_base else other[name])) / ((far if from_base else far - near) * step)
-        if np.any(bend > LINEAR_ROUNDINGS * np.finfo(float).eps * size):
+        if np.any(bend > roundings * np.finfo(float).eps * size):
             return None
         slope[~np.isfinite(slope)] = 0.0
         if np.any(slope):
@@ -312,7 +304,7 @@ def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant
 def _differences(
     base: dict[str, np.ndarray], several: Sequence[dict[str, np.ndarray]], weights: Sequence[Sequence[float]], step: float
 ) -> dict[str, _Slope]:
-    found = dict[str, _Slope]()
+    most_ratio, found = 0.25, dict[str, _Slope]()  # of the distances of orders 4 and 6, and 2 and 4
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size:
             continue
@@ -330,5 +322,6 @@ def _differences(
         ratio = last / before if before > 0.0 else 0.0
         # the workspace of friction in ideal joints may be discontinuous
         error = min(1.0, ratio) * last / scale if scale > 0.0 and "friction" not in name else 0.0
-        found[name] = _Slope(sixth, error, ratio < CONVERGED_RATIO)
+        # a smaller ratio shows a truncation error; round-off has about 1
+        found[name] = _Slope(sixth, error, ratio < most_ratio)
     return found

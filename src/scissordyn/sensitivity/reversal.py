@@ -14,7 +14,6 @@ START, END, INSIDE, INSTANT = range(4)
 """Rows of `Watched.speed`: speeds at the start, at the end and inside a step, and the stretched time of their reversals."""
 
 NODES, WEIGHTS = gauss_rule(8)  # nodes of a piece, enough for the order of the dense output
-SECANTS = 8  # number of evaluations that find the instant of a reversal
 
 
 @kernel
@@ -64,8 +63,9 @@ def add_kinked_integrals(problem, T, t, h, speeds, s, w, system):
 @kernel
 def reversal(problem, T, k, t, h, speeds, s, w, system):
     """Return the stretched time (0 to 1) at which a speed reverses within a step, by the Illinois method."""
+    evaluations = 8
     one, at_one, other, at_other = 0.0, speeds[START, k], 1.0, speeds[END, k]
-    for _ in range(SECANTS):
+    for _ in range(evaluations):
         theta = (one * at_other - other * at_one) / (at_other - at_one)
         rates_inside(problem, T, theta, t, h, s, w, system)
         problem.sliding(system, speeds[INSIDE])

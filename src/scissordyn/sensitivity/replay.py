@@ -11,13 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from scissordyn.integrate.dense import complete, dense_value, integrals_at, step_integral
+from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
     DATA,
     ENDED,
     GUARD,
-    INTEGRAL,
     LARGEST,
     MODE,
     RISE,
@@ -27,15 +26,16 @@ from scissordyn.integrate.integration import (
     CountsArray,
     open_integration,
 )
-from scissordyn.integrate.monitor import begin_peak, end_peak, is_monitored
+from scissordyn.integrate.monitor import begin_peak, end_peak
 from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, attempt, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import F1, F2, I1, derivative, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
+from scissordyn.sensitivity.integral import add_integrals, add_kinked_integrals
 from scissordyn.sensitivity.peak import follow_peak
-from scissordyn.sensitivity.reversal import END, START, add_kinked_integrals, count_reversals, sliding
+from scissordyn.sensitivity.reversal import END, START, count_reversals, sliding
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL, ROUND_OFF_TOL
 
 
@@ -448,21 +448,6 @@ def follow_nodes(problem, T, t, h, s, w, system):
         dense_value(T.gauss[node], T.pattern, s.y, w.dense, w.inside)
         problem.rate(now, w.inside, system, w.slope)
         problem.monitor(now, w.inside, system, w.power[node], w.monitored[node])
-
-
-@kernel
-def add_integrals(T, h, s, w):
-    """Add the integrals of powers and monitored values over a step, with the weights of its stages or of Gauss nodes."""
-    points = T.stages if T.kind == EXPLICIT else T.gauss.size
-    for row in range(s.peak.shape[0]):
-        if is_monitored(row, s):
-            for k in range(points):
-                explicit = T.kind == EXPLICIT
-                weight = h * (T.a[T.stages, k] * speed(w.scaling[0], T.nodes[k]) if explicit else T.weight[k])
-                for q in range(w.monitored.shape[2]):
-                    s.peak[row, INTEGRAL + q] += weight * w.monitored[k, row, q]
-    for q in range(s.total.size):
-        s.total[q] += step_integral(T, h, w, q)
 
 
 @kernel

@@ -1,19 +1,14 @@
-"""Find steps in which a sliding reverses, where friction has a kink, and integrate between the reversals."""
+"""Find steps in which a sliding reverses, where friction has a kink, and the instants of reversals."""
 
 from __future__ import annotations
 
-from scissordyn.integrate.dense import complete, dense_value
-from scissordyn.integrate.integration import INTEGRAL
-from scissordyn.integrate.monitor import is_monitored
-from scissordyn.integrate.step import fraction, speed
-from scissordyn.interpolation import gauss_rule
+from scissordyn.integrate.dense import dense_value
+from scissordyn.integrate.step import fraction
 from scissordyn.kernel import kernel, value_of
 from scissordyn.mechanics.system import open_system
 
 START, END, INSIDE, INSTANT = range(4)
 """Rows of `Watched.speed`: speeds at the start, at the end and inside a step, and the stretched time of their reversals."""
-
-NODES, WEIGHTS = gauss_rule(8)  # nodes of a piece, enough for the order of the dense output
 
 
 @kernel
@@ -36,28 +31,6 @@ def count_reversals(speeds):
         if speeds[START, k] * speeds[END, k] < 0.0:
             count += 1
     return count
-
-
-@kernel
-def add_kinked_integrals(problem, T, t, h, speeds, s, w, system):
-    """Add the integrals of powers and monitored values over a step, in pieces that end where a sliding reverses.
-
-    Products with a force and the amount of a speed are zero there, so that the ends of the pieces need no derivatives.
-    """
-    complete(problem, T, t, h, s, w, system)
-    problem.forget(system)
-    for k in range(speeds.shape[1]):
-        speeds[INSTANT, k] = 1.0
-        if speeds[START, k] * speeds[END, k] < 0.0:
-            speeds[INSTANT, k] = reversal(problem, T, k, t, h, speeds, s, w, system)
-    first = 0.0
-    while first < 1.0:
-        last = 1.0
-        for k in range(speeds.shape[1]):
-            if first < speeds[INSTANT, k] < last:
-                last = speeds[INSTANT, k]
-        add_piece(problem, T, first, last, t, h, s, w, system)
-        first = last
 
 
 @kernel
@@ -86,19 +59,3 @@ def rates_inside(problem, T, theta, t, h, s, w, system):
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
     problem.rate(now, w.inside, system, w.slope)
     return now
-
-
-@kernel
-def add_piece(problem, T, first, last, t, h, s, w, system):
-    """Add the integrals of powers and monitored values between two stretched times of a step."""
-    for node in range(NODES.size):
-        theta = first + NODES[node] * (last - first)
-        now = rates_inside(problem, T, theta, t, h, s, w, system)
-        problem.monitor(now, w.inside, system, w.power[0], w.monitored[0])
-        weight = WEIGHTS[node] * (last - first) * speed(w.scaling[0], theta) * h
-        for row in range(s.peak.shape[0]):
-            if is_monitored(row, s):
-                for q in range(w.monitored.shape[2]):
-                    s.peak[row, INTEGRAL + q] += weight * w.monitored[0, row, q]
-        for q in range(s.total.size):
-            s.total[q] += weight * w.power[0, q]

@@ -304,11 +304,12 @@ def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant
 def _differences(
     base: dict[str, np.ndarray], several: Sequence[dict[str, np.ndarray]], weights: Sequence[Sequence[float]], step: float
 ) -> dict[str, _Slope]:
-    most_ratio, found = 0.25, dict[str, _Slope]()  # of the distances of orders 4 and 6, and 2 and 4
+    most_ratio = 0.25  # largest ratio of the distance between orders 4 and 6 to that between 2 and 4 if a shorter step helps
+    found = dict[str, _Slope]()
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size:
             continue
-        if all(arrays[name] is array or arrays[name].tobytes() == array.tobytes() for arrays in several):
+        if not _is_changed(base, several, name):
             continue
         with np.errstate(invalid="ignore"):
             stack = np.stack([arrays[name] for arrays in several]) - array
@@ -322,6 +323,6 @@ def _differences(
         ratio = last / before if before > 0.0 else 0.0
         # the workspace of friction in ideal joints may be discontinuous
         error = min(1.0, ratio) * last / scale if scale > 0.0 and "friction" not in name else 0.0
-        # a smaller ratio shows a truncation error; round-off has about 1
+        # the ratio of round-off is about 1
         found[name] = _Slope(sixth, error, ratio < most_ratio)
     return found

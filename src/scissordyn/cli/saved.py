@@ -147,10 +147,11 @@ def export(
         run = read_run(source)
         mechanism = mechanism_of(run, allow_code) if loads else None
         part = select_window(run, begin, end)
-        make = partial(write, part, target, contacts=contacts, forces=forces, envelope=envelope)
-        make = partial(make, mechanism=mechanism, section=section, material=material)
+        asked: dict[str, Any] = {"contacts": contacts, "forces": forces, "envelope": envelope}
+        make = partial(write, part, target, **asked, mechanism=mechanism, section=section, material=material)
     with warnings.catch_warnings(record=True) as notes:
-        warnings.simplefilter("always")
+        warnings.simplefilter("ignore")  # those of libraries
+        warnings.simplefilter("always", UserWarning)
         written = make()
     say(*(f"note: {note.message}" for note in notes), soft_wrap=True)
     say(written)

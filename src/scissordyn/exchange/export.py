@@ -17,7 +17,6 @@ from scissordyn.components.place import Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.exchange import forces as of_pins
 from scissordyn.exchange.assembly import add_assembly, left_out
-from scissordyn.exchange.forces import missed_peaks
 from scissordyn.exchange.mjcf_text import mjcf
 from scissordyn.file.export import export as export_table
 from scissordyn.file.output_file import check_target, write_file
@@ -104,7 +103,7 @@ def export(
         ending = check_ending(target, FORCE_ENDINGS, "forces", "forces.csv")
         check_target(target, sample=f"forces{ending}")
         content = _forces(what, mechanism, ending, envelope=envelope, section=section, material=material)
-        notes = missed_peaks(what)
+        notes = of_pins.missed_peaks(what)
     else:
         described = getattr(what, "mechanism", what)
         if not isinstance(described, Mechanism):
@@ -114,10 +113,9 @@ def export(
         ending = check_ending(target, MECHANISM_ENDINGS, "a mechanism", "bars.dxf")
         check_target(target, sample=f"mechanism{ending}")
         options = run or getattr(what, "run", None) or Options(until=0.05)
-        content = _mechanism(
+        content, notes = _mechanism(
             described, ending, target.stem, options, pin_radius=pin_radius, width=width, sources_only=sources_only
         )
-        notes = mjcf(described).notes if ending == ".xml" else left_out(described) if ending == ".dxf" else ()
     written = write_file(target, content, sample=f"-o {target.name}")
     for note in notes:
         warnings.warn(note, stacklevel=3)
@@ -147,16 +145,18 @@ def _mechanism(
     pin_radius: float | None,
     width: float | None,
     sources_only: bool,
-) -> bytes:
+) -> tuple[bytes, Sequence[str]]:
+    """Return the content of a file, and notes on what its format does not hold."""
     if ending == ".fmu":
         from scissordyn.exchange.fmu.pack import fmu
 
-        return fmu(mechanism, run, name=name, sources_only=sources_only)
+        return fmu(mechanism, run, name=name, sources_only=sources_only), ()
     if ending == ".xml":
-        return mjcf(mechanism).text.encode()
+        model = mjcf(mechanism)
+        return model.text.encode(), model.notes
     if ending == ".csv":
-        return cut_list(mechanism, pin_radius=pin_radius)
-    return drawing(mechanism, pin_radius=pin_radius, width=width).encode()
+        return cut_list(mechanism, pin_radius=pin_radius), ()
+    return drawing(mechanism, pin_radius=pin_radius, width=width).encode(), left_out(mechanism)
 
 
 class Hole(NamedTuple):

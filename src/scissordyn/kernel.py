@@ -124,7 +124,10 @@ def kernel(function: Callable[..., Any]) -> Any:
 
 
 def vectorized(function: Callable[..., Any]) -> Any:
-    """Mark a kernel with short loops, which are also compiled for processors with wider vectors; the bits are the same."""
+    """Mark a kernel with short loops, which are also compiled for processors with wider vectors; the bits are the same.
+
+    The compiler does not inline such a kernel: it must do more than a call costs.
+    """
     function.vectorized = True  # type: ignore[attr-defined]
     return function
 

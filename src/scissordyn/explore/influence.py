@@ -96,7 +96,7 @@ class Influence:
         """
         if self.curves is None:
             return None
-        from scissordyn.record.xarray_dataset import as_dataset  # loaded with the derivatives
+        from scissordyn.record.xarray_dataset import as_dataset  # the derivatives have imported xarray already
 
         drawn, row = as_dataset(run), self.curves.isel(parameter=0)
         step = self.order.change * float(row["parameter_value"])

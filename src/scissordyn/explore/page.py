@@ -396,7 +396,6 @@ def make_file(
     from scissordyn.plot.file import svg
     from scissordyn.plot.still import structure
     from scissordyn.record.store import save
-    from scissordyn.record.xarray_dataset import as_dataset
 
     end, mime = FILE_TYPES[what]
     name = f"{Path(session.opened.name).stem}.{end}"
@@ -404,15 +403,18 @@ def make_file(
         return name, mime, session.case.text().encode()
     if shown is None or shown.run is None or shown.curves is None:
         raise InputError("the page has no run yet", "a case that can be run")
-    run, mechanism = as_dataset(shown.curves), shown.case.mechanism
+    run, mechanism = shown.curves, shown.case.mechanism
     if what == "curves":
         return name, mime, curves_as_csv(run, shown.summary, joint, mechanism.output_body).encode()
     if what == "picture":
         instant = float(np.clip(time, 0.0, float(run["time"].values[-1])))
         return name, mime, svg(structure(run, mechanism, times=[instant], magnify=magnify)).encode()
+    from scissordyn.record.xarray_dataset import as_dataset  # imports xarray, which the page itself does not need
+
     with tempfile.TemporaryDirectory(prefix="scissordyn-explore-") as folder:
         path = Path(folder) / f"run.{end}"
-        written = save(run, path) if what == "run" else animate(run, mechanism, path, magnify=magnify)
+        whole = as_dataset(run)
+        written = save(whole, path) if what == "run" else animate(whole, mechanism, path, magnify=magnify)
         return name, mime, written.read_bytes()
 
 

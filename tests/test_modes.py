@@ -142,3 +142,32 @@ def test_servo_on_its_reference_without_any_load():
     modes = sd.modes(sd.read_case(EXAMPLES / "solar_array.toml").mechanism)
     inertia = Scissor(4, 0.6, 0.4, 0.5, 1.5, (0.0, 0.0)).inertia(math.radians(75.0))
     assert modes["angular_frequency"].values == pytest.approx([math.sqrt(400.0 / inertia)], rel=1e-11)
+
+
+def ziegler_column(load):
+    """Return two bars of 1 m and 1 kg in a line, on hinge springs of 10 N m/rad, under a force that turns with the last bar."""
+    column = chain(*(sd.bar(name, length=1.0, mass=1.0, angle=0.0) for name in ("first", "last")), gravity=0.0)
+    parts = (
+        sd.TorsionSpring("foot", "first", stiffness=10.0),
+        sd.TorsionSpring("knee", "last", base="first", stiffness=10.0),
+        sd.Force("thrust", ("last", "end"), force=(-load, 0.0), follows=True),
+    )
+    return dataclasses.replace(column, components=parts)
+
+
+@pytest.mark.parametrize("load", [0.0, 12.0, 20.0, 30.0, 45.0])
+def test_a_force_that_turns_with_its_bar_can_cause_flutter(load):
+    """Closed form: Ziegler's column with a stiffness matrix that is not symmetric; it flutters and does not buckle."""
+    mass = np.array([[4.0 / 3.0, 1.0 / 2.0], [1.0 / 2.0, 1.0 / 3.0]])
+    stiffness = 10.0 * np.array([[2.0, -1.0], [-1.0, 1.0]]) + load * np.array([[-1.0, 1.0], [0.0, 0.0]])
+    half, product = 0.5 * np.trace(np.linalg.solve(mass, stiffness)), np.linalg.det(stiffness) / np.linalg.det(mass)
+    root = np.sqrt(complex(half**2 - product))
+    rates = [np.sqrt(half - root), np.sqrt(half + root)]
+    wanted = [rate.real if load < 25.0 else -abs(rate.imag) for rate in rates]
+    column = ziegler_column(load)
+    np.testing.assert_allclose(sd.modes(column)["angular_frequency"], wanted, rtol=1e-9)
+    grows = sd.simulate(column, until=0.01, start="static").attrs["warnings"]
+    assert ("unstable" in grows) == (load > 25.0)
+    if load:
+        with pytest.raises(sd.InputError, match="buckling under 'thrust': forces that turn with a body have no potential"):
+            sd.buckling(column)

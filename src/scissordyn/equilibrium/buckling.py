@@ -24,6 +24,7 @@ from scissordyn.equilibrium.rest import (
     element_block,
     force_slopes,
     free_directions,
+    has_potential,
     stiffness,
 )
 from scissordyn.equilibrium.small_motion import equilibrium_pair
@@ -33,6 +34,7 @@ from scissordyn.kernel import Handle
 from scissordyn.kinematics.assembly import basis_at_start, whole_state
 from scissordyn.mechanics.sample import Record
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.elimination import in_words
 from scissordyn.plan.flexible import Axis, with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
@@ -74,7 +76,7 @@ def buckling(
     Raises
     ------
     InputError
-        If the mechanism has no loads or is not stable without them.
+        If the mechanism has no loads, is not stable without them, or has forces without potential that turn with a body.
 
     References
     ----------
@@ -88,10 +90,19 @@ def buckling(
         raise InputError("buckling of a mechanism without loads", "gravity, forces or torques")
     at, _ = equilibrium_pair(plan_at_rest(plan(_with_loads(ideal, 0.0))), "concentric", None)
     slopes, allowed = stiffness(at)
+    slopes = 0.5 * (slopes + slopes.T)
     rest = allowed.T @ slopes @ allowed
     if allowed.shape[1] == 0 or np.linalg.eigvalsh(rest)[0] <= 0.0:
         raise InputError("buckling of a mechanism that is not stable without loads", "a drive, springs or flexible bars")
     loads = equilibrium_pair(plan_at_rest(plan(_with_loads(ideal, 1.0))), "concentric", None)[0]
+    turning = [f"'{part.name}'" for part in ideal.components if isinstance(part, Force) and part.follows]
+    by_load = allowed.T @ (force_slopes(loads._replace(state=at.state)) - force_slopes(at)) @ allowed
+    if turning and not has_potential(by_load):
+        raise InputError(
+            f"buckling under {in_words(turning)}: forces that turn with a body have no potential and can cause flutter instead",
+            "forces of fixed direction",
+            "modes(mechanism), which finds flutter, at several loads",
+        )
     change = allowed.T @ geometric_stiffness(at, loads, slopes, allowed) @ allowed
     # change a = mu rest a with mu = -1/factor: the factors are positive where mu is negative
     inverse = sl.eigh(change, rest, eigvals_only=True)

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.equilibrium.deflection import places
-from scissordyn.equilibrium.rest import StaticPosition, stiffness
+from scissordyn.equilibrium.rest import StaticPosition, small_motions
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
@@ -61,10 +61,10 @@ def modes(
     -------
     Dataset
         Coordinates: mode, body, axis. `frequency` [Hz] and `angular_frequency` [rad/s]; a negative value is minus the growth
-        rate of an unstable position. `shape` (displacements of mass centres) and `rotation` of the bodies are scaled to a
-        largest displacement of 1 m. `position` [m] and `angle` [rad] of the bodies. With `times`, all variables have the
-        dimension `time`, and `input` gives the value of each `drive` in its `unit` (rad or m). With joints in contact:
-        `contact_force` [N] and `contact_stiffness` [N/m] of each `contact`, zero without contact.
+        rate of an unstable position, which flutter has twice. `shape` (displacements of mass centres) and `rotation` of the
+        bodies are scaled to a largest displacement of 1 m. `position` [m] and `angle` [rad] of the bodies. With `times`, all
+        variables have the dimension `time`, and `input` gives the value of each `drive` in its `unit` (rad or m). With joints
+        in contact: `contact_force` [N] and `contact_stiffness` [N/m] of each `contact`, zero without contact.
 
     Raises
     ------
@@ -107,12 +107,11 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
     locked = at.plan
     if released_drive:
         at = release_drives(at)
-    matrix, allowed = stiffness(at)
-    if allowed.shape[1] == 0:
+    squares, motions = small_motions(at)
+    if squares.size == 0:
         raise InputError("the mechanism cannot move and has no modes", 'flexible bars, springs, or drive = "released"')
-    squares, vectors = np.linalg.eigh(allowed.T @ matrix @ allowed)
     squares[np.abs(squares) < 1e-15 * squares.size * np.max(np.abs(squares))] = 0.0  # round-off
-    squares, vectors = squares[:count], (allowed @ vectors)[:, :count]
+    squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)
     largest = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1)

@@ -25,6 +25,7 @@ from scissordyn.mechanics.sample import Record
 from scissordyn.mechanics.system import System
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import guard_values
+from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
 STEP_MAX = 1e4  # [s] largest step size of the descent to equilibrium; steps of this size are those of Newton's method
 STEP_MIN = 1e-9  # [s] step size below which the descent to equilibrium has failed
@@ -62,11 +63,39 @@ class StaticPosition(NamedTuple):
 
 
 def stiffness(at: StaticPosition) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stiffness in the free coordinates, shape (n, n), and a basis of the motions that constraints allow, (n, m)."""
+    """Return the stiffness in the free coordinates, shape (n, n), and a basis of the motions that constraints allow, (n, m).
+
+    The matrix is not symmetric if a load has no potential, for example a force that turns with its body.
+    """
     matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
-    matrix += curved
-    return 0.5 * (matrix + matrix.T), free_directions(gradients)
+    return matrix + curved, free_directions(gradients)
+
+
+def has_potential(matrix: np.ndarray) -> bool:
+    """Return True if a stiffness matrix is symmetric up to round-off, so that its forces have a potential."""
+    return bool(np.max(np.abs(matrix - matrix.T), initial=0.0) <= ROUND_OFF_TOL * np.max(np.abs(matrix), initial=0.0))
+
+
+def small_motions(at: StaticPosition) -> tuple[np.ndarray, np.ndarray]:
+    """Return squared angular frequencies [1/s^2], shape (m,), ascending, and motions of free coordinates, in columns, (n, m).
+
+    A negative square is minus the square of a growth rate. A pair of oscillations that grow and decay (flutter) has the
+    growth rate of the former twice, and as motions those of two instants a quarter of a period apart.
+    """
+    matrix, allowed = stiffness(at)
+    reduced = allowed.T @ matrix @ allowed
+    if has_potential(reduced):
+        squares, vectors = np.linalg.eigh(0.5 * (reduced + reduced.T))
+        return squares, allowed @ vectors
+    values, vectors = np.linalg.eig(reduced)
+    # two equal frequencies differ by the square root of round-off, also by an imaginary part
+    flutter = np.abs(values.imag) > DATA_TOL * np.abs(values)
+    growth = np.sqrt(values.astype(complex)).imag
+    squares = np.where(flutter, -(growth**2), values.real)
+    motions = np.where(values.imag >= 0.0, vectors.real, vectors.imag)
+    order = np.argsort(squares, kind="stable")
+    return squares[order], allowed @ motions[:, order]
 
 
 def free_directions(gradients: np.ndarray) -> np.ndarray:
@@ -235,13 +264,11 @@ def _descend_with_soft_bars(plan: Plan, handle: Handle, position: np.ndarray, lo
 
 def _growth(plan: Plan, handle: Handle, state: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the growth rate of the fastest motion away from equilibrium [1/s], 0 if stable, and the motion's unit vector."""
-    at = StaticPosition(plan, handle, state)
-    matrix, allowed = stiffness(at)
-    if allowed.shape[1] == 0:
-        return 0.0, np.zeros(state.size)[: allowed.shape[0]]
-    values, vectors = np.linalg.eigh(allowed.T @ matrix @ allowed)
-    unstable = values[0] < -1e-12 * np.max(np.abs(values))  # smaller ones are round-off
-    return math.sqrt(-values[0]) if unstable else 0.0, allowed @ vectors[:, 0]
+    squares, motions = small_motions(StaticPosition(plan, handle, state))
+    if squares.size == 0:
+        return 0.0, np.zeros(motions.shape[0])
+    unstable = squares[0] < -1e-12 * np.max(np.abs(squares))  # smaller ones are round-off
+    return math.sqrt(-squares[0]) if unstable else 0.0, motions[:, 0]
 
 
 class _Descent:

@@ -171,3 +171,14 @@ def test_a_force_that_turns_with_its_bar_can_cause_flutter(load):
     if load:
         with pytest.raises(sd.InputError, match="buckling under 'thrust': forces that turn with a body have no potential"):
             sd.buckling(column)
+
+
+def test_a_wheel_that_turns_about_its_mass_centre_has_a_rotation_of_one():
+    """Contract: a mode without displacements is scaled by its rotation, also where pin and mass centre differ by round-off."""
+    wheel = sd.Body("wheel", 2.0, 0.3, {"pin": (0.1 + 0.2, 0.0)}, centre=(0.3, 0.0), position=(0.0, 0.0), angle=0.0)
+    pin = sd.Revolute("pin", ("wheel", "pin"), ("ground", "O"))
+    spring = sd.TorsionSpring("spring", "wheel", stiffness=7.0)
+    found = sd.modes(sd.Mechanism((wheel,), (pin,), ground=(("O", (0.3, 0.0)),), components=(spring,)))
+    assert found["angular_frequency"].item() == pytest.approx(math.sqrt(7.0 / 0.3), rel=1e-12)
+    assert abs(found["rotation"].item()) == pytest.approx(1.0, rel=1e-12)
+    assert float(np.abs(found["shape"]).max()) < 1e-15

@@ -18,6 +18,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import plan
 from scissordyn.plan.rest import frictionless, lock_drives, plan_at_rest
+from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import Quantity, checked
 
 Joints = Literal["ideal", "contact"]
@@ -62,9 +63,10 @@ def modes(
     Dataset
         Coordinates: mode, body, axis. `frequency` [Hz] and `angular_frequency` [rad/s]; a negative value is minus the growth
         rate of an unstable position, which flutter has twice. `shape` (displacements of mass centres) and `rotation` of the
-        bodies are scaled to a largest displacement of 1 m. `position` [m] and `angle` [rad] of the bodies. With `times`, all
-        variables have the dimension `time`, and `input` gives the value of each `drive` in its `unit` (rad or m). With joints
-        in contact: `contact_force` [N] and `contact_stiffness` [N/m] of each `contact`, zero without contact.
+        bodies are scaled to a largest displacement of 1 m, or to a largest rotation of 1 rad if all mass centres rest.
+        `position` [m] and `angle` [rad] of the bodies. With `times`, all variables have the dimension `time`, and `input`
+        gives the value of each `drive` in its `unit` (rad or m). With joints in contact: `contact_force` [N] and
+        `contact_stiffness` [N/m] of each `contact`, zero without contact.
 
     Raises
     ------
@@ -114,7 +116,9 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)
-    largest = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1)
+    moved, turned = np.max(np.hypot(bodies[..., 0], bodies[..., 1]), axis=1), np.max(np.abs(turning), axis=1)
+    # displacements of bodies that turn about their mass centres are round-off
+    largest = np.where(moved > ROUND_OFF_TOL * at.plan.coordinates.size * turned, moved, turned)
     scale = np.where(largest > 0.0, 1.0 / np.where(largest > 0.0, largest, 1.0), 1.0)
     where = places(at.plan, at.natural)[0]
     angle = np.array([body.placed_angle + ideal.turned[body.name] for body in locked.bodies])

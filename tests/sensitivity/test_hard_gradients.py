@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.laws.friction.coulomb import Coulomb
@@ -124,18 +123,75 @@ def test_a_contact_that_breaks_away(static, limit):
     assert (found["valid_until"].item() < 0.1) == bool(limit)
 
 
-def test_hard_and_compliant_contacts_together_are_refused():
-    """Contract: mechanisms without derivatives are named in one line."""
-    hard = disc(0.05, 0.5, 0.1)
-    soft = sd.Clearance(0.01, journal_radius=RADIUS)
-    other = sd.Body("other", MASS, INERTIA, {"centre": (0.0, 0.0)})
-    both = sd.Mechanism(
-        (*hard.bodies, other),
-        (*hard.joints, sd.Revolute("pin", ("other", "centre"), ("ground", "middle"), soft)),
-        ground=hard.ground,
+def test_a_crank_that_reaches_a_compliant_contact_and_a_stop():
+    """Closed form: a bearing at a crank's end meets a disc, 2 l sin(omega t / 2) = c, and a stop, omega t = angle.
+
+    Another disc has hard contact.
+    """
+    length, speed, gap, angle = 0.5, 2.0, 0.01, 0.0213
+    hard = disc(0.05, 0.5, 0.1, velocity=(0.3, 0.0))
+    other = sd.Body("other", MASS, INERTIA, {"centre": (0.0, 0.0)}, position=(length, 0.0))
+    crank = sd.Body("crank", 1.0, 0.1, {"start": (0.0, 0.0), "end": (length, 0.0)})
+    soft = sd.Clearance(gap, journal_radius=RADIUS, friction=sd.NoFriction())
+    joints = (
+        *hard.joints,
+        sd.Revolute("O", ("crank", "start"), ("ground", "middle")),
+        sd.Revolute("pin", ("other", "centre"), ("crank", "end"), soft),
     )
-    with one_line_error(match="hard and compliant contacts together have no derivatives yet"):
-        sd.gradient(both, of=["peak_indentation"], by=["gravity"], until=1e-3)
+    stop = sd.AngleStop("stop", "crank", angle, base="disc")
+    made = sd.Mechanism((*hard.bodies, other, crank), joints, ground=hard.ground, components=(stop,), gravity=0.0)
+    made = made.driven(speed=speed, body="crank")
+    options, begin = sd.Options(0.0108, "as-placed", 2, events="located", step=1e-4), Start(made, "as-placed")
+    parameters = [parameter_of(made, path, 1.0) for path in ("pin.clearance", "stop.angle", "drive.crank.speed")]
+    run = forward(plan(made), options, [derivatives(begin, parameter) for parameter in parameters])
+    rises = run.driver.log["mode"] == 1
+    # the compliant contact, then the stop
+    times = np.array([2.0 * np.arcsin(gap / (2.0 * length)), angle]) / speed
+    assert run.driver.log["time"][rises] == pytest.approx(times, rel=1e-9)
+    slopes = run.log[rises, 0] / [parameter.scale for parameter in parameters]
+    fast = 1.0 / (length * speed * np.cos(0.5 * speed * times[0]))
+    exact = [[fast, 0.0, -times[0] / speed], [0.0, 1.0 / speed, -times[1] / speed]]
+    assert slopes == pytest.approx(np.array(exact), rel=1e-9, abs=1e-12)
+
+
+def test_a_beam_between_a_hard_and_a_compliant_bearing():
+    """Second road: instants, impulses and the largest force by differences, with friction in both contacts."""
+
+    def beam(**changes):
+        number = {"gap": 1e-3, "gravity": 9.81, "restitution": 0.8, **changes}
+        kinds = {"soft": ("compliant", number["restitution"]), "hard": ("hard", 0.5)}
+        gaps = {
+            name: sd.Clearance(
+                number["gap"],
+                journal_radius=0.01,
+                damping=sd.LankaraniNikravesh(restitution),
+                friction=Coulomb(0.05),
+                contact=contact,
+            )
+            for name, (contact, restitution) in kinds.items()
+        }
+        ends = {"soft": (-0.4, 0.0), "hard": (0.4, 0.0)}
+        body = sd.Body("beam", 1.0, 0.05, ends, velocity=(0.1, -0.05), angular_velocity=0.4)
+        joints = tuple(sd.Revolute(name, ("beam", name), ("ground", name), gaps[name]) for name in ends)
+        return sd.Mechanism((body,), joints, ground=tuple(ends.items()), gravity=number["gravity"])
+
+    of = [
+        "soft.first_contact",
+        "hard.first_contact",
+        "soft.impulse",
+        "hard.impulse",
+        "soft.peak_force",
+        "soft.peak_indentation",
+    ]
+    how = {"of": of, "until": 0.01, "step": 2e-6, "start": "as-placed"}  # two thirds of the steps that the contact allows
+    by = {"restitution": ["soft.restitution"], "gravity": ["gravity"], "gap": ["soft.clearance", "hard.clearance"]}
+    found = sd.gradient(beam(), by=[path for paths in by.values() for path in paths], **how)
+    assert not json.loads(found.attrs["warnings"])
+    for name, paths in by.items():
+        value = found["parameter_value"].sel(parameter=paths[0]).item()
+        more, less = (sd.gradient(beam(**{name: value * (1.0 + h)}), by=["gravity"], **how)["value"] for h in (1e-4, -1e-4))
+        slope = found["derivative"].sel(parameter=paths).sum("parameter")
+        assert slope.values == pytest.approx((more - less).values / (2e-4 * value), rel=3e-6, abs=1e-9)
 
 
 def test_steps_that_start_at_a_surface_after_many_impacts() -> None:

@@ -142,7 +142,7 @@ def gradient(
     ------
     InputError
         If a parameter does not affect the run or changes the structure of the mechanism, if a measure is a count or a verdict,
-        if hard and compliant contacts act together, or if all contacts of the run only graze.
+        or if all contacts of the run only graze.
     ScissordynError
         If the run fails.
 
@@ -330,8 +330,6 @@ def check_derivable(made: Plan) -> None:
     """Raise `InputError` if a part of the mechanism has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
-    if made.hard_places and made.compliant_places:
-        raise InputError("hard and compliant contacts together have no derivatives yet", "contacts of one kind")
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:

@@ -175,7 +175,7 @@ def to_event(problem, jumps, contact, guard, t, h, own, s, w, system, K):
     before = with_value(before, 0.0)
     jumps.restore(own.hard)
     step_again(problem, jumps, t, h + before, strikes, own, s, w, system, K)
-    rest = time_to_root(jumps, contact, here, t + h, own, w, system, K)
+    rest = time_to_root(jumps, contact, here, t + h + before, own, w, system, K)
     largest, factor = 0.0, 1.0
     for k in range(own.doubt.size):
         if abs(derivative(before, k)) > largest:

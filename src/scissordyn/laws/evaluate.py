@@ -35,6 +35,13 @@ def elastic_energy(pointer: int, force_pointer: int, delta: float, p: F1) -> flo
     return call_at(pointer, (delta,), (), (), (), p, ())
 
 
+@entry
+def write_elastic_energies(pointer: int, force_pointer: int, delta: F1, p: F1, energy: F1) -> None:
+    """Compute the work [J] of the elastic force up to each indentation [m]."""
+    for k in range(delta.size):
+        energy[k] = elastic_energy(pointer, force_pointer, delta[k], p)
+
+
 @kernel
 def rate_in_range(rate, approach):
     """Return the rate of the indentation [m/s] at which the damping law of a contact is evaluated.
@@ -118,3 +125,10 @@ def elastic_forces(pointer: int, delta: np.ndarray, row: np.ndarray) -> np.ndarr
     forces = np.zeros(depths.size)
     write_elastic_forces(pointer, depths, row, forces)
     return forces.reshape(np.shape(delta))
+
+
+def elastic_energies(pointer: int, force_pointer: int, delta: np.ndarray, row: np.ndarray) -> np.ndarray:
+    """Return the work [J] of the elastic force up to indentations of shape (k,) [m]."""
+    energies = np.zeros(delta.size)
+    write_elastic_energies(pointer, force_pointer, delta, row, energies)
+    return energies

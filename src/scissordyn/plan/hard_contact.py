@@ -71,15 +71,11 @@ HARD_START: Mapping[str, Any] = MappingProxyType(
 
 def hard_contacts(plan: Plan) -> HardContacts:
     """Return the tables of a plan's hard contacts, without the parameters of a case, which `put_hard_numbers` writes."""
-    model, which = plan.model, [*plan.hard_places, *plan.compliant_places]
-    n, m, count = model.n, model.constraint_start.size - 1, len(which)
-    damped = damped_components(plan)
-    rows, states = m + 2 * count + len(damped), 2 * n + int(model.state_start[-1])
-    entries = _entries(plan, which, damped)
-    near, place = narrow(members((columns for columns, _ in entries), n), rows)
-    pairs, band = pairs_of(near), reach(near, place)
+    model = plan.model
+    made: HardModel = plan.table("hard contacts", lambda: _hard_model(plan))
+    count, rows, states = made.which.size, made.place.size, 2 * model.n + int(model.state_start[-1])
+    band = int(made.reach[0])
     value = np.zeros(ELEMENT_ROWS_MAX * model.element_column.size + model.constraint_column.size)
-    product_start, products = _products(entries, pairs)
     shapes: dict[str, Any] = {
         **dict.fromkeys((*HardParameters._fields, *HardState._fields, *HardWork._fields), count),
         **dict.fromkeys(ROW_FIELDS, rows),
@@ -88,12 +84,12 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "ahead": 3,
         "elastic": (count, ELEMENT_PARAMETERS_MAX),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
-        "damping": len(damped),
+        "damping": made.damped.size,
         "impact": 3,
         "gram": (rows, 2 * band + 1),
         "band": (rows, width(band, band)),
         "pivots": 2 * rows,
-        "mass_row": m,
+        "mass_row": model.constraint_start.size - 1,
         "result": (count, STRUCK + 1),
         "units": (2 * count + 1, rows),
         "table": table_shape(count),
@@ -106,22 +102,34 @@ def hard_contacts(plan: Plan) -> HardContacts:
         return described(**scratch(described, {name: shapes[name] for name in described._fields}))
 
     return HardContacts(
-        model=HardModel(
-            which=np.array(which, np.int64),
-            compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
-            damped=np.array([i for i, _ in damped], np.int64),
-            damped_axis=np.array([axis for _, axis in damped], np.int64),
-            place=place,
-            pairs=pairs,
-            reach=np.array([band], np.int64),
-            products=products,
-            product_start=product_start,
-        ),
+        model=made,
         parameters=zeros(HardParameters),
         state=zeros(HardState),
         work=zeros(HardWork)._replace(
             value=value, normal=value[: ELEMENT_ROWS_MAX * model.element_column.size].reshape(ELEMENT_ROWS_MAX, -1)
         ),
+    )
+
+
+def _hard_model(plan: Plan) -> HardModel:
+    """Return the structure of the equations for the impulses of a plan's hard contacts."""
+    which = [*plan.hard_places, *plan.compliant_places]
+    damped = damped_components(plan)
+    rows = plan.model.constraint_start.size - 1 + 2 * len(which) + len(damped)
+    entries = _entries(plan, which, damped)
+    near, place = narrow(members((columns for columns, _ in entries), plan.model.n), rows)
+    pairs = pairs_of(near)
+    product_start, products = _products(entries, pairs)
+    return HardModel(
+        which=np.array(which, np.int64),
+        compliant=np.repeat([0, 1], [len(plan.hard_places), len(plan.compliant_places)]).astype(np.int64),
+        damped=np.array([i for i, _ in damped], np.int64),
+        damped_axis=np.array([axis for _, axis in damped], np.int64),
+        place=place,
+        pairs=pairs,
+        reach=np.array([reach(near, place)], np.int64),
+        products=products,
+        product_start=product_start,
     )
 
 
@@ -171,9 +179,19 @@ def _entries(plan: Plan, which: list[int], damped: list[tuple[int, int]]) -> Ent
 
 def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs of entries whose products add up to the scalar product of each pair of rows."""
-    starts, products = [0], []
-    for a, b in pairs.tolist():
-        same = [(i, k) for i in range(entries[a][0].size) for k in np.flatnonzero(entries[b][0] == entries[a][0][i])]
-        products += [(entries[a][1][i], entries[b][1][k]) for i, k in same]
-        starts.append(len(products))
-    return np.array(starts, np.int64), np.array(products, np.int64).reshape(-1, 2)
+    counts = np.array([columns.size for columns, _ in entries], np.int64)
+    columns, values = (np.concatenate([np.zeros(0, np.int64), *parts]) for parts in zip(*entries, strict=True))
+    of_row = np.repeat(np.arange(counts.size), counts)
+    (a, b), stride = pairs.T, 1 + int(np.max(columns, initial=0))
+    order = of_row * stride + columns  # increases, as the columns of each row do
+    pair = np.repeat(np.arange(len(pairs)), counts[a])
+    one = _ranges(np.cumsum(counts)[a] - counts[a], counts[a])
+    first, last = (np.searchsorted(order, b[pair] * stride + columns[one], side) for side in ("left", "right"))
+    same = last - first
+    starts = np.concatenate([[0], np.cumsum(np.bincount(pair, same, len(pairs)).astype(np.int64))])
+    return starts, np.stack([values[np.repeat(one, same)], values[_ranges(first, same)]], axis=1)
+
+
+def _ranges(first: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return ranges of integers one after another, each from its first integer."""
+    return np.repeat(first - np.cumsum(counts) + counts, counts) + np.arange(counts.sum())

@@ -87,7 +87,7 @@ def members(groups: Iterable[np.ndarray], size: int) -> list[np.ndarray]:
     """Return for each of `size` unknowns the indices of its groups."""
     numbers: list[list[int]] = [[] for _ in range(size)]
     for number, group in enumerate(groups):
-        for k in np.unique(group).tolist():
+        for k in set(group.tolist()):
             numbers[k].append(number)
     return [np.array(of_one, np.int64) for of_one in numbers]
 

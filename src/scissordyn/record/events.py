@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scissordyn.integrate.integration import RISE
-from scissordyn.laws.evaluate import elastic_energy, elastic_forces
+from scissordyn.laws.evaluate import elastic_energies, elastic_forces
 from scissordyn.laws.validity import LAW_SAMPLES
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.model.clearance import Clearance, GuideClearance
@@ -142,8 +142,9 @@ def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
     if not hard:
         return {}
     estimate, when, least = np.full((3, table["joint"].size), np.nan)
-    for j in hard:
-        here, clearance = table["joint"] == j, plan.clearances[j]
+    clearances = [plan.clearances[j] for j in hard]
+    for clearance in (part for k, part in enumerate(clearances) if part not in clearances[:k]):
+        here = np.isin(table["joint"], [j for j, part in zip(hard, clearances, strict=True) if part == clearance])
         struck, lasting = peak_forces(clearance, table["struck"][here]), table["peak_normal_force"][here]
         estimate[here] = np.fmax(struck, lasting)
         # the largest impulse in the first step of a contact may come from impacts at other joints
@@ -171,17 +172,18 @@ def peak_forces(clearance: Clearance | GuideClearance, struck: np.ndarray) -> np
 
     At the deepest point, s = 0, int F_el d delta = m v^2 (xi - ln(1 + xi))/xi^2. The force is largest at an s from 0 to 1.
     """
+    positive, forces = np.isfinite(struck) & (struck > 0.0), np.full(np.shape(struck), np.nan)
+    if not np.any(positive):
+        return forces
     surfaces, law = clearance.surfaces, clearance.stiffness
     damping: Any = clearance.damping
     at, row, xi = pointers(law), row_of(law, surfaces), float(damping.factor)
     depth = np.geomspace(1e-9, 2.0, LAW_SAMPLES) * surfaces.journal_radius
     force = elastic_forces(at["force"], depth, row)
-    energy = np.array([elastic_energy(at["energy"], at["force"], d, row) for d in depth.tolist()])
+    energy = elastic_energies(at["energy"], at["force"], depth, row)
     sensible = np.isfinite(force) & np.isfinite(energy) & (force > 0.0) & (energy > 0.0)
     s = np.linspace(0.0, 1.0, LAW_SAMPLES)[:-1]
     share = 0.5 * (1.0 - s * s) if xi < DATA_TOL else (1.0 - s) / xi - np.log((1.0 + xi) / (1.0 + xi * s)) / xi**2
-    positive = np.isfinite(struck) & (struck > 0.0)
-    forces = np.full(np.shape(struck), np.nan)
     energies = struck[positive][:, None] * share[None, :]
     logs = np.interp(np.log(energies), np.log(energy[sensible]), np.log(force[sensible]), left=np.nan, right=np.nan)
     over = np.exp(logs) * (1.0 + xi * s)

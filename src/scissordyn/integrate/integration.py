@@ -262,13 +262,18 @@ def make_work(
 
 
 def make_samples(time: np.ndarray, state: State) -> Samples:
-    sizes = {"samples": time.size, "y": state.y.size, "quadratures": state.total.size}
-    sizes |= {"guards": state.mode.size, "angles": state.reference.size}
-    samples = Samples(**arrays_of(Samples, sizes, {"time": time}))
+    samples = _zero_samples(time, state)
     samples.state[:], samples.total[:] = np.nan, np.nan
     return samples
 
 
+def _zero_samples(time: np.ndarray, state: State) -> Samples:
+    sizes = {"samples": time.size, "y": state.y.size, "quadratures": state.total.size}
+    sizes |= {"guards": state.mode.size, "angles": state.reference.size}
+    return Samples(**arrays_of(Samples, sizes, {"time": time}))
+
+
 def make_record(rows: int, state: State, *, inside: bool = False) -> StepRecord:
-    samples = make_samples(np.zeros(rows), state)
+    """Return a record without steps; rows that are not written yet use no memory."""
+    samples = _zero_samples(np.zeros(rows), state)
     return StepRecord(*samples, np.zeros(rows, np.int64), np.ones(1, np.int64), np.array([int(inside)]))

@@ -68,7 +68,12 @@ def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
     after = np.clip(np.searchsorted(time[order], times), 1, max(1, time.size - 1))
     near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
     rows = np.where(np.abs(time[near[0]] - times) <= np.abs(time[near[1]] - times), near[0], near[1])
-    return Samples(*(np.concatenate([getattr(part, name) for part in kept])[rows] for name in Samples._fields))
+    increasing = np.argsort(rows, kind="stable")
+    in_samples = np.searchsorted(rows[increasing], path.samples.time.size)
+    taken = [rows[increasing[:in_samples]], rows[increasing[in_samples:]] - path.samples.time.size]
+    order = np.argsort(increasing)  # only the wanted rows are copied, as a record can be long
+    columns = [[getattr(part, name)[at] for part, at in zip(kept, taken, strict=False)] for name in Samples._fields]
+    return Samples(*(np.concatenate(column)[order] for column in columns))
 
 
 def choose_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -278,14 +278,15 @@ class Driver:
     def grow(self, status: int) -> None:
         content = self.integration.content
         if status == loop.LOG_FULL:
-            self._exchange(log=_doubled(content.log))
+            self._exchange(log=_longer(content.log))
         elif status == loop.RECORD_FULL:
             if len(content.steps.time) >= self._most and self._thin_out():
                 return
-            longer = {name: _doubled(part) for name, part in _rows_of(content.steps)}
+            factor = 2 if len(content.steps.time) >= self._most else 4
+            longer = {name: _longer(part, factor) for name, part in _rows_of(content.steps)}
             self._exchange(steps=content.steps._replace(**longer))
         else:
-            history = _doubled(content.state.history)
+            history = _longer(content.state.history)
             self.system.exchange("state", history=history)
             self._exchange(state=content.state._replace(history=history))
 
@@ -404,9 +405,9 @@ def _integration(plan: Plan, system: Handle, size: int, method: Choice, toleranc
     return Integration(coefficients, state, work, samples, record, log)
 
 
-def _doubled(rows: np.ndarray) -> np.ndarray:
-    """Return an array with twice as many rows; rows that are not written yet use no memory."""
-    longer = np.zeros((2 * len(rows), *rows.shape[1:]), rows.dtype)
+def _longer(rows: np.ndarray, factor: int = 2) -> np.ndarray:
+    """Return an array with `factor` times as many rows; rows that are not written yet use no memory."""
+    longer = np.zeros((factor * len(rows), *rows.shape[1:]), rows.dtype)
     longer[: len(rows)] = rows
     return longer
 

@@ -324,6 +324,8 @@ class Template:
             parts[part][place] = array
         for name, value in given.items():
             field, part, place, first = self.shared[name]
+            if parts[part][place] is value:
+                continue
             parts[part][place], written = value, list[int]()
             _append_field(field, value, written)
             words[first : first + field.words] = written

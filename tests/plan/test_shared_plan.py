@@ -96,6 +96,42 @@ def test_change_of_the_tables_needs_a_plan(other):
     assert_same(run(plan(changed)), run(compiled(changed)))
 
 
+@pytest.mark.parametrize("changed", ["mass", "inertia", "length", "friction"])
+def test_plans_with_the_same_structure_share_templates(changed):
+    """Identity: the run in copied arrays is bit for bit that of a plan compiled for the mechanism alone."""
+    known = array()
+    for _ in range(2):  # the second run makes the templates
+        run(plan(known))
+    other = {
+        "mass": known.replace("slider.mass", 7.0),
+        "inertia": known.replace("unit 2/bar 1.inertia", 0.02),
+        "length": with_length(known, 0.9),
+        "friction": known.with_clearance("A", RUBBING),
+    }[changed]
+    made = plan(other)
+    assert made.model is not plan(known).model
+    assert (made.structural is plan(known).structural) == (changed != "friction")
+    assert (made.reduction is plan(known).reduction) == (changed in ("mass", "inertia"))
+    assert_same(run(made), run(compiled(other)))
+
+
+def with_length(known, factor):
+    """Return a mechanism of another size."""
+    return dataclasses.replace(
+        known,
+        bodies=tuple(
+            dataclasses.replace(
+                body,
+                points={name: (factor * x, factor * y) for name, (x, y) in body.points.items()},
+                centre=tuple(factor * x for x in body.centre),
+                position=body.position and tuple(factor * x for x in body.position),
+            )
+            for body in known.bodies
+        ),
+        ground=tuple((name, (factor * x, factor * y)) for name, (x, y) in known.ground),
+    )
+
+
 @pytest.mark.parametrize("other", OTHERS)
 def test_what_enters_the_tables_does_not_fit(other):
     """Limit: lengths, masses, joints, rods, components, drives and tracked points have a plan of their own."""

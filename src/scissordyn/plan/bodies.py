@@ -135,8 +135,12 @@ def _sense_and_offset(first: PointMap, other: PointMap, first_angle: float, othe
     return sense, offset + 2.0 * math.pi * turns
 
 
-def balance(mechanism: Mechanism) -> Balance:
-    """Return the tables of the balances of force and moment."""
+def balance(mechanism: Mechanism, known: Balance | None = None) -> Balance:
+    """Return the tables of the balances of force and moment; `known` are those of a mechanism with other inertias only."""
+    mass = np.array([body.mass for body in mechanism.bodies], float)
+    inertia = np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float)
+    if known is not None:
+        return known._replace(mass=mass, inertia=inertia)
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     length = max([size for size in sizes if size > 0.0], default=1.0)
@@ -159,8 +163,8 @@ def balance(mechanism: Mechanism) -> Balance:
         arm=np.array([arm for _, _, arm, *_ in listed]).reshape(-1, 2),
         anchor=np.array([anchor for *_, anchor, _ in listed], np.int64),
         frame=np.array([frame for *_, frame in listed], np.int64),
-        mass=np.array([body.mass for body in mechanism.bodies], float),
-        inertia=np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float),
+        mass=mass,
+        inertia=inertia,
         moments=np.array([body.rotates or body.name in held for body in mechanism.bodies], np.int64),
         length=length,
         order=order,

@@ -72,7 +72,7 @@ HARD_START: Mapping[str, Any] = MappingProxyType(
 def hard_contacts(plan: Plan) -> HardContacts:
     """Return the tables of a plan's hard contacts, without the parameters of a case, which `put_hard_numbers` writes."""
     model = plan.model
-    made: HardModel = plan.table("hard contacts", lambda: _hard_model(plan))
+    made: HardModel = plan.structure_table("hard contacts", lambda: _hard_model(plan))
     count, rows, states = made.which.size, made.place.size, 2 * model.n + int(model.state_start[-1])
     band = int(made.reach[0])
     value = np.zeros(ELEMENT_ROWS_MAX * model.element_column.size + model.constraint_column.size)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.bending import beam_mass, bends, dissected
 from scissordyn.plan.coordinates import Coordinates, Natural, natural_coordinates
 from scissordyn.plan.coupling import coupling_constraints
-from scissordyn.plan.elimination import Elimination, add, scaled
+from scissordyn.plan.elimination import Elimination, Rows, add, scaled
 from scissordyn.plan.parallelogram import parallel_bodies
 from scissordyn.plan.quadratic_constraints import order_constraints, quadratic_constraints
 from scissordyn.plan.redundancy import assembled_near_placed, basis_of, independent
@@ -40,14 +40,30 @@ the joints would move the bodies far from where they are placed.
 """
 
 
-def reduced(mechanism: Mechanism) -> Coordinates:
-    """Return the coordinates of a mechanism with all linear constraints eliminated, and its quadratic constraints."""
-    return _reduced(mechanism, parallel_bodies(mechanism, lambda: _assembled_angles(mechanism)))
+class Reduction(NamedTuple):
+    """Result of the elimination of linear constraints; it does not depend on masses."""
+
+    elimination: Elimination
+    rows: Rows  # Natural coordinates by remaining ones; origins are in mechanism sizes
+
+
+def make_reduction(mechanism: Mechanism) -> Reduction:
+    """Eliminate the linear constraints of a mechanism, parallelograms included."""
+    parallel = parallel_bodies(mechanism, lambda: _assembled_angles(mechanism))
+    return eliminated(mechanism, natural_coordinates(mechanism), parallel)
+
+
+def reduced(mechanism: Mechanism, reduction: Reduction | None = None) -> Coordinates:
+    """Return the coordinates of a mechanism with all linear constraints eliminated, and its quadratic constraints.
+
+    `reduction` may be that of a mechanism which differs only in masses.
+    """
+    return _reduced(mechanism, make_reduction(mechanism) if reduction is None else reduction)
 
 
 def _assembled_angles(mechanism: Mechanism) -> dict[str, float] | None:
     """Return the angles of the rotating bodies, assembled near their placement with parallelograms as quadrilaterals."""
-    coordinates = _reduced(mechanism, [])
+    coordinates = _reduced(mechanism, eliminated(mechanism, natural_coordinates(mechanism), []))
     natural = assembled_near_placed(coordinates, _angles_of_drives(mechanism, coordinates.natural))
     if natural is None:
         return None
@@ -59,10 +75,10 @@ def _angles_of_drives(mechanism: Mechanism, natural: Natural) -> np.ndarray:
     return np.array([function_start(drive.motion, natural.angle(drive.body)) for drive in mechanism.drives], float)
 
 
-def _reduced(mechanism: Mechanism, parallel: list[tuple[str, str, float]]) -> Coordinates:
-    """Return the coordinates of a mechanism with given pairs of bodies kept parallel."""
+def _reduced(mechanism: Mechanism, reduction: Reduction) -> Coordinates:
+    """Return the coordinates of a mechanism after the elimination of its linear constraints."""
     natural, size, basis = natural_coordinates(mechanism), mechanism.size, 1 + 2 * len(mechanism.drives)
-    elimination, (start, columns, values) = eliminated(mechanism, natural, parallel)
+    elimination, (start, columns, values) = reduction
     total = natural.total
     is_free = elimination.solved_at[:total] < 0
     free = int(np.sum(is_free))
@@ -108,13 +124,8 @@ def full(rows: np.ndarray, columns: np.ndarray, values: np.ndarray, shape: tuple
     return matrix
 
 
-def eliminated(
-    mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]
-) -> tuple[Elimination, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Eliminate the linear constraints; return the elimination, and natural coordinates by remaining ones, as sparse rows.
-
-    Origins are in mechanism sizes.
-    """
+def eliminated(mechanism: Mechanism, natural: Natural, parallel: list[tuple[str, str, float]]) -> Reduction:
+    """Eliminate the linear constraints, with given pairs of bodies kept parallel."""
     # origins are eliminated before directions: lengths then stay short expressions
     elimination = Elimination(origins(natural), 1 + 2 * len(mechanism.drives))
     _impose_all(mechanism, natural, elimination, parallel)
@@ -127,8 +138,8 @@ def eliminated(
         except InputError:
             continue
         if not elimination.misses(rows, placed):
-            return elimination, rows
-    return elimination, elimination.rows()
+            return Reduction(elimination, rows)
+    return Reduction(elimination, elimination.rows())
 
 
 def origins(natural: Natural) -> np.ndarray:

@@ -34,7 +34,7 @@ from scissordyn.plan.coordinates import Coordinates, PointMap
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.joint_friction import make_friction_workspace
-from scissordyn.plan.linear_constraints import reduced
+from scissordyn.plan.linear_constraints import Reduction, make_reduction, reduced
 from scissordyn.plan.model import make_model
 from scissordyn.plan.numbers import find_weight, make_parameters
 from scissordyn.tolerance import ASSEMBLY_TOL
@@ -57,12 +57,21 @@ class Plan:
     balance: Balance = field(repr=False)  # Balances of forces and moments, for the reactions of ideal joints
     # Angles from which turns are counted: of families of parallel bodies, components, then constraints [rad]
     angles: np.ndarray = field(repr=False)
+    structure: tuple[Any, ...] = field(repr=False)  # Indices and shapes of all tables
+    reduction: Reduction = field(repr=False)  # Elimination of the linear constraints
     # Last results with these tables, by key: the assembly at the start, singular positions
     answers: dict[str, Any] = field(default_factory=dict, repr=False)
+    # Tables and templates of all plans with the same structure, by key
+    structural: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def fits(self, other: Mechanism) -> bool:
         """Return whether another mechanism has the same tables: it differs only in clearances, laws, motions and gravity."""
         return all(map(_is_same, _table_entries(self.mechanism), _table_entries(other)))
+
+    def differs_in_mass(self, other: Mechanism) -> bool:
+        """Return whether another mechanism differs only as in `fits`, and in masses and moments of inertia of its bodies."""
+        (one, *here), (two, *there) = _table_entries(self.mechanism), _table_entries(other)
+        return _is_same([*map(_placement, one)], [*map(_placement, two)]) and all(map(_is_same, here, there))
 
     def case(self, other: Mechanism) -> Plan:
         """Return the plan of another case that fits: the same tables with its own parts and parameters."""
@@ -73,10 +82,11 @@ class Plan:
 
     def table(self, name: str, make: Callable[[], Any]) -> Any:
         """Return an additional table that follows from the plan; `make` computes it once for all cases that share the plan."""
-        made = self.answers.get(name)
-        if made is None:
-            made = self.answers[name] = make()
-        return made
+        return _kept(self.answers, name, make)
+
+    def structure_table(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return an additional table of indices; `make` computes it once for all plans with the same structure."""
+        return _kept(self.structural, name, make)
 
     @property
     def companions(self) -> np.ndarray:
@@ -88,11 +98,11 @@ class Plan:
         return np.asarray(self.table(f"monitored rows {kind}", lambda: monitored_rows(self.model, kind)))
 
     def template(self, name: str, make: Callable[[], Template]) -> Template | None:
-        """Return a template, or None at the first request: a plan of one run needs no template."""
-        if name not in self.answers:
-            self.answers[name] = None
+        """Return a template, or None at the first request: a structure with one run needs no template."""
+        if name not in self.structural:
+            self.structural[name] = None
             return None
-        return self.table(name, make)  # type: ignore[no-any-return]
+        return self.structure_table(name, make)  # type: ignore[no-any-return]
 
     def numbers(self) -> Parameters:
         """Return the parameters of the case in new arrays."""
@@ -227,7 +237,12 @@ def plan(mechanism: Mechanism) -> Plan:
             return made
     whole = with_mode_counts(mechanism)
     shared = next((made for _, made in kept if made.fits(whole)), None)
-    made = compiled(whole) if shared is None else shared.case(whole)
+    if shared is None:
+        made = compiled(whole, next((known for _, known in kept if known.differs_in_mass(whole)), None))
+        same = (other for _, other in kept if other.structure == made.structure)
+        made = next((replace(made, structural=other.structural) for other in same), made)
+    else:
+        made = shared.case(whole)
     RECENT_PLANS.appendleft((mechanism, made))
     return made
 
@@ -236,18 +251,46 @@ RECENT_PLANS: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
 """Last compiled mechanisms and their plans; one run needs up to five, for example with ideal joints or rigid bars."""
 
 
-def compiled(mechanism: Mechanism) -> Plan:
-    """Return the plan of a mechanism with newly computed tables."""
-    coordinates = reduced(mechanism)
+def compiled(mechanism: Mechanism, lighter: Plan | None = None) -> Plan:
+    """Return the plan of a mechanism with newly computed tables; `lighter` is that of a mechanism with other masses."""
+    reduction = make_reduction(mechanism) if lighter is None else lighter.reduction
+    coordinates = reduced(mechanism, reduction)
     model = make_model(mechanism, coordinates)
+    maps = body_maps(mechanism, coordinates)
+    balances = balance(mechanism, None if lighter is None else lighter.balance)
     return Plan(
         mechanism,
         coordinates,
         model,
-        body_maps(mechanism, coordinates),
-        balance(mechanism),
+        maps,
+        balances,
         _angles(mechanism, coordinates, model),
+        _structure(mechanism, (model, maps, balances)),
+        reduction,
     )
+
+
+def _structure(mechanism: Mechanism, tables: Iterable[Any]) -> tuple[Any, ...]:
+    """Return the indices in tables and the shapes of their arrays of floats, and the kinds of components and contacts."""
+    kinds = (
+        tuple(type(part) for part in acting(mechanism)),
+        tuple(part.clearance.contact for part in mechanism.contacts if part.clearance),
+    )
+    parts = (part for table in tables for part in table if not isinstance(part, float))
+    return *kinds, *(_structure_of(part) for part in parts)
+
+
+def _structure_of(part: Any) -> Any:
+    if not isinstance(part, np.ndarray):
+        return part
+    return part.shape if part.dtype.kind == "f" else (part.shape, part.tobytes())
+
+
+def _kept(tables: dict[str, Any], name: str, make: Callable[[], Any]) -> Any:
+    made = tables.get(name)
+    if made is None:
+        made = tables[name] = make()
+    return made
 
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
@@ -272,6 +315,20 @@ def _table_entries(mechanism: Mechanism) -> list[Any]:
 def _is_same(one: Any, other: Any) -> bool:
     """Return whether two values are equal to the last bit; 0.0 and -0.0 compile to different tables."""
     return one is other or (one == other and repr(one) == repr(other))
+
+
+def _placement(body: Body) -> tuple[Any, ...]:
+    """Return the properties of a body other than mass and moment of inertia."""
+    return (
+        body.name,
+        body.rotates,
+        body.points,
+        body.centre,
+        body.position,
+        body.angle,
+        body.velocity,
+        body.angular_velocity,
+    )
 
 
 def _gap_entries(gap: Clearance | None) -> Any:

@@ -22,13 +22,23 @@ def make_system(plan: Plan) -> Handle:
     if first is None:
         return Handle(_new_system(plan, numbers))
     given: dict[str, Any] = {f"Workspace.{name}": part for name, part in worn_surfaces(numbers).items()}
-    given["System.parameters"] = numbers
+    given |= {"System.model": plan.model, "System.parameters": numbers}
     if "System.friction" in first.shared:
         given["System.friction"] = plan.friction_workspace()
+    else:
+        given |= {"FrictionWorkspace.balance": plan.balance, "FrictionWorkspace.maps": plan.maps}
     system = first.copy(given)
-    system.content.work.value[0] = numbers.value
-    system.content.friction.gravity[:] = plan.gravity_vector
+    content: System = system.content
+    content.state.reference[:] = plan.angles
+    content.work.value[0] = numbers.value
+    content.work.part_weight[:] = _part_weights(plan, content)
+    content.friction.gravity[:] = plan.gravity_vector
     return system
+
+
+def _part_weights(plan: Plan, content: System) -> np.ndarray:
+    """Return the weights of the parts of constraints; those of inactive constraints are zero."""
+    return np.asarray(plan.model.part_full * (1.0 - content.work.inactive[plan.model.part_constraint]))
 
 
 def _new_system(plan: Plan, numbers: Parameters) -> System:
@@ -61,7 +71,7 @@ def put_numbers(system: Handle, plan: Plan) -> bool:
     work.value[0] = parameters.value
     work.inactive[:] = 0.0
     work.inactive[model.latch[:, 0]] = 1.0
-    work.part_weight[:] = model.part_full * (1.0 - work.inactive[model.part_constraint])
+    work.part_weight[:] = _part_weights(plan, content)
     return True
 
 

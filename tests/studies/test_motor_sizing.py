@@ -99,6 +99,22 @@ def test_torque_and_speed_of_a_drive():
         sd.torque_over_speed(run, "servo")
 
 
+def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
+    """Cross-check: few samples between impacts give the root mean square over time that many samples do, printed too."""
+    drop = arm().replace("A.clearance", 0.5e-3)
+    torque = sd.simulate(drop, until=UNTIL, samples=200001)["drive_torque"].values
+    wanted = float(np.sqrt(np.mean(torque**2)))
+    few = sd.simulate(drop, until=UNTIL, samples=51)
+    for found in (sd.torque_over_speed(few)["root_mean_square"], sd.figures_of_merit(few, few)["torque_root_mean_square"]):
+        assert found.item() == pytest.approx(wanted, rel=1e-4)
+    case = tmp_path / "case.toml"
+    case.write_text(CASE.replace('until = "5 ms"', 'until = "15 ms"\nsamples = 51'))
+    assert command(case) == 0
+    printed = float(capsys.readouterr().out.split("root mean square")[1].split()[0])
+    run = sd.simulate(sd.read_case(case).mechanism, until=0.015, samples=200001)
+    assert printed == pytest.approx(float(np.sqrt(np.mean(run["drive_torque"].values ** 2))), rel=1e-3)
+
+
 def test_motor_in_a_study(tmp_path):
     """Contract: the store keeps the curve, and continues with it."""
     (tmp_path / "case.toml").write_text(CASE)

@@ -138,7 +138,8 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     -------
     Dataset
         Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W]. The instants are the
-        samples of the run and that of the largest torque, which has the speed of the sample before it.
+        samples of the run and that of the largest torque, which has the speed of the sample before it. `root_mean_square` of
+        the torque [N m] over the run: of a drive integrated with the motion, of others over the samples.
 
     Raises
     ------
@@ -156,6 +157,8 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     if base != GROUND:
         speed = speed - run["angular_velocity"].sel(body=base).values
     time = run["time"].values
+    integrated = along == "drive" and "rms_drive_torque" in run
+    mean = float(run["rms_drive_torque"].values[number]) if integrated else math.sqrt(time_mean(torque**2, time))
     if largest in run and f"{largest}_time" in run:
         when, size = (float(run[name].isel({along: number})) for name in (f"{largest}_time", largest))
         if math.isfinite(size) and time[0] <= when <= time[-1]:
@@ -168,6 +171,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
             "torque": dataset_variable(("time",), torque, "N m", "torque"),
             "speed": dataset_variable(("time",), speed, "rad/s", "speed"),
             "power": dataset_variable(("time",), torque * speed, "W", "power"),
+            "root_mean_square": dataset_variable((), mean, "N m", "root mean square of the torque"),
         },
         coords={"time": ("time", time, {"units": "s"})},
         attrs={"of": of or next(iter(sources)), "body": body},
@@ -219,6 +223,8 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     # the integrator has located the largest torque of each source between samples, but only over the whole run
     located = len(sources) == 1 and after <= time[0]
     peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))
+    integrated = located and sources[0].dimension == "drive" and "rms_drive_torque" in run
+    mean = run["rms_drive_torque"].values[sources[0].entry] if integrated else np.sqrt(time_mean(torque**2, time[part]))
     (angle, place), (ideal_angle, ideal_place) = (
         (motion["angle"].sel(body=body).values, motion["slider_position"].values) for motion in (run, ideal)
     )
@@ -229,7 +235,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     inside = part & (angle >= wanted_angle.min()) & (angle <= wanted_angle.max())
     single = {
         "peak_torque": (peak, "N m", "largest driving torque"),
-        "torque_root_mean_square": (np.sqrt(time_mean(torque**2, time[part])), "N m", "root mean square of the driving torque"),
+        "torque_root_mean_square": (mean, "N m", "root mean square of the driving torque"),
         "energy_used": (np.trapezoid(power, time[part]), "J", "positive driving power, integrated"),
         "tracking_error": (np.max(np.abs(angle - wanted_angle)[part]), "rad", "largest angle error of the driven body"),
         "position_error": (np.max(np.abs(place - wanted_place)[part]), "m", "largest position error of the output body"),

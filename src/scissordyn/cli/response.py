@@ -303,7 +303,7 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
     k = int(np.argmax(np.abs(torque)))
     print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
     print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) / rpm(1.0):.4g} rpm, at {time[k]:.4g} s")
-    print(f"  root mean square {math.sqrt(float(np.trapezoid(torque**2, time) / (time[-1] - time[0]))):.4g} N m")
+    print(f"  root mean square {needed['root_mean_square'].item():.4g} N m")
     print(f"  largest speed {np.max(np.abs(speed)) / rpm(1.0):.4g} rpm, largest power {np.max(np.abs(power)):.4g} W")
     if curve is None:
         return

@@ -334,11 +334,15 @@ ENERGIES = {
 def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.drives:
         return {}
+    peaks = path.peaks(DRIVE_TORQUE)
+    # the integral of squares may be negative by round-off
+    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
     variables = {
         "drive": labels("drive", [drive.body for drive in plan.drives]),
         # `drive_torque` is the torque of the first drive; `drive_torques` has all drives
         "drive_torque": described("time", record.torque[:, 0].copy(), "N m", "driving torque"),
-        **located("peak_drive_torque", "drive", path.peaks(DRIVE_TORQUE), "N m", "driving torque"),
+        **located("peak_drive_torque", "drive", peaks, "N m", "driving torque"),
+        "rms_drive_torque": described("drive", mean, "N m", "root mean square of the driving torque"),
     }
     if len(plan.drives) > 1:
         variables["drive_torques"] = described(("time", "drive"), record.torque, "N m", "driving torque of each drive")

@@ -60,6 +60,28 @@ def test_window_clips_contacts():
             sd.contact_statistics(run, after=after, until=until)
 
 
+@pytest.mark.parametrize("window", [(0.0, 1.0), (0.25, 1.0), (0.1, 0.8)])
+def test_force_of_a_contact_that_lasts(window):
+    """Closed form: few samples of a contact over the whole window count by the part of the window that is theirs."""
+    run = made_up_run([(0.0, math.nan)], instants=5)
+    time, (after, until) = run["time"].values, window
+    force = 100.0 * time
+    run["normal_force"].loc[{"joint": "A"}] = force
+    found = sd.contact_statistics(run, after=after, until=until).sel(joint="A")
+    inside = (time >= after) & (time <= until)
+    width = np.minimum(time + 0.125, until) - np.maximum(time - 0.125, after)
+    assert float(found["contact_force"]) == pytest.approx(np.average(force[inside], weights=width[inside]), rel=1e-13)
+    if window == (0.0, 1.0):
+        assert float(found["contact_force"]) == pytest.approx(float(found["mean_force"]), rel=1e-13)
+
+
+def test_window_between_samples():
+    """Limit: a window without a sample and without the largest force of a contact has no known force."""
+    found = sd.contact_statistics(made_up_run([(0.0, math.nan)], instants=5), after=0.3, until=0.4).sel(joint="A")
+    assert float(found["contact_fraction"]) == pytest.approx(1.0)
+    assert all(math.isnan(float(found[name])) for name in ("peak_force", "mean_force", "contact_force"))
+
+
 def test_no_contact_at_all():
     """Limit: without contacts there is one flight, no force, and what cannot be said is NaN."""
     found = sd.contact_statistics(made_up_run([])).sel(joint="A")

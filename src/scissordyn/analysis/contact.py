@@ -154,8 +154,9 @@ def _measures_of_samples(
     force = run["normal_force"].sel(joint=joint).values
     direction = np.arctan2(place[:, 1], place[:, 0]) - (0.0 if bearing is None else bearing)
     touching = inside & run["in_contact"].sel(joint=joint).values.astype(bool)
-    # the weight of a sample is the time halfway to its neighbours
-    standing = np.gradient(time) if time.size > 1 else np.ones(1)
+    # the weight of a sample is the time halfway to its neighbours, at most to the ends of the window
+    middles = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
+    standing = np.diff(np.clip(middles, start, end)) if time.size > 1 else np.ones(1)
     steps = time[inside]
     mean = float(np.trapezoid(force[inside], steps) / (steps[-1] - steps[0])) if steps.size > 1 else math.nan
     in_contact = force[touching]

@@ -59,7 +59,7 @@ def joint_force(run: Run, joint: str) -> np.ndarray:
 def largest_force(run: Run, joint: str, start: float = -math.inf, end: float = math.inf) -> float:
     """Return the largest force of a joint between two instants [N], including maxima between samples.
 
-    The result is NaN if the joint has impacts of hard contact.
+    The result is NaN if the joint has impacts of hard contact, or if neither a sample nor a maximum lies between the instants.
     """
     time, sizes = run["time"].values, [joint_force(run, joint)]
     whens = [time]
@@ -72,7 +72,8 @@ def largest_force(run: Run, joint: str, start: float = -math.inf, end: float = m
         begun = run["contact_start"].values[here]
         whens.append(np.where(np.isnan(sizes[-1]), begun, begun + run["peak_time"].values[here]))
     size, when = np.concatenate(sizes), np.concatenate(whens)
-    return float(np.max(size[(when >= start) & (when <= end)], initial=0.0))
+    inside = size[(when >= start) & (when <= end)]
+    return float(np.max(inside)) if inside.size else math.nan
 
 
 def oiled_joints(run: Run) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -303,21 +303,37 @@ def _clearance_joints(
     path = np.unique(np.concatenate([frames, instants]))
     places = {name: k for k, name in enumerate(run.variables["joint"].values.tolist())} if names else {}
     joints = [(mechanism.joint(name), places[name]) for name in names]
-    return tuple(_clearance_joint(run, placement, frames, joint, k, path, between=between) for joint, k in joints)
+    dims = {
+        "clearance": ("joint",),
+        "eccentricity": ("joint", "time", "axis"),
+        "reaction": ("joint", "axis", "time"),
+        "in_contact": ("joint", "time"),
+    }
+    read = {name: along(run.variables[name], *order) for name, order in dims.items()} if names else {}
+    return tuple(_clearance_joint(run, read, placement, frames, joint, k, path, between=between) for joint, k in joints)
 
 
 def _clearance_joint(
-    run: Run, placement: Placement, frames: np.ndarray, joint: Revolute, k: int, path: np.ndarray, *, between: bool
+    run: Run,
+    read: Mapping[str, np.ndarray],
+    placement: Placement,
+    frames: np.ndarray,
+    joint: Revolute,
+    k: int,
+    path: np.ndarray,
+    *,
+    between: bool,
 ) -> ClearanceJoint:
-    """Return the magnified view of joint k of a run in each frame; `path` are the samples at which its path is drawn."""
-    name, read = joint.name, run.variables
+    """Return the magnified view of joint k of a run in each frame.
+
+    `read` are variables of the run, of shape (joints, ...); `path` are the samples at which the path of the joint is drawn.
+    """
+    name = joint.name
     if joint.clearance is None:
         raise InputError(f"joint '{name}' has clearance in the run but is ideal in the mechanism", "the mechanism of the run")
-    clearance = float(read["clearance"].values[k])
-    eccentricity = (
-        SIZES.magnified_clearance / clearance * placement.vectors(along(read["eccentricity"], "joint", "time", "axis")[k])
-    )
-    force, touching = np.hypot(*along(read["reaction"], "joint", "axis", "time")[k]), along(read["in_contact"], "joint", "time")
+    clearance = float(read["clearance"][k])
+    eccentricity = SIZES.magnified_clearance / clearance * placement.vectors(read["eccentricity"][k])
+    force, touching = np.hypot(*read["reaction"][k]), read["in_contact"]
     touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
     return ClearanceJoint(
         name=name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,6 +47,8 @@ class Placement:
         angle = along(run.variables["angle"], "time", "body")[samples][:, order]
         return cls(mechanism, {name: k for k, name in enumerate(names)}, position, angle, turns)
 
+    _places: dict[BodyPoint | tuple[str, None], np.ndarray] = field(default_factory=dict, repr=False, compare=False)
+
     @property
     def count(self) -> int:
         return int(self.angles.shape[0])
@@ -72,8 +74,12 @@ class Placement:
 
     def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
         """Return the position of a named point, or of the origin, of a body or the ground, shape (samples, 2) [m]."""
+        if (known := self._places.get(reference)) is not None:
+            return known
         body, point = reference
         if point is None:
-            return np.asarray(self.points(body, np.zeros((1, 2)))[:, 0])
-        named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
-        return np.asarray(self.points(body, np.array([named[point]], float))[:, 0])
+            local = np.zeros((1, 2))
+        else:
+            named = dict(self.mechanism.ground) if body == GROUND else self.mechanism.body(body).points
+            local = np.array([named[point]], float)
+        return self._places.setdefault(reference, np.asarray(self.points(body, local)[:, 0]))

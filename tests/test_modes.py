@@ -9,6 +9,7 @@ from tests.build import EXAMPLES, chain, on_pin, one_line_error
 
 import scissordyn as sd
 from reference.free_bodies import Scissor
+from scissordyn.cli.main import status_of
 from scissordyn.laws.elastic.linear import Linear
 
 
@@ -182,3 +183,21 @@ def test_a_wheel_that_turns_about_its_mass_centre_has_a_rotation_of_one():
     assert found["angular_frequency"].item() == pytest.approx(math.sqrt(7.0 / 0.3), rel=1e-12)
     assert abs(found["rotation"].item()) == pytest.approx(1.0, rel=1e-12)
     assert float(np.abs(found["shape"]).max()) < 1e-15
+
+
+def test_the_body_that_a_mode_without_displacements_turns_is_named(tmp_path, capsys):
+    """Contract: the command names the wheel that turns, although no mass centre moves."""
+    wheels = [
+        sd.Body(name, 2.0, 0.3, {"pin": (0.0, 0.0)}, position=(place, 0.0), angle=0.0)
+        for name, place in (("left", 0.0), ("right", 1.0))
+    ]
+    pins = tuple(sd.Revolute(f"{wheel.name} pin", (wheel.name, "pin"), ("ground", wheel.name)) for wheel in wheels)
+    springs = tuple(
+        sd.TorsionSpring(wheel.name, wheel.name, stiffness=of) for wheel, of in zip(wheels, (50.0, 7.0), strict=True)
+    )
+    ground = (("left", (0.0, 0.0)), ("right", (1.0, 0.0)))
+    sd.write_case(sd.Mechanism(tuple(wheels), pins, ground=ground, components=springs), tmp_path / "wheels.toml")
+    assert status_of(["modes", str(tmp_path / "wheels.toml")]) == 0
+    first, second = capsys.readouterr().out.splitlines()[:2]
+    assert "0.768791 Hz   moves 'right' most" in first
+    assert "2.05468 Hz   moves 'left' most" in second

@@ -221,9 +221,11 @@ def modes(
 def _modes(solved: xr.Dataset) -> list[str]:
     """Return a line for each mode."""
     lines = []
-    columns = (solved[name].values for name in ("frequency", "angular_frequency", "shape"))
-    for k, (frequency, angular, shape) in enumerate(zip(*columns, strict=True)):
-        most = solved["body"].values[int((shape**2).sum(axis=-1).argmax())]
+    columns = (solved[name].values for name in ("frequency", "angular_frequency", "shape", "rotation"))
+    for k, (frequency, angular, shape, rotation) in enumerate(zip(*columns, strict=True)):
+        moved = (shape**2).sum(axis=-1)
+        # a shape is scaled by its largest displacement, or by its largest rotation where all mass centres rest
+        most = solved["body"].values[int((moved if moved.max() > 0.5 else rotation**2).argmax())]
         text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-angular:.6g} 1/s"
         lines.append(f"mode {k + 1:3d}  {text}   moves '{most}' most")
     return lines

@@ -462,8 +462,8 @@ def cell(value: float, unit: str) -> str:
 
 
 def short(value: float, unit: str) -> str:
-    """Return a number with a prefixed unit and four digits; values below 1e-15 of the unit are shown as zero."""
-    if abs(value) < 1e-3 * 10.0 ** min(PREFIXES):
-        return f"0 {unit}"
+    """Return a number with a prefixed unit and four digits; values below 1e-15 of a unit with prefixes are shown as zero."""
     scaled, shown = _prefixed(value, unit)
+    if abs(value) < 1e-3 * 10.0 ** min(PREFIXES) and (shown != unit or unit == "1" or not value):
+        return f"0 {unit}"
     return f"{scaled:.4g} {shown}"

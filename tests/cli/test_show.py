@@ -63,6 +63,13 @@ def test_change_in_words():
 def test_one_number_in_words():
     """Closed form: four digits."""
     assert [short(84074.9, "N"), short(0.05, "s"), short(0.0, "J")] == ["84.07 kN", "50 ms", "0 J"]
+    # an inertia of small parts is not round-off; its unit has no prefix
+    assert [short(8e-19, "kg m^2"), short(-1e-16, "m"), short(1e-16, "1"), short(-0.0, "1/K")] == [
+        "8e-19 kg m^2",
+        "0 m",
+        "0 1",
+        "0 1/K",
+    ]
 
 
 def small_run():

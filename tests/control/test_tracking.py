@@ -9,6 +9,7 @@ from tests.build import balanced, hanging
 import scissordyn as sd
 from scissordyn.control.catalogue import CONTROLLERS
 from scissordyn.control.controller import Controller
+from scissordyn.model.commanded import commanded
 from scissordyn.plugin.element import ELEMENT_PARAMETERS_MAX
 from scissordyn.run.inverse_dynamics import feed_forward
 
@@ -133,6 +134,27 @@ def test_feed_forward_is_the_drive():
     assert np.allclose(driven["angle"], fed["angle"], atol=1e-8)
     assert np.allclose(driven["drive_torque"], fed["control_torque"][:, 0], rtol=1e-8, atol=1e-6)
     assert balanced(fed)
+
+
+def test_feed_forward_turns_the_rotor(tmp_path):
+    """Closed form: the torque for bar and rotor together, in Python, in a case file and in a preview."""
+    reference, rotor = sd.Cycloidal(0.3, 2.0, 1.0), 0.5
+    times = np.linspace(0.0, 1.0, 2001)
+    turn = 2.0 * math.pi
+    rate = 1.7 * turn * np.sin(turn * times)
+    angle = 0.3 + 1.7 * (times - np.sin(turn * times) / turn)
+    wanted = (0.2 + 0.25 + rotor) * rate + 9.81 * 0.5 * np.cos(angle)
+    servo = hanging(gravity=9.81).controlled(sd.FeedForward(), reference=reference, inertia=rotor)
+    np.testing.assert_allclose(feed_forward(servo, reference, until=1.0).values, wanted, atol=1e-9)
+    torque = sd.ideal_kinematics(commanded(servo), until=1.0)["drive_torque"]
+    np.testing.assert_allclose(torque, np.interp(torque["time"], times, wanted), atol=1e-3)
+    table = '[control]\ncontroller = { name = "feed-forward" }\nfeed_forward = "ideal"\ninertia = "0.5 kg m^2"\n'
+    motion = 'reference = { cycloidal = { start = "0.3 rad", end = "2 rad", duration = "1 s" } }\n'
+    sd.write_case(hanging(gravity=9.81), tmp_path / "bar.toml", run=sd.Options(1.0))
+    case = tmp_path / "servo.toml"
+    case.write_text((tmp_path / "bar.toml").read_text() + table + motion)
+    run = sd.simulate(sd.read_case(case).mechanism, until=1.0, **TIGHT)
+    assert float(run["angle"][-1, 0]) == pytest.approx(2.0, abs=1e-7)
 
 
 def test_feed_forward_is_that_of_rigid_bars():

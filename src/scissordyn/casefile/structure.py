@@ -35,6 +35,7 @@ from scissordyn.laws.contact import Damping, Elastic, Friction
 from scissordyn.laws.damping.factors import LankaraniNikravesh
 from scissordyn.model.addition import with_joint_friction, with_panels, with_payload
 from scissordyn.model.clearance import Clearance, GuideClearance
+from scissordyn.model.commanded import with_rotors
 from scissordyn.model.linkage import four_bar, n_four_bar, slider_crank
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.scissor import hoberman_ring, mast, polar_scissor, scissor
@@ -187,7 +188,8 @@ class ControlTable(Table):
                 raise InputError(f"feed_forward = {torque!r} against body '{self.base}'", "a table of torques over time")
             if feed_forward is None:
                 raise InputError(f"feed_forward = {torque!r} in a saved run", "a table of torques over time")
-            torque = feed_forward(mechanism, reference or ConstantSpeed(0.0), until=until, body=self.body)
+            turned = with_rotors(mechanism, [(body, self.inertia)] if body else [])
+            torque = feed_forward(turned, reference or ConstantSpeed(0.0), until=until, body=self.body)
         return mechanism.controlled(
             self.controller,
             reference=reference,

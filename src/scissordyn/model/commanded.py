@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 from scissordyn.components.actuator import Actuator
@@ -73,14 +73,26 @@ def rigid(mechanism: Mechanism, least_share: float = 1e-9) -> Mechanism:
 
 
 def commanded(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with drives instead of servos between a body and the ground."""
+    """Return the mechanism with drives instead of servos between a body and the ground; the drives turn their rotors."""
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.base == GROUND]
     drives = {drive.body: drive for drive in mechanism.drives}
     new = {part.body: Drive(part.body, part.reference or ConstantSpeed(0.0)) for part in servos if part.body not in drives}
     if not new:
         return mechanism
     kept = tuple(part for part in mechanism.components if part not in servos)
-    return dataclasses.replace(mechanism, components=kept, drives=(*mechanism.drives, *new.values()))
+    rotors = [(part.body, part.inertia) for part in servos]
+    driven = dataclasses.replace(mechanism, components=kept, drives=(*mechanism.drives, *new.values()))
+    return with_rotors(driven, rotors)
+
+
+def with_rotors(mechanism: Mechanism, rotors: Iterable[tuple[str, float]]) -> Mechanism:
+    """Return the mechanism with inertias [kg m^2] of rotors added to those of the bodies that turn with them."""
+    bodies = {body.name: body for body in mechanism.bodies}
+    for name, inertia in rotors:
+        if inertia:
+            body = bodies.get(name) or mechanism.body(name)  # an unknown name is an error
+            bodies[name] = dataclasses.replace(body, inertia=(body.inertia or 0.0) + inertia)
+    return dataclasses.replace(mechanism, bodies=tuple(bodies.values()))
 
 
 def _spans(mechanism: Mechanism) -> Iterator[Span]:

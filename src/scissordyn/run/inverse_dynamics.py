@@ -18,7 +18,7 @@ from scissordyn.components.time_function import Polynomial, Tabulated, TimeFunct
 from scissordyn.equilibrium.start import ideal_reactions
 from scissordyn.errors import InputError
 from scissordyn.mechanics.sample import Record
-from scissordyn.model.commanded import rigid
+from scissordyn.model.commanded import rigid, with_rotors
 from scissordyn.model.coupling import Coordinate, CoordinateDrive
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import EndTime, Options, SampleCount
@@ -196,7 +196,8 @@ def feed_forward(
     ----------
     mechanism : Mechanism
         Mechanism whose springs, motors and constant loads act. Actuators, latches and time-dependent forces are left out: the
-        torque replaces the actuators, a latch would hold the mechanism, and a time-dependent force is an unknown disturbance.
+        torque replaces the actuators but turns their rotors, a latch would hold the mechanism, and a time-dependent force is
+        an unknown disturbance.
     reference : TimeFunction
         Reference angle [rad].
     until : float
@@ -222,7 +223,9 @@ def feed_forward(
         for element in stiff.components
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
-    ideal = dataclasses.replace(stiff, components=kept, latches=(), drives=()).driven(reference, body=body)
+    rotors = [(element.body, element.inertia) for element in stiff.components if isinstance(element, Actuator)]
+    left = with_rotors(dataclasses.replace(stiff, components=kept, latches=(), drives=()), rotors)
+    ideal = left.driven(reference, body=body)
     run = raise_if_interrupted(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

@@ -67,6 +67,20 @@ def test_several_tables(tmp_path):
     assert first.reference == sd.ConstantSpeed(sd.rpm(20.0))
 
 
+def test_inertia_that_a_servo_accelerates(tmp_path, answer):
+    """Closed form: body and rotor about the ground. Contract: no inertia is printed for a servo between two bodies."""
+
+    def check(rotor, base):
+        gain = 'controller = { name = "pid", proportional = "2e4 N m/rad" }'
+        case(tmp_path, f'[control]\n{gain}\ninertia = "{rotor} kg m^2"\nbase = "{base}"')
+        return answer("check", tmp_path / "case.toml")
+
+    about = "Inertia about unit 1/bar 1: "
+    alone, turned = (float(check(rotor, "ground").split(about)[1].split()[0]) for rotor in (0, 50))
+    assert turned == pytest.approx(alone + 50.0, abs=0.1)
+    assert about not in check(0, "unit 1/bar 2")
+
+
 def test_own_file(tmp_path):
     """Contract: a controller in the user's own file, beside the case."""
     law = "@sd.element(slot='controller', delay=0.005, recorded='error')\ndef steer(error, delayed, gain):\n"

@@ -18,6 +18,7 @@ from scissordyn.casefile.quantity import rounded_text
 from scissordyn.casefile.time_function import units_of
 from scissordyn.cli.output import ROWS_MAX
 from scissordyn.components.actuator import Actuator
+from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import ConstantSpeed, Polynomial, Tabulated, TimeFunction
 from scissordyn.config.file import read_case
 from scissordyn.equilibrium.statics import rotations, static_peaks
@@ -27,7 +28,7 @@ from scissordyn.kinematics.closure import check_tables
 from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
 from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
-from scissordyn.model.commanded import commanded, rigid
+from scissordyn.model.commanded import commanded, rigid, with_rotors
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.wear import Wear
@@ -165,12 +166,13 @@ def _ideal(mechanism: Mechanism, until: float, samples: int, seconds: float = 2.
 
 
 def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
-    """Return the inertia reduced to the only drive or servo; None if that drive does not determine the motion."""
+    """Return the inertia reduced to the only drive, or servo against the ground; None if it does not determine the motion."""
     servos = [part for part in mechanism.components if isinstance(part, Actuator) and part.reference is not None]
     ideal = mechanism.ideal()
-    if len(servos) == 1 and not mechanism.drives:
+    if len(servos) == 1 and servos[0].base == GROUND and not mechanism.drives:
+        rotors = [(part.body, part.inertia) for part in ideal.components if isinstance(part, Actuator)]
         others = tuple(part for part in ideal.components if not isinstance(part, Actuator))
-        ideal = replace(ideal, components=others).driven(servos[0].reference, body=servos[0].body)
+        ideal = with_rotors(replace(ideal, components=others), rotors).driven(servos[0].reference, body=servos[0].body)
     path = path_of(plan(ideal), until) if len(ideal.drives) == 1 else None
     if path is None or path.parameter != "angle":
         return None

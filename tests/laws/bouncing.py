@@ -133,7 +133,7 @@ class Sliding:
     """Friction law under a constant normal force: force and rates of its states at a slip speed."""
 
     def __init__(self, law, normal=NORMAL):
-        self.law, self.normal, self.p = law, normal, row(law)
+        self.law, self.normal, self.p, self.pointer = law, normal, row(law), at(law)
         self.count = len(law.states)
 
     def states(self, kernel, v):
@@ -145,10 +145,10 @@ class Sliding:
     def __call__(self, v, z):
         """Return the force and the rates of the states."""
         dz = np.full(self.count, np.nan)
-        return friction_force(at(self.law), v, self.normal, np.array(z, float), dz, self.p), dz
+        return friction_force(self.pointer, v, self.normal, np.array(z, float), dz, self.p), dz
 
     def settled(self, v, z=None, time=0.1):
-        """Return the force after sliding at a constant speed for `time`, by scipy's Radau."""
+        """Return the force after sliding at a constant speed for `time`, by LSODA of scipy."""
         z0 = np.zeros(self.count) if z is None else z
-        found = solve_ivp(lambda t, y: self(v, y)[1], (0.0, time), z0, method="Radau", rtol=1e-10, atol=1e-14)
+        found = solve_ivp(lambda t, y: self(v, y)[1], (0.0, time), z0, method="LSODA", rtol=1e-10, atol=1e-18)
         return self(v, found.y[:, -1])[0]

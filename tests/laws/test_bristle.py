@@ -93,10 +93,11 @@ def test_friction_keeps_to_its_limit(law, kinetic):
     if "viscous" in law.__dataclass_fields__:
         options.append({"viscous": 0.2})
     for given in options:
-        friction = law(kinetic, **given)
-        for v, z in itertools.product((*SLIP, *-SLIP[1:]), states_of(friction)):
-            limit = friction_limit(at(law, "limit"), v, NORMAL, row(friction))
-            assert abs(force(friction, v, z)[0]) <= limit * (1.0 + 1e-13)
+        sliding = Sliding(law(kinetic, **given))
+        states, limit_at = states_of(sliding.law), at(law, "limit")
+        for v in (*SLIP, *-SLIP[1:]):
+            limit = friction_limit(limit_at, v, NORMAL, sliding.p)
+            assert max(abs(sliding(v, z)[0]) for z in states) <= limit * (1.0 + 1e-13)
 
 
 def test_lugre_reaches_its_limit_with_more_damping():
@@ -110,7 +111,8 @@ def test_lugre_reaches_its_limit_with_more_damping():
     within = sd.LuGre(0.1, stribeck_speed=1e-6, damping_speed=1.19 * speed)
     for friction, exceeds in ((faster, True), (within, False)):
         slip = np.linspace(0.5, 1.0, 51) * speed
-        largest = max(abs(force(friction, v, z)[0]) for v, z in itertools.product(slip, states_of(friction)))
+        sliding = Sliding(friction)
+        largest = max(abs(sliding(v, z)[0]) for v, z in itertools.product(slip, states_of(friction)))
         assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
 
 
@@ -146,7 +148,8 @@ def test_elasto_plastic_damping_speed():
         for factor, exceeds in ((1.02, True), (0.999, False)):
             friction = ElastoPlastic(0.1, breakaway=breakaway, stribeck_speed=1.0, damping_speed=factor * speed)
             v = factor * speed / math.sqrt(2.0)
-            largest = max(force(friction, v, [bend])[0] for bend in np.linspace(0.0, 1.5e-6, 4001))
+            sliding = Sliding(friction)
+            largest = max(sliding(v, [bend])[0] for bend in np.linspace(0.0, 1.5e-6, 4001))
             assert (largest > 150.0 * (1.0 + 1e-6)) == exceeds
 
 

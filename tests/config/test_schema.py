@@ -4,6 +4,7 @@ import copy
 import json
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -32,12 +33,17 @@ CASES = [path for path, tree in FILES.items() if isinstance(tree.get("structure"
 STUDIES = [path for path, tree in FILES.items() if isinstance(tree.get("case"), str)]  # Paths of the study files of the project
 
 
-@pytest.fixture(scope="module", params=["case"])
-def validator(request):
-    """Return the validator of a kind of file, with the schema of the program."""
-    made = schema(request.param)
+@cache
+def validator_of(kind):
+    """Return the validator of a kind of file, with the schema of the program; a fixture is made again for each parameter."""
+    made = schema(kind)
     Draft7Validator.check_schema(made)
     return Draft7Validator(made)
+
+
+@pytest.fixture(params=["case"])
+def validator(request):
+    return validator_of(request.param)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Derivatives of runs with bars that bend and with oil films, against differences of runs and an identity of short bearings."""
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,14 @@ from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
 
 ROOT = Path(__file__).parent.parent.parent
 
+LIFT_TABLE = ("examples/lift_table.toml",)  # Case file and changes of it
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # Central differences of eighth order
+
+
+@cache
+def mechanism_of(case):
+    """Return the mechanism of a case file with changes."""
+    return sd.read_case(ROOT / case[0], case[1:]).mechanism
 
 
 def run_of(mechanism, options, paths):
@@ -23,8 +31,11 @@ def run_of(mechanism, options, paths):
     return forward(plan(mechanism), options, [derivatives(begin, parameter_of(mechanism, path, 1.0)) for path in paths])
 
 
-def differences(mechanism, options, path, step):
+@cache
+def differences(case, until, path, step):
     """Return differences of the state, the instants of events and the largest values, by path, divided by its scale."""
+    mechanism = mechanism_of(case)
+    options = sd.Options(until, "concentric", 2, 1e-12, 1e-12, "dop853", events="located")
     parameter, totals = parameter_of(mechanism, path, 1.0), list[np.ndarray]()
     for place, weight in WEIGHTS.items():
         for sign in (1.0, -1.0):
@@ -42,14 +53,13 @@ def test_bars_that_bend(method):
 
     Vibrations of bars are computed a hundred times less accurately than other motions, which the differences show.
     """
-    mechanism = sd.read_case(ROOT / "examples/lift_table.toml").mechanism
+    mechanism = mechanism_of(LIFT_TABLE)
     options = sd.Options(0.01, "concentric", 2, 1e-11, 1e-11, method, events="located")
     paths = ["unit 1/bar 1/beam.bending_stiffness", "body.unit 2/bar 1.mass", "drive.unit 1/bar 1.end"]
     run = run_of(mechanism, options, paths)
     assert len(run.log) == 6
-    reference = sd.Options(0.01, "concentric", 2, 1e-12, 1e-12, "dop853", events="located")
     for k, path in enumerate(paths):
-        state, time, largest = differences(mechanism, reference, path, 4e-3)
+        state, time, largest = differences(LIFT_TABLE, 0.01, path, 4e-3)
         assert run.log[:, 0, k] == pytest.approx(time, abs=2e-7 * np.max(np.abs(run.driver.log["time"])))
         assert run.state[:, k] == pytest.approx(state, abs=2e-6 * np.max(np.abs(run.driver.state.y)))
         assert run.peak[:, 0, k] == pytest.approx(largest, abs=2e-5 * np.max(np.abs(run.driver.peak["largest"])))
@@ -58,8 +68,8 @@ def test_bars_that_bend(method):
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_damping_that_is_zero(method):
     """Limit: the state of a lift table by the damping of a bar is that of a nearly undamped bar, not zero."""
-    mechanism = sd.read_case(ROOT / "examples/lift_table.toml").mechanism
-    options, path = sd.Options(0.002, "concentric", 2, 1e-11, 1e-11, method, events="located"), "unit 1/bar 1/beam.damping"
+    mechanism = mechanism_of(LIFT_TABLE)
+    options, path = sd.Options(5e-4, "concentric", 2, 1e-11, 1e-11, method, events="located"), "unit 1/bar 1/beam.damping"
     little = 1e-12  # [s]
     undamped, damped = (run_of(changed(mechanism, path, value), options, [path]).state[:, 0] for value in (0.0, little))
     assert np.max(np.abs(damped)) > 0.0
@@ -70,13 +80,13 @@ def test_damping_that_is_zero(method):
 @pytest.mark.parametrize("form", ["short", "finite"])
 def test_oil_film(form, method):
     """Cross-check: a shaft that sinks into its film; a short film depends on the product of viscosity and radius alone."""
-    mechanism = sd.read_case(ROOT / "validation/bearing/case.toml", [f"bearing.lubrication.bearing={form}"]).mechanism
+    case = "validation/bearing/case.toml", f"bearing.lubrication.bearing={form}"
+    mechanism = mechanism_of(case)
     options = sd.Options(0.05, "concentric", 2, 1e-12, 1e-12, method)
     names = ("clearance", "bearing_length", "lubrication.viscosity", "journal_radius")
     run = run_of(mechanism, options, [*(f"joint.bearing.{name}" for name in names), "drive.shaft.speed"])
     if form == "short":
         assert run.state[:, 3] == pytest.approx(run.state[:, 2], abs=1e-8 * np.max(np.abs(run.state[:, 2])))
-    reference = sd.Options(0.05, "concentric", 2, 1e-12, 1e-12, "dop853")
-    state, _, largest = differences(mechanism, reference, "joint.bearing.clearance", 1e-3)
+    state, _, largest = differences(case, 0.05, "joint.bearing.clearance", 1e-3)
     assert run.state[:, 0] == pytest.approx(state, abs=1e-7 * np.max(np.abs(state)))
     assert run.peak[:, 0, 0] == pytest.approx(largest, abs=1e-7 * np.max(np.abs(largest)))

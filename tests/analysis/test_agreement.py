@@ -87,6 +87,18 @@ def test_contact_forces_have_their_own_peaks(clearance_run, tmp_path, answer):
     assert "correlation" in said
 
 
+@pytest.mark.parametrize("after", [0.0, 0.5])
+def test_a_run_against_its_own_samples(clearance_run, after):
+    """Identity: the located largest force is at the instant of the largest sample, in the whole run and in a part of it."""
+    time = clearance_run["time"].values
+    force = clearance_run["normal_force"].sel(joint="A").values
+    part = time >= after * time[-1]
+    measured = sd.Measured(time[part], ("normal_force of A",), force[part, None], ("N",))
+    found = agreement(clearance_run, measured).isel(column=0)
+    assert abs(float(found["peak_lag"])) <= float(np.diff(time).max())
+    assert 0.0 <= float(found["peak_error"]) < 0.1
+
+
 def test_wrong_files_leave_nothing(clearance_run, tmp_path, answer):
     """Bad input: units of another dimension and times that run backwards end with status 2 and no picture."""
     sd.save(clearance_run, tmp_path / "run.nc")

@@ -140,7 +140,7 @@ def _located_peak(run: xr.Dataset, column: TimeColumn, instants: np.ndarray) -> 
     if column.variable != "normal_force" or "peak_normal_force" not in run:
         return None
     joint = str(run["joint"].values[column.index[0]])
-    when = run["peak_normal_time"].values
+    when = run["contact_start"].values + run["peak_normal_time"].values
     here = (run["contact_joint"].values.astype(str) == joint) & (when >= instants[0]) & (when <= instants[-1])
     if not here.any():
         return None

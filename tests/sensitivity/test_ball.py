@@ -146,11 +146,21 @@ def test_a_bouncing_ball(name):
     state.clock["monitors"], state.clock["end"] = 0, 1.9
     integration, twin = Handle(content), Twin((Tableau, Watched), {})
     dual_ball, dual = twin.address(ball.content), twin.address(content)
-    misfit, control = np.zeros(1), (np.array([4]), np.array([1e-9]), np.zeros(1, np.int64))
+    misfit, control = np.zeros(1), (np.array([4]), np.array([1e-9, 0.0]), np.zeros(1, np.int64))
+    integrals = np.zeros((0, 3), np.int64), np.zeros(1, np.int64), np.zeros((0, 4))
     unwatched = np.zeros(1), np.zeros((1, 7)), np.zeros((2, 0)), np.zeros(4)
     parts = state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference
     watched = Watched(
-        *parts, work.scaling, work.slope, state.peak, content.log, np.zeros(0, np.int64), misfit, *control, *unwatched
+        *parts,
+        work.scaling,
+        work.slope,
+        state.peak,
+        content.log,
+        np.zeros(0, np.int64),
+        misfit,
+        *control,
+        *integrals,
+        *unwatched,
     )
     watching, seed = twin.address(watched), np.zeros((1, 9))
     twin.copy_of(state.y)[0, 1], twin.copy_of(state.y)[1, 2] = 1.0, 1.0

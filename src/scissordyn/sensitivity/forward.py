@@ -10,8 +10,9 @@ import numpy as np
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.integrate import advance as loop
-from scissordyn.integrate.integration import INTEGRAL, LARGEST, STRUCK, WHEN
+from scissordyn.integrate.integration import INTEGRAL, LARGEST, MONITORED_VALUES, STRUCK, WHEN
 from scissordyn.integrate.tableau import EXPLICIT, ROSENBROCK
+from scissordyn.mechanics.monitored import DRIVE_TORQUE, PRESSURE_VELOCITY, TRACK_DEVIATION
 from scissordyn.mechanics.outputs import empty_record, sampled
 from scissordyn.mechanics.sample import Record
 from scissordyn.model.options import Options
@@ -22,7 +23,7 @@ from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
-from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
+from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, WEIGHT_FACTOR, Watched
 from scissordyn.sensitivity.twin import VALUE, Twin
 
 CHECK_STEPS = 100  # [steps] number of steps between two checks for Ctrl-C, reports of progress, and kept states
@@ -65,6 +66,8 @@ class Forward:
     outputs: tuple[Record, Record]  # Outputs at the samples, and their derivatives
     misfit: float  # Largest relative difference between a step and its repetition
     parts: int  # Number of steps that were halved for accurate derivatives
+    quadrature: int  # Number of parts of steps that were halved for accurate derivatives of integrals
+    rough: float  # Estimated relative error of the derivatives of powers' integrals; 0 if every part is accurate
     nearby: np.ndarray  # (parameters,) first instant at which a change may add or remove an event that nearly occurs [s]
     doubt: np.ndarray  # (parameters,) first instant at which a change may change the mode of a hard contact in an impact [s]
     passed: tuple[np.ndarray, np.ndarray]  # Times at most `CHECK_STEPS` steps apart [s], and the states there
@@ -108,7 +111,10 @@ class _Pass:
         self.system, self.maps = self.twin.address(content), self.twin.address(plan.maps)
         self.misfit, self.rows = np.zeros(1), self._rows(content)
         self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
-        self.tolerance = np.array([TOLERANCE_FACTORS[self.driver.integration.content.method.kind] * options.rtol])
+        relative = TOLERANCE_FACTORS[self.driver.integration.content.method.kind]
+        self.tolerance = np.array([relative, WEIGHT_FACTOR]) * options.rtol
+        self.integrals, self.quadrature = self._integrals(), np.zeros(1, np.int64)
+        self.rough = np.zeros((self.driver.state.total.size, len(seeds)))
         self._bind()
         self.seed = np.zeros((1, DERIVATIVES + 1))
         self.seed[0, 0] = 1.0
@@ -121,6 +127,15 @@ class _Pass:
         """Return the indices of the monitored values whose maxima get derivatives: all values."""
         return np.arange(self.driver.state.peak.shape[0])
 
+    def _integrals(self) -> np.ndarray:
+        """Return 1 for the monitored values whose integrals measures use, shape (rows, values)."""
+        driver = self.driver
+        used = np.zeros((driver.state.peak.shape[0], MONITORED_VALUES), np.int64)
+        used[: driver.system.content.parameters.contact.size] = 1
+        used[driver.rows(PRESSURE_VELOCITY), 0] = 1
+        used[[*driver.rows(DRIVE_TORQUE), *driver.rows(TRACK_DEVIATION)], 1] = 1
+        return used
+
     def _bind(self) -> None:
         """Pass the addresses of the run's arrays to the compiled loop; repeat this after an array was replaced."""
         integration = self.driver.integration.content
@@ -129,7 +144,8 @@ class _Pass:
         self.watched = Watched(
             state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
             integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
-            self.parameters, self.tolerance, self.parts, self.change, self.gap, self.speed, self.nearby,
+            self.parameters, self.tolerance, self.parts, self.integrals, self.quadrature, self.rough, self.change, self.gap,
+            self.speed, self.nearby,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
         if self.driver.stepping is not None:
@@ -226,13 +242,16 @@ class _Pass:
         log[of(self.driver.integration.content.log)[: len(log), first + LARGEST, VALUE] != ended[:, first + LARGEST], first] = (
             np.nan
         )
+        size = np.abs(total) + np.abs(state.total)[:, None]
+        rough = float(np.max(self.rough[self.rough > 0.0] / size[self.rough > 0.0], initial=0.0))
         if not integrals:
             total[:] = np.nan
         kept = self.driver.integration.content.samples
         samples = {name: of(getattr(kept, name))[..., part].copy() for name in SAMPLED_ARRAYS}
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
-            self.outputs(count), float(self.misfit[0]), int(self.parts[0]), self.nearby, self.doubt,
+            self.outputs(count), float(self.misfit[0]), int(self.parts[0]), int(self.quadrature[0]), rough,
+            self.nearby, self.doubt,
             (np.array(list(self.passed)), np.array(list(self.passed.values()))),
         )  # fmt: skip
 

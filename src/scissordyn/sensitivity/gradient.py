@@ -60,6 +60,7 @@ class _Pass(NamedTuple):
     misfit: float
     path: Results | None
     curves: list[dict[str, np.ndarray]]
+    rough: float  # Estimated relative error of the derivatives of integrals
     run: Forward | None  # Run of the first pass
 
 
@@ -70,6 +71,7 @@ class _Derived(NamedTuple):
     values: np.ndarray
     rows: list[_Row]
     misfit: float
+    rough: float
     runs: int
     left_out: dict[str, str]
     path: Results | None  # Variables over time, and their derivatives by each parameter
@@ -196,7 +198,7 @@ def compute_gradient(
         "title": TITLE,
         "configuration": write_configuration(mechanism, options),
         "left_out": json.dumps(derived.left_out),
-        "warnings": json.dumps(_warnings(found, change)),
+        "warnings": json.dumps(_warnings(found, change, derived.rough)),
         "statistics": json.dumps({"runs": derived.runs, "seconds": seconds, "misfit": derived.misfit}),
     }
     return found
@@ -271,7 +273,7 @@ def _derive(
         path = moved_results(run, 0, 0.0, made.mechanism) if times.size else None
         curves = [] if path is None else [curve_derivatives(run, k, path, each.moved) for k, each in enumerate(parameters)]
         rows = _rows(run, parameters, responses, values, change)
-        return _Pass(parameters, values, rows, run.misfit, path, curves, run if first else None)
+        return _Pass(parameters, values, rows, run.misfit, path, curves, run.rough, run if first else None)
 
     left_out, finished = dict[str, str](), dict[int, _Pass]()
     seeds = _seeded(made, options, by, left_out, compared=compared, curves=times.size > 0, omits=omits)
@@ -295,7 +297,8 @@ def _derive(
         raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
     parameters = [parameter for part in ordered for parameter in part.parameters]
     curves = [curve for part in ordered for curve in part.curves]
-    return _Derived(parameters, values, rows, misfit, len(ordered), left_out, path, curves)
+    rough = max(part.rough for part in ordered)
+    return _Derived(parameters, values, rows, misfit, rough, len(ordered), left_out, path, curves)
 
 
 def _rows(
@@ -443,8 +446,13 @@ def _curves(derived: _Derived) -> xr.Dataset:
     return found.rename(unit="scissor_unit") if "unit" in found.dims else found  # `unit` is that of a measure
 
 
-def _warnings(found: xr.Dataset, change: float) -> list[str]:
+def _warnings(found: xr.Dataset, change: float, rough: float) -> list[str]:
     warnings = []
+    if rough > DATA_TOL:
+        warnings.append(
+            f"derivatives of works, losses and other integrals have errors of about {rough:.1g} of their size, "
+            "because forces change too often within a step"
+        )
     for path, limit, time in zip(
         found["parameter"].values.tolist(), found["limit"].values.tolist(), found["valid_until"].values.tolist(), strict=True
     ):

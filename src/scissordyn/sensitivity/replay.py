@@ -29,11 +29,11 @@ from scissordyn.integrate.integration import (
 from scissordyn.integrate.monitor import begin_peak, end_peak
 from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, attempt, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.kernel import F1, F2, I1, derivative, equals, kernel, opener, value_of
+from scissordyn.kernel import F1, F2, I1, I2, derivative, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
-from scissordyn.sensitivity.integral import add_integrals, add_kinked_integrals
+from scissordyn.sensitivity.integral import add_integrals
 from scissordyn.sensitivity.peak import follow_peak
 from scissordyn.sensitivity.reversal import END, START, count_reversals, sliding
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL, ROUND_OFF_TOL
@@ -99,8 +99,11 @@ class Watched(NamedTuple):
     rows: I1  # Indices of the monitored rows whose largest values get derivatives
     misfit: F1  # (1,) Largest difference between a step and its repetition, relative to the entry of y or to 1
     parameters: I1  # (1,) number of derivatives whose errors are controlled
-    tolerance: F1  # (1,) relative error of the derivatives that is allowed in a step
+    tolerance: F1  # (2,) allowed errors of derivatives in a step: relative, and of an integral's relative to the integral
     parts: I1  # (1,) number of steps that were halved for the derivatives
+    integrals: I2  # (rows, values) 1 for monitored values whose integrals get accurate derivatives
+    quadrature: I1  # (1,) number of parts of steps that were halved for the integrals
+    rough: F2  # (powers, parameters) errors of the integrals' derivatives in parts that were not halved any more
     change: F1  # (1,) relative change of each parameter for which the derivatives are used; 0 to watch no gaps
     gap: F2  # (guards, 3 + parameters) instant, value, rate and derivatives of each guard at the end of the last step
     speed: F2  # (4, speeds) speeds at whose zeros friction has a kink, see `reversal`
@@ -419,9 +422,10 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
             if not abs(value_of(s.peak[row, LARGEST]) - largest) <= DATA_TOL * largest:
                 s.peak[row, LARGEST] = math.nan * seed[0]  # the run has it on the other side of a jump
             s.peak[row, LARGEST] = with_value(s.peak[row, LARGEST], largest)
-    if s.clock[0].monitors == 1 and T.kind != EXPLICIT:
-        follow_nodes(problem, T, t, h, s, w, system)
+    first = counts.samples
     while counts.samples < samples.time.size and samples.time[counts.samples] <= now:
+        if counts.samples == first and s.clock[0].monitors == 1 and T.kind != EXPLICIT:
+            follow_nodes(problem, T, t, h, s, w, system)
         complete(problem, T, t, h, s, w, system)
         part = (samples.time[counts.samples] - t) / h
         theta = place(w.scaling[0], part if part < 1.0 else with_value(part, 1.0))
@@ -433,10 +437,12 @@ def use_inside(problem, T, t, h, now, ends, run, s, w, system, samples, seed):
         if s.clock[0].monitors == 1:
             integrals_at(T, theta, h, s, w, samples.total[counts.samples])
         counts.samples += 1
-    if s.clock[0].monitors == 1 and count_reversals(run.speed) > 0:
-        add_kinked_integrals(problem, T, t, h, run.speed, s, w, system)
-    elif s.clock[0].monitors == 1:
-        add_integrals(T, h, s, w)
+    if s.clock[0].monitors == 1:
+        add_integrals(problem, T, t, h, run, s, w, system)
+        for sample in range(first, counts.samples):
+            if samples.time[sample] == now:
+                for q in range(s.total.size):
+                    samples.total[sample, q] = s.total[q]
 
 
 @kernel

@@ -69,11 +69,12 @@ LOOSER = {"lift": 1e-11, "solar_array": 1e-11, "lift_table": 1e-11}
 PRECISION_FACTOR = 1e-4  # [precisions of located events] Precision in these runs; it limits the differences of instants
 STEP_MAX = 1e-2  # [parameter scales] Step of the differences
 JOURNAL_STEP = 0.02  # [clearances] Largest displacement of a journal at an event by a step
-STEP_FACTORS = (1.0, 0.25, 0.0625, 0.015625)  # Further steps are tried while the estimated error is larger than the goal
+STEP_FACTORS = tuple(0.25**k for k in range(8))  # Further steps are tried while they reduce an estimated error above the goal
 PLACES = ((-4, -3, -2, -1, 1, 2, 3, 4), (0, 1, 2, 3, 4, 5, 6, 7), (0, -1, -2, -3, -4, -5, -6, -7))
 """Places of the runs [steps]; those on one side for a parameter at its bound."""
 
 ACCURATE = 1e-7  # Error of an accurate reference
+USELESS = 1e-3  # Estimated error of central differences above which those on one side are tried, too
 GOAL = 1e-8  # Error relative to the largest derivative or value of the same kind of result
 MARGIN = 3.0
 """Margin of the estimated error of a difference: its distance from a lower order, and the deviation of the noise of runs."""
@@ -255,10 +256,12 @@ class Comparison:
                         useful = useful or before is None or _estimate(before) > GOAL
                 if max(map(_estimate, rows.values())) < GOAL or not useful:
                     break
-            if rows:
-                self.found.rows += rows.values()
-                return
-        raise cause
+            # where the assembly or the law jumps at the parameter's value, one side is smooth
+            if rows and max(map(_estimate, rows.values())) < USELESS:
+                break
+        if not rows:
+            raise cause
+        self.found.rows += rows.values()
 
     def _rows(
         self, slopes: Results, parameter: Parameter, places: Sequence[int], step: float, known_runs: dict[float, Results]

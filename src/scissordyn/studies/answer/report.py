@@ -13,19 +13,10 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment
 from markupsafe import Markup
-from matplotlib.axes import Axes
 
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.file.output_file import check_target, write_file
 from scissordyn.file.pdf import print_pdf
-from scissordyn.plot.file import content_of, figure_of, write
-from scissordyn.plot.study import (
-    feasibility_map,
-    pareto_front,
-    requirement_bars,
-    response_curves,
-    sensitivity_bars,
-)
 from scissordyn.plot.style import SIZES, Canvas
 from scissordyn.record.store import save
 from scissordyn.run.engine import STATUSES
@@ -36,6 +27,7 @@ from scissordyn.studies.ask.requirement import units_of_parts
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from scissordyn.studies.result import StudyResult
@@ -70,6 +62,8 @@ class StudyPictures:
         A response with a requirement has a contour at its bound. Between scattered points the response is
         interpolated by a Gaussian process if it predicts points that are left out; uncertain regions are paler.
         """
+        from scissordyn.plot.study import feasibility_map  # imports matplotlib, which answers in the terminal do not need
+
         points = self._result.points
         responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
         if colour not in ("met", *points):
@@ -80,10 +74,14 @@ class StudyPictures:
 
     def curves(self, *, axes: Canvas = None) -> list[Axes]:
         """Draw each response over each chosen parameter; see `response_curves`."""
+        from scissordyn.plot.study import response_curves
+
         return response_curves(self._result.points, limits=self._limits(), axes=axes)
 
     def requirements(self, *, axes: Canvas = None) -> list[Axes]:
         """Draw the fractions of the range that meet each requirement, and all of them; see `requirement_bars`."""
+        from scissordyn.plot.study import requirement_bars
+
         fractions_met = self._result.fractions
         intervals = np.array([(fraction.low, fraction.high) for fraction in fractions_met])
         fractions = np.array([fraction.fraction for fraction in fractions_met])
@@ -91,6 +89,8 @@ class StudyPictures:
 
     def sensitivity(self, response: str = "", *, axes: Canvas = None) -> list[Axes]:
         """Draw the sensitivity of each response, or of one, as bars."""
+        from scissordyn.plot.study import sensitivity_bars
+
         indices = self._result.sensitivity(response)
         return sensitivity_bars(indices if isinstance(indices, dict) else {response: indices}, axes=axes)
 
@@ -99,6 +99,8 @@ class StudyPictures:
 
         Points of cheap runs that were run accurately too are shown with both values.
         """
+        from scissordyn.plot.study import pareto_front
+
         tried, goals = self._result.optimum.points, self._result.study.goals
         if not max(x, y) < len(goals) or min(x, y) < 0:
             raise InputError(f"the front of goals {x} and {y} of {len(goals)}", "two goals, from 0")
@@ -220,6 +222,8 @@ NOT_IN_NAMES = re.compile(r"[^a-z0-9_.]+")  # Characters that names of picture f
 
 def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
     """Yield title and Figure of each picture that suits a study."""
+    from scissordyn.plot.file import figure_of
+
     study, points, plot = result.study, result.points, result.plot
     responses = [str(name) for name, variable in points.data_vars.items() if variable.attrs.get("role") == "response"]
     drawn: list[tuple[str, Callable[[], list[Axes]]]] = []
@@ -240,6 +244,8 @@ def figures(result: StudyResult) -> Iterator[tuple[str, Figure]]:
 
 def write_figures(result: StudyResult, folder: Path) -> list[Path]:
     """Write the pictures of the report as PNG files, with their titles as names."""
+    from scissordyn.plot.file import write
+
     folder.mkdir(parents=True, exist_ok=True)
     return [write(figure, folder / f"{NOT_IN_NAMES.sub('_', title.lower())}.png") for title, figure in figures(result)]
 
@@ -254,6 +260,8 @@ def write_page(
     path: Path, heading: str, sections: Iterable[Section], drawn: Iterable[tuple[str, Figure]], note: str = ""
 ) -> Path:
     """Write sections of text and tables, and then figures with their titles, as one HTML file or PDF."""
+    from scissordyn.plot.file import content_of
+
     start = FIRST_BYTES.get(path.suffix.lower())
     if start is None:
         raise InputError(f"'{path}' as a report", "a name that ends in .html or .pdf", "-o report.html")

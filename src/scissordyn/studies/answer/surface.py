@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from scissordyn.plot.study import Bound, Field
 from scissordyn.plot.style import SIZES
 from scissordyn.studies.answer.process import Process
 from scissordyn.studies.answer.trend import PREDICTED_SHARE_MIN
@@ -16,6 +15,7 @@ from scissordyn.studies.ask.description import Study
 from scissordyn.studies.ask.design import POINTS_MIN
 
 if TYPE_CHECKING:
+    from scissordyn.plot.study import Bound, Field
     from scissordyn.studies.result import StudyResult
 
 SURFACE_DATA_MAX = 300  # [values and derivatives] of a surface, whose computing time grows with the third power of them
@@ -88,6 +88,8 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
 
 def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: int = 48) -> tuple[Field | None, list[Bound]]:
     """Return the surface of a map and those of requirements, on a grid of `cells` x `cells`; nothing if there is no surface."""
+    from scissordyn.plot.study import Bound  # imports matplotlib, which answers in the terminal do not need
+
     names = result.study.paths
     if len(names) < 2:
         return None, []
@@ -104,6 +106,8 @@ def surfaces(result: StudyResult, colour: str, x: str = "", y: str = "", cells: 
 
 def _field(result: StudyResult, response: str, x: str, y: str, cells: int, averaged: int = 16) -> Field | None:
     """Return a response over x and y, averaged over the other parameters of `averaged` points; None if it has no surface."""
+    from scissordyn.plot.study import Field
+
     model, names = result.between(response), result.study.paths
     if model is None:
         return None

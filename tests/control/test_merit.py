@@ -45,6 +45,17 @@ def test_ideal_against_itself(ideal):
     assert found.sizes["joint"] == 0
 
 
+def test_energy_of_a_servo_between_bars():
+    """Cross-check: the energy of a servo between the two bars of a unit is the work that the energy balance gains by it."""
+    arm = sd.scissor(units=1, angle=math.radians(60), gravity=9.81, gravity_direction=math.pi)
+    bars = {"body": "unit 1/bar 1", "base": "unit 1/bar 2"}
+    lift = sd.Cycloidal(math.radians(120), math.radians(60), 10.0)
+    run = sd.simulate(arm.controlled(sd.PID(2e4, derivative=800.0), reference=lift, **bars), until=10.0)
+    found = sd.figures_of_merit(run, run)
+    gained = np.clip(np.diff(run["motor_work"].values), 0.0, None).sum()
+    assert float(found["energy_used"]) == pytest.approx(float(gained), rel=1e-3)
+
+
 def test_angles_that_the_ideal_run_does_not_reach(ideal):
     """Limit: no error of synchronisation is known where the ideal mechanism has no such angle."""
     body = ideal["angle"].sel(body="unit 1/bar 1")

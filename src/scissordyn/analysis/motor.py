@@ -123,6 +123,12 @@ def _sources(run: xr.Dataset) -> dict[str, _TorqueSource]:
     return sources
 
 
+def _relative_speed(run: xr.Dataset, source: _TorqueSource) -> np.ndarray:
+    """Return the speed of a source's body relative to its base at the samples [rad/s]."""
+    speed = run["angular_velocity"].sel(body=source.body).values
+    return speed if source.base == GROUND else speed - run["angular_velocity"].sel(body=source.base).values
+
+
 @checked
 def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     """Return torque, relative speed and power of a drive, an actuator or a motor over time.
@@ -152,10 +158,9 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     if of not in sources and (of or len(sources) > 1):
         what = f"torque of '{of}'{did_you_mean(of, sources)}" if of else "torque of one of several parts, which is not named"
         raise InputError(what, ", ".join(sources), f"of='{next(iter(sources))}'")
-    body, base, torque, largest, along, number = sources[of or next(iter(sources))]
-    speed = run["angular_velocity"].sel(body=body).values
-    if base != GROUND:
-        speed = speed - run["angular_velocity"].sel(body=base).values
+    source = sources[of or next(iter(sources))]
+    body, _, torque, largest, along, number = source
+    speed = _relative_speed(run, source)
     time = run["time"].values
     integrated = along == "drive" and "rms_drive_torque" in run
     mean = float(run["rms_drive_torque"].values[number]) if integrated else math.sqrt(time_mean(torque**2, time))
@@ -219,7 +224,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     if int(np.sum(part)) < 2:
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")
     torque = np.sum([source.torque for source in sources], axis=0)[part]
-    power = np.clip(torque * run["angular_velocity"].sel(body=body).values[part], 0.0, None)
+    power = np.clip(np.sum([source.torque * _relative_speed(run, source) for source in sources], axis=0)[part], 0.0, None)
     # the integrator has located the largest torque of each source between samples, but only over the whole run
     located = len(sources) == 1 and after <= time[0]
     peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))

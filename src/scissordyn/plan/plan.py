@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -41,6 +41,8 @@ from scissordyn.tolerance import ASSEMBLY_TOL
 
 TABLE_FIELDS = ("bodies", "ground", "welds", "guides", "rods", "latches", "couplings", "coordinate_drives")
 """Fields of a mechanism whose values all enter its tables: any change needs new tables."""
+
+MASS_FIELDS = ("mass", "inertia", "payloads")  # Fields of a body that the elimination of linear constraints does not read
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,17 +320,8 @@ def _is_same(one: Any, other: Any) -> bool:
 
 
 def _placement(body: Body) -> tuple[Any, ...]:
-    """Return the properties of a body other than mass and moment of inertia."""
-    return (
-        body.name,
-        body.rotates,
-        body.points,
-        body.centre,
-        body.position,
-        body.angle,
-        body.velocity,
-        body.angular_velocity,
-    )
+    """Return the properties of a body other than its masses and moment of inertia."""
+    return body.rotates, *(getattr(body, part.name) for part in fields(body) if part.name not in MASS_FIELDS)
 
 
 def _gap_entries(gap: Clearance | None) -> Any:

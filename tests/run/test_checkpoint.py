@@ -136,7 +136,7 @@ def hard() -> sd.Mechanism:
     ("made", "slices", "options"),
     [
         (rubbing, 50, {"until": 0.02, "samples": 101}),
-        (rubbing, 50, {"until": 0.02, "samples": 101, "trust": True}),
+        (rubbing, 200, {"until": 0.02, "samples": 101, "trust": True}),
         (delayed, 10, {"until": 2.0, "samples": 51}),
         (hard, 50, {"until": 0.02, "step": 1e-5}),
     ],

@@ -112,6 +112,19 @@ def test_servo_is_taken_on_its_reference():
     assert float(np.ptp(torques[1])) > 1.0
 
 
+def test_servo_between_bodies_follows_its_reference():
+    """Closed form: a stiff servo against a driven arm holds the next arm at its reference of each instant."""
+    arms = chain(
+        *(sd.bar(name, length=0.4, mass=2.0, angle=angle) for name, angle in (("upper", 0.2), ("lower", 0.5))), gravity=G
+    )
+    servo = {"body": "lower", "base": "upper", "reference": sd.Polynomial((0.3, 1.0))}
+    arms = arms.driven(sd.Polynomial((0.2, 0.5)), body="upper").controlled(sd.PID(1e6, derivative=1.0), **servo)
+    found = sd.statics(arms, until=1.0, points=5)
+    angle = 0.5 + 1.5 * found["time"].values
+    np.testing.assert_allclose(found["angle"].sel(body="lower"), angle, atol=1e-5)
+    np.testing.assert_allclose(found["control_torque"].values[:, 0], 2.0 * G * 0.2 * np.cos(angle), atol=1e-4)
+
+
 def test_position_without_equilibrium_is_named():
     """Contract: the error gives the instant."""
     beyond = sd.four_bar(ground=0.4, crank=0.1, coupler=0.25, rocker=0.15, gravity=G)

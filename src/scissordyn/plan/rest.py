@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from scissordyn.components.actuator import Actuator
 from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.lugre import GuideLuGre, PinLuGre
 from scissordyn.components.rod import Rod
@@ -19,6 +20,7 @@ from scissordyn.mechanics.time_function import function_at, function_rows, funct
 from scissordyn.model.coupling import CoordinateDrive
 from scissordyn.model.joint import Guide, Revolute
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.plan import Plan, plan
 
 Joint = TypeVar("Joint", Revolute, Guide)
@@ -94,9 +96,18 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
 
 
 def lock_loads(mechanism: Mechanism, time: float) -> Mechanism:
-    """Return the mechanism with the time functions of its loads locked at their values at a time [s]."""
+    """Return the mechanism with its loads, and the references of its servos, locked at their values at a time [s]."""
 
     def constant(part: Any) -> Any:
+        if isinstance(part, Actuator):
+            functions: dict[str, tuple[TimeFunction | None, float]] = {
+                "reference": (part.reference, start_coordinates(mechanism, part)[0]),
+                "feed_forward": (part.feed_forward, 0.0),
+            }
+            locked: dict[str, Any] = {
+                name: _constant(motion, start, time) for name, (motion, start) in functions.items() if motion is not None
+            }
+            return dataclasses.replace(part, **locked) if locked else part
         motion = getattr(part, "time_function", None)
         return part if motion is None else dataclasses.replace(part, time_function=_constant(motion, 0.0, time))
 

@@ -41,6 +41,16 @@ def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere():
     assert found["angle"].sel(body="rod").values == pytest.approx(np.full(7, -math.pi / 2.0), abs=1e-7)
 
 
+def test_a_load_has_its_value_of_each_instant():
+    """Closed form: a bar on a driven crank under a force that grows with time, omega^2 = F L/(m L^2/3)."""
+    bars = [sd.bar(name, length=0.5, mass=1.5, angle=angle) for name, angle in (("crank", 0.3), ("bar", -0.5 * math.pi))]
+    growing = sd.Force("pull", ("bar", "end"), force=(0.0, -10.0), time_function=sd.Polynomial((1.0, 2.0)))
+    hung = dataclasses.replace(chain(*bars, gravity=0.0), components=(growing,)).driven(speed=0.5, body="crank")
+    times = np.array([0.0, 0.5, 2.0])
+    found = sd.modes(hung, times=times)["angular_frequency"].values[:, 0]
+    np.testing.assert_allclose(found, np.sqrt(10.0 * (1.0 + 2.0 * times) / (1.5 * 0.5 / 3.0)), rtol=1e-9)
+
+
 def test_what_has_no_stroke_is_refused():
     """Bad input: no drive, and times that go back."""
     free = sd.with_bending(sd.scissor(units=1), bending_stiffness=1e4, axial_stiffness=1e7, elements=1)

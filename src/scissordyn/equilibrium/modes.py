@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -16,8 +17,8 @@ from scissordyn.kinematics.closure import Inputs
 from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
-from scissordyn.plan.plan import plan
-from scissordyn.plan.rest import frictionless, lock_drives, plan_at_rest
+from scissordyn.plan.plan import Plan, plan
+from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, plan_at_rest
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import Quantity, checked
 
@@ -38,10 +39,10 @@ def modes(
 ) -> xr.Dataset:
     """Return natural frequencies and mode shapes of small undamped oscillations about one or several positions.
 
-    Drives and prescribed distances are locked at their values at t = 0, or at each of `times`. Friction and dampers are left
-    out; loads have their values at t = 0. The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z
-    spans the motions that the constraints allow, f are the forces, lambda the multipliers, and the mass matrix is the
-    identity.
+    Drives and prescribed distances are locked at their values at t = 0, or at each of `times`; loads and references of servos
+    have their values at that time. Friction and dampers are left out. The eigenvalue problem is
+    Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the motions that the constraints allow, f are the forces,
+    lambda the multipliers, and the mass matrix is the identity.
 
     Parameters
     ----------
@@ -94,7 +95,11 @@ def modes(
     if inputs.count == 0:
         raise InputError("modes at several times of a mechanism without a drive", "a drive, or modes without times")
     whole = plan(frictionless(taken))
-    rests = equilibria_along_motion(lambda time, turned: lock_drives(whole, time, turned), inputs, instants.tolist(), position)
+
+    def lock(time: float, turned: Mapping[str, float]) -> Plan:
+        return lock_drives(whole.case(lock_loads(whole.mechanism, time)), time, turned)
+
+    rests = equilibria_along_motion(lock, inputs, instants.tolist(), position)
     datasets = [_modes_at(at, ideal, count, position, released_drive) for at, ideal in rests]
     joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"

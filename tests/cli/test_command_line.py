@@ -285,6 +285,11 @@ def test_a_bar_moves_on_a_terminal_only(folder):
         ),
         ("import scissordyn.plot.report", "matplotlib", "matplotlib.pyplot"),
         (
+            "import scissordyn.studies.answer.trend, scissordyn.lifetime.life, scissordyn as sd; sd.study, sd.fit, sd.wear",
+            "scissordyn.studies.answer.trend",
+            "scipy.stats matplotlib.pyplot",
+        ),
+        (
             "import pathlib, scissordyn.explore.page, scissordyn.run.simulate; from scissordyn.explore.case import open_case; "
             "from scissordyn.plot.canvas import declared_scene; "
             f"declared_scene(open_case(pathlib.Path({str(PAPER)!r})).mechanism)",

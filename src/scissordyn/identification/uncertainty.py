@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import Problem
@@ -61,8 +61,8 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     plain = chi_square * inverse
     ratio = np.sqrt(np.diag(robust) / np.maximum(np.diag(plain), 1e-300))
     width = np.maximum(
-        student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, degrees) * np.sqrt(np.diag(plain)),
-        student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(1, blocks - 1)) * np.sqrt(np.diag(robust)),
+        stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(np.diag(plain)),
+        stdtrit(max(1, blocks - 1), 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(np.diag(robust)),
     )
     scale = problem.scale
     lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > 0.01

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
@@ -49,7 +49,7 @@ def scatter(cycles: np.ndarray, values: np.ndarray) -> Scatter:
 
 
 def _factor(degrees: float) -> float:
-    return float(student.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, max(degrees, 1.0)))
+    return float(stdtrit(max(degrees, 1.0), 0.5 + 0.5 * CONFIDENCE_LEVEL))
 
 
 def mean_error(values: np.ndarray) -> np.ndarray:
@@ -69,7 +69,7 @@ def significant_drift(energy: np.ndarray, joints: int) -> float:
     if states < 3 or not energy.any():
         return 0.0
     change = (energy[:, -1] - energy[:, 0]) / energy.mean()
-    limit = student.ppf(1.0 - 0.5 * (1.0 - CONFIDENCE_LEVEL) / joints, states - 1) * change.std(ddof=1) / np.sqrt(states)
+    limit = stdtrit(states - 1, 1.0 - 0.5 * (1.0 - CONFIDENCE_LEVEL) / joints) * change.std(ddof=1) / np.sqrt(states)
     return float(change.mean()) if abs(change.mean()) > limit else 0.0
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import betaincinv, stdtrit
 
 from scissordyn.tolerance import CONFIDENCE_LEVEL
 
@@ -72,7 +72,7 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -
     value = float(accurate.mean()) + slope * shift
     residual = float(np.sum((accurate - accurate.mean() - slope * apart) ** 2)) / (m - 2)
     variance = residual * (1.0 / m + shift**2 / squares) + slope**2 * float(np.var(cheap, ddof=1)) / n
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, m - 2)) * math.sqrt(variance)
+    half = float(stdtrit(m - 2, 0.5 + 0.5 * CONFIDENCE_LEVEL)) * math.sqrt(variance)
     return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlation(accurate, paired), n, m)
 
 
@@ -174,7 +174,7 @@ def _student(values: np.ndarray) -> tuple[float, float, float]:
     if values.size < 2:
         return value, -math.inf, math.inf
     error = float(np.std(values, ddof=1)) / math.sqrt(values.size)
-    half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, values.size - 1)) * error
+    half = float(stdtrit(values.size - 1, 0.5 + 0.5 * CONFIDENCE_LEVEL)) * error
     return value, value - half, value + half
 
 
@@ -184,6 +184,6 @@ def fraction_interval(successes: float, trials: int, prior: float = 0.0) -> tupl
     That of Clopper and Pearson is conservative where successes are fractions, and for stratified samples.
     """
     tail, failures = 0.5 * (1.0 - CONFIDENCE_LEVEL), trials - successes
-    low = 0.0 if successes <= 0.0 else float(stats.beta.ppf(tail, successes + prior, failures + 1.0 - prior))
-    high = 1.0 if failures <= 0.0 else float(stats.beta.ppf(1.0 - tail, successes + 1.0 - prior, failures + prior))
+    low = 0.0 if successes <= 0.0 else float(betaincinv(successes + prior, failures + 1.0 - prior, tail))
+    high = 1.0 if failures <= 0.0 else float(betaincinv(successes + 1.0 - prior, failures + prior, 1.0 - tail))
     return low, high

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy import stats
+from scipy.special import ndtri, stdtrit
 
 from scissordyn.errors import InputError
 from scissordyn.lookup import library
@@ -226,7 +226,7 @@ def _jackknife(
     without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
     variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
     free = max(count - values.shape[1], 1) if not point.size else count - 1
-    wide = stats.t.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL, free) * np.sqrt(variance)
+    wide = stdtrit(free, 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(variance)
     slopes = whole[1:] / width
     outer = np.einsum("ij,ij->i", values, without[groups])
     return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, values @ whole, outer
@@ -345,7 +345,7 @@ def _table(response: str, names: list[str], numbers: np.ndarray, values: np.ndar
     correlations, order, first, chance = rank_parameters(numbers, values)
     count = np.array([np.unique(numbers[:, k]).size for k in range(len(names))])
     # half of the interval of the inverse hyperbolic tangent (Bonett and Wright 2000, doi:10.1007/BF02294183)
-    normal = stats.norm.ppf(0.5 + 0.5 * CONFIDENCE_LEVEL)
+    normal = ndtri(0.5 + 0.5 * CONFIDENCE_LEVEL)
     half = normal * np.sqrt((1.0 + 0.5 * correlations**2) / np.maximum(count - 3, 1))
     rows = []
     for k in order[:LISTED_MAX]:
@@ -373,14 +373,16 @@ def rank_parameters(numbers: np.ndarray, values: np.ndarray) -> tuple[np.ndarray
     first = np.bincount(winners, minlength=numbers.shape[1]) / BOOTSTRAP_RESAMPLES
     count = np.array([max(np.unique(column).size, 4) for column in numbers.T])
     level = CONFIDENCE_LEVEL ** (1.0 / numbers.shape[1])
-    t = stats.t.ppf(0.5 + 0.5 * level, count - 2)
+    t = stdtrit(count - 2, 0.5 + 0.5 * level)
     return correlations, order, first, t / np.sqrt(count - 2 + t**2)
 
 
 def _correlations(numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return Spearman's correlation of each column with the values; 0 for a constant column."""
-    x = stats.rankdata(numbers, axis=0)
-    x, y = x - x.mean(axis=0), stats.rankdata(values)
+    from scipy.stats import rankdata  # scipy.stats takes longer to import than a small study
+
+    x = rankdata(numbers, axis=0)
+    x, y = x - x.mean(axis=0), rankdata(values)
     y = y - y.mean()
     spread = np.sqrt(np.sum(x**2, axis=0) * np.sum(y**2))
     return np.asarray(np.divide(x.T @ y, spread, out=np.zeros_like(spread), where=spread > 0.0))

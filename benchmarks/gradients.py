@@ -114,7 +114,7 @@ def measure(quick: bool) -> str:
     rows = [timed(*case, *numbers) for case, numbers in chosen.items()]
     if not quick:
         draw()
-    head = ("case", "method", "steps", "events", "run [ms]", "eight parameters", "their start", "halved steps")
+    head = ("case", "method", "steps", "events", "run [ms]", "eight parameters", "their start", "rejected parts")
     return "\n".join(
         (
             paragraph(

@@ -129,14 +129,22 @@ def step_to_fall(problem, T, guard, t, h, most, s, w, S):
 
 
 @kernel
+def step_factor(T, error):
+    """Return the ratio of the next step size to the last one that an error suggests; the least one if it is not finite."""
+    if not error < math.inf:
+        return STEP_FACTOR_MIN
+    if error <= 1e-12:
+        return STEP_FACTOR_MAX
+    return min(STEP_FACTOR_MAX, max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order)))
+
+
+@kernel
 def after_rejection(T, t, h, error, to_fall, s, w):
     """Shrink the step after its rejection; return whether its size fell to round-off."""
     clock = s.clock[0]
     s.counts[0].rejected += 1
     clock.stalled += 1
-    factor = STEP_FACTOR_MIN
-    if error == error and not math.isinf(error):
-        factor = max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order))
+    factor = step_factor(T, error)
     if w.scaling[0] == AFTER_START:  # the method steps in the square root of time
         factor *= factor
     if to_fall:
@@ -151,9 +159,7 @@ def after_rejection(T, t, h, error, to_fall, s, w):
 def after_acceptance(T, h, error, s, w):
     """Return the largest allowed ratio of the next step size to h."""
     clock = s.clock[0]
-    grow = STEP_FACTOR_MAX
-    if error > 1e-12:
-        grow = min(STEP_FACTOR_MAX, max(STEP_FACTOR_MIN, SAFETY_FACTOR * error ** (-1.0 / T.order)))
+    grow = step_factor(T, error)
     if s.y.size == 0:
         grow = min(grow, STATELESS_FACTOR_MAX)
     if clock.rejected == 1:

@@ -23,12 +23,13 @@ from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
-from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, WEIGHT_FACTOR, Watched
+from scissordyn.sensitivity.part_error import WEIGHT_FACTOR
+from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import VALUE, Twin
 
 CHECK_STEPS = 100  # [steps] number of steps between two checks for Ctrl-C, reports of progress, and kept states
 
-# [steps] Smallest length of the history of delayed signals: where steps are halved, more of them are stored than in the run
+# [steps] Smallest length of the history of delayed signals: where steps are divided, more of them are stored than in the run
 HISTORY_STEPS = 16_384
 
 TOLERANCE_FACTORS = {EXPLICIT: 100.0, ROSENBROCK: 1000.0}
@@ -65,7 +66,7 @@ class Forward:
     samples: Mapping[str, np.ndarray]  # (samples, sizes, parameters) by the names in `SAMPLED_ARRAYS`
     outputs: tuple[Record, Record]  # Outputs at the samples, and their derivatives
     misfit: float  # Largest relative difference between a step and its repetition
-    parts: int  # Number of steps that were halved for accurate derivatives
+    parts: int  # Number of parts of steps that were rejected for the errors of derivatives
     quadrature: int  # Number of parts of steps that were halved for accurate derivatives of integrals
     rough: float  # Estimated relative error of the derivatives of powers' integrals; 0 if every part is accurate
     nearby: np.ndarray  # (parameters,) first instant at which a change may add or remove an event that nearly occurs [s]
@@ -110,7 +111,7 @@ class _Pass:
         self.twin = Twin(self.kernels.doubles, self.kernels.pointers)
         self.system, self.maps = self.twin.address(content), self.twin.address(plan.maps)
         self.misfit, self.rows = np.zeros(1), self._rows(content)
-        self.parameters, self.parts = np.array([len(seeds)]), np.zeros(1, np.int64)
+        self.parameters, self.parts, self.divided = np.array([len(seeds)]), np.zeros(1, np.int64), np.ones(1, np.int64)
         relative = TOLERANCE_FACTORS[self.driver.integration.content.method.kind]
         self.tolerance = np.array([relative, WEIGHT_FACTOR]) * options.rtol
         self.integrals, self.quadrature = self._integrals(), np.zeros(1, np.int64)
@@ -144,8 +145,8 @@ class _Pass:
         self.watched = Watched(
             state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
             integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
-            self.parameters, self.tolerance, self.parts, self.integrals, self.quadrature, self.rough, self.change, self.gap,
-            self.speed, self.nearby,
+            self.parameters, self.tolerance, self.parts, self.divided, self.integrals, self.quadrature, self.rough, self.change,
+            self.gap, self.speed, self.nearby,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
         if self.driver.stepping is not None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from scissordyn.integrate.control import SAFETY_FACTOR, step_factor
 from scissordyn.integrate.dense import complete, dense_value, integrals_at
 from scissordyn.integrate.history import keep_history
 from scissordyn.integrate.integration import (
@@ -27,15 +28,16 @@ from scissordyn.integrate.integration import (
     open_integration,
 )
 from scissordyn.integrate.monitor import begin_peak, end_peak
-from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, add_rows, attempt, place, speed
+from scissordyn.integrate.step import BEFORE_END, EVEN, EVERYTHING, attempt, place, speed
 from scissordyn.integrate.tableau import EXPLICIT
-from scissordyn.kernel import F1, F2, I1, I2, derivative, equals, kernel, opener, value_of
+from scissordyn.kernel import F1, F2, I1, I2, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.integral import add_integrals
+from scissordyn.sensitivity.part_error import part_error
 from scissordyn.sensitivity.peak import follow_peak
-from scissordyn.sensitivity.reversal import END, START, count_reversals, sliding
+from scissordyn.sensitivity.reversal import END, START, count_reversals, first_reversal, sliding
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL, ROUND_OFF_TOL
 
 
@@ -70,12 +72,6 @@ delayed signals is full; rates jump at a multiple of a delay that is a parameter
 PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
 PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
 
-WEIGHT_FACTOR = 10.0
-"""Largest absolute error of a derivative in a step, as a multiple of the absolute error weight of its value.
-
-The derivative is by the parameter divided by its scale.
-"""
-
 ROOT_PRECISIONS = 10.0  # Largest value of a guard that counts as zero at its event, as a multiple of its location precision
 
 JUMP_PROBE = 10.0 * EVENT_TOL  # [instants] Distance from an instant at which the rates on either side of it are evaluated
@@ -100,7 +96,8 @@ class Watched(NamedTuple):
     misfit: F1  # (1,) Largest difference between a step and its repetition, relative to the entry of y or to 1
     parameters: I1  # (1,) number of derivatives whose errors are controlled
     tolerance: F1  # (2,) allowed errors of derivatives in a step: relative, and of an integral's relative to the integral
-    parts: I1  # (1,) number of steps that were halved for the derivatives
+    parts: I1  # (1,) number of parts that were rejected for the errors of the derivatives
+    divided: I1  # (1,) number of equal parts in which the next step is tried first
     integrals: I2  # (rows, values) 1 for monitored values whose integrals get accurate derivatives
     quadrature: I1  # (1,) number of parts of steps that were halved for the integrals
     rough: F2  # (powers, parameters) errors of the integrals' derivatives in parts that were not halved any more
@@ -194,6 +191,8 @@ def follow_step(problem, watched, address, system, seed):
         take_event(problem, clock.time, guard, s, w, system, r.log)
     if after > first or run.clock[0].prepared != EVERYTHING:
         clock.prepared = 0
+    if after > first:
+        run.divided[0] = 1
     counts.steps = run.counts[0].steps
     if run.change[0] > 0.0:
         watch_gaps(problem, after > first, run, s, w, system)
@@ -227,7 +226,10 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     if guard < 0:
         end = fixed_instant(problem, now, run, w, system, clock.time)
     whole = now - value_of(clock.time)
-    size, left = whole, whole
+    shortest = PART_MIN_FRACTION * whole
+    size, left, kinked, reverses = whole, whole, False, False
+    if run.scaling[0] == EVEN:
+        size = whole / run.divided[0]
     for _ in range(PARTS_MAX):
         if clock.prepared == 0:
             prepare_step(problem, T, s, w, system)
@@ -242,9 +244,18 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
         made = attempt(problem, T, t, h, s, w, system)
         problem.sliding(system, run.speed[END])
-        if size > PART_MIN_FRACTION * whole and not (made and accurate(T, h, run, s, w)):
-            size = 0.5 * min(size, left)
+        reverses = reverses or count_reversals(run.speed) > 0
+        error = part_error(T, h, reverses, run, s, w) if made else math.inf
+        grow = step_factor(T, error)
+        if scaling != EVEN:
+            grow *= grow
+        if size > shortest and not error <= 1.0:
             run.parts[0] += 1
+            kinked = made and count_reversals(run.speed) > 0
+            if kinked:  # the next part ends just before the kink, the one after it just behind the kink
+                size = max(shortest, first_reversal(problem, T, t, h, run.speed, s, w, system) - 0.5 * shortest)
+            else:
+                size = size / math.ceil(1.0 / grow)
             continue
         if last and guard >= 0:
             h = to_event(problem, T, guard, t, h, s, w, system)
@@ -259,10 +270,13 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         for i in range(s.y.size):
             s.y[i] = w.new[i]
         clock.time = with_value(t + h, reached)
+        allowed = grow * size if size > shortest else whole
         if last:
+            run.divided[0] = 1 if SAFETY_FACTOR * whole <= allowed else math.ceil(whole / allowed)
             return True
         left = now - reached
-        size = 2.0 * size
+        size = shortest if kinked else left / math.ceil(left / allowed)
+        kinked = False
     return False
 
 
@@ -277,36 +291,6 @@ def prepare_step(problem, T, s, w, system):
     problem.rate(clock.time, s.y, system, w.slope)
     if clock.monitors == 1:
         problem.monitor(clock.time, s.y, system, w.power_at_start, s.monitored)
-
-
-@kernel
-def accurate(T, h, run, s, w):
-    """Return True if the derivatives in the last step are accurate enough: of coordinates and rates, or of all states.
-
-    The error control of the values does not notice a kink of a law or controller, because a kink changes the derivatives much
-    more than the values. Internal states count where a sliding reverses; elsewhere those of friction relax.
-    """
-    rows, scale = (T.stages + 1, value_of(h)) if T.kind == EXPLICIT else (T.stages, 1.0)
-    for which in range(1 + T.combined):
-        for i in range(s.y.size):
-            w.estimate[which, i] = 0.0
-        add_rows(scale, T.error[which], rows, w.stages, w.estimate[which])
-    groups = w.group.size - 1 if count_reversals(run.speed) > 0 else min(2, w.group.size - 1)
-    for g in range(groups):
-        start, stop = w.group[g], w.group[g + 1]
-        for k in range(run.parameters[0]):
-            error = other = size = weight = 0.0
-            for i in range(start, stop):
-                error += derivative(w.estimate[0, i], k) ** 2
-                other += derivative(w.estimate[1, i], k) ** 2
-                size += max(derivative(s.y[i], k) ** 2, derivative(w.new[i], k) ** 2)
-                weight = max(weight, value_of(w.atol[i]) + value_of(w.rtol[i]) * abs(value_of(s.y[i])))
-            if T.combined == 1 and error > 0.0:
-                error = error * error / (error + 0.01 * other)
-            # also false for NaN
-            if not math.sqrt(error) <= run.tolerance[0] * math.sqrt(size) + WEIGHT_FACTOR * weight:
-                return False
-    return True
 
 
 @kernel

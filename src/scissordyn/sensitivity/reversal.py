@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scissordyn.integrate.dense import dense_value
+from scissordyn.integrate.dense import complete, dense_value
 from scissordyn.integrate.step import fraction
 from scissordyn.kernel import kernel, value_of
 from scissordyn.mechanics.system import open_system
@@ -53,9 +53,22 @@ def reversal(problem, T, k, t, h, speeds, s, w, system):
 
 
 @kernel
+def first_reversal(problem, T, t, h, speeds, s, w, system):
+    """Return the time from the start of a step to the first reversal of a speed."""
+    complete(problem, T, t, h, s, w, system)
+    problem.forget(system)
+    first = 1.0
+    for k in range(speeds.shape[1]):
+        if speeds[START, k] * speeds[END, k] < 0.0:
+            first = min(first, reversal(problem, T, k, t, h, speeds, s, w, system))
+    problem.forget(system)
+    return fraction(w.scaling[0], first) * value_of(h)
+
+
+@kernel
 def rates_inside(problem, T, theta, t, h, s, w, system):
     """Evaluate the rates at a stretched time of a step, from the dense output; return the instant."""
     now = t + fraction(w.scaling[0], theta) * h
     dense_value(theta, T.pattern, s.y, w.dense, w.inside)
-    problem.rate(now, w.inside, system, w.slope)
+    problem.rate(now, w.inside, system, w.saved)
     return now

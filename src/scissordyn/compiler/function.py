@@ -19,6 +19,7 @@ from scissordyn.compiler.kind import (
     Value,
     converted,
     declared,
+    has_derivatives,
     is_empty,
     item_of,
     joined,
@@ -76,7 +77,10 @@ class Body:
         """Return the declaration of the function in C."""
         assert self.result is not None
         handed = [f"{declared(kind)}{plain(key)}" for key, kind in self.given.items() if not is_empty(kind)]
-        return f"static {declared(self.result)}{name}({', '.join(handed) or 'void'})"
+        passes_duals = any(has_derivatives(kind) for kind in (self.result, *self.given.values()))
+        # a call copies dual numbers through the memory, which takes as long as some operations with them
+        head = "static inline" if passes_duals else "static"
+        return f"{head} {declared(self.result)}{name}({', '.join(handed) or 'void'})"
 
     def _line(self, text: str) -> None:
         self.lines.append("    " * self.depth + text)

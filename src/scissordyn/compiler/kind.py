@@ -144,6 +144,11 @@ def is_empty(kind: Kind) -> bool:
     return isinstance(kind, Called | Functions) or (isinstance(kind, Tuple) and not kind.items)
 
 
+def has_derivatives(kind: Kind) -> bool:
+    """Return whether values of a type are dual numbers, or tuples with dual numbers."""
+    return kind == DUAL or (isinstance(kind, Tuple) and any(map(has_derivatives, kind.items)))
+
+
 @dataclass(frozen=True)
 class Value:
     """Expression in C with its type, and its value if it is a constant."""

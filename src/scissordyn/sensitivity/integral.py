@@ -18,8 +18,8 @@ from scissordyn.sensitivity.kronrod import GAUSS_WEIGHTS, NODES, WEIGHTS
 from scissordyn.sensitivity.reversal import END, INSTANT, START, rates_inside, reversal
 from scissordyn.tolerance import ROUND_OFF_TOL
 
-POINT, FINE, COARSE, WHOLE = range(4)
-"""Rows of powers and monitored values: those at a node, sums of both rules over a part, and sums over the piece."""
+POINT, FINE, COARSE, WHOLE, STAGES = range(5)
+"""Rows of powers and monitored values: those at a node, sums of both rules over a part, over the piece, of stages."""
 
 PARTS_MAX = 200  # Largest number of parts of a step in which integrals are computed, rejected parts included
 PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
@@ -41,6 +41,13 @@ def add_integrals(problem, T, t, h, run, s, w, system):
         return
     complete(problem, T, t, h, s, w, system)
     problem.forget(system)
+    if pieces == 1 and T.kind == EXPLICIT:
+        sum_stages(T, h, s, w)
+        integrate_part(problem, T, 0.0, 1.0, t, h, s, w, system)
+        keep_whole(s, w)
+        if part_error(run, s, w) <= 1.0:
+            add_part(STAGES, s, w)  # without a kink the stages are more accurate than dense output
+            return
     for k in range(speeds.shape[1]):
         if speeds[START, k] * speeds[END, k] < 0.0:
             speeds[INSTANT, k] = reversal(problem, T, k, t, h, speeds, s, w, system)
@@ -140,7 +147,7 @@ def add_piece(problem, T, first, last, t, h, run, s, w, system):
             continue
         if error > 1.0 and count == PARTS_MAX - 1:
             keep_errors(run, s, w)
-        add_part(s, w)
+        add_part(FINE, s, w)
         if final:
             return
         first += size
@@ -214,11 +221,24 @@ def keep_errors(run, s, w):
 
 
 @kernel
-def add_part(s, w):
-    """Add the integrals over a part by the finer rule."""
+def sum_stages(T, h, s, w):
+    """Write the integrals over an explicit step, with the weights of its stages, into the rows `STAGES`."""
+    for row in range(s.peak.shape[0]):
+        for q in range(w.monitored.shape[2]):
+            part = 0.0 * h
+            for stage in range(T.stages):
+                part += h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage]) * w.monitored[stage, row, q]
+            w.monitored[STAGES, row, q] = part
     for q in range(s.total.size):
-        s.total[q] += w.power[FINE, q]
+        w.power[STAGES, q] = step_integral(T, h, w, q)
+
+
+@kernel
+def add_part(which, s, w):
+    """Add the integrals over a part, from the rows `which`."""
+    for q in range(s.total.size):
+        s.total[q] += w.power[which, q]
     for row in range(s.peak.shape[0]):
         if is_monitored(row, s):
             for q in range(w.monitored.shape[2]):
-                s.peak[row, INTEGRAL + q] += w.monitored[FINE, row, q]
+                s.peak[row, INTEGRAL + q] += w.monitored[which, row, q]

@@ -234,8 +234,11 @@ def test_auto_in_a_case_file(tmp_path):
         sd.read_case(case)
 
 
-def test_means_and_frames_of_unequal_samples():
-    """Closed form: the time mean of t on unequal samples is that of its line; frames are equally spaced in time."""
+def test_means_and_frames_of_samples():
+    """Closed form: time means by the trapezoidal rule, of t^2 with its error h^2/6; frames are equally spaced in time."""
+    equal = np.linspace(0.0, 1.0, 11)
+    assert time_mean(equal**2, equal) == pytest.approx(1.0 / 3.0 + 0.01 / 6.0)
+    assert time_mean(np.array([True]), equal[:1]) == 1.0
     time = np.array([0.0, 0.1, 0.2, 0.25, 0.3, 1.0])
     assert not equally_spaced(time)
     assert time_mean(time, time) == pytest.approx(0.5)

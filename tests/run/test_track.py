@@ -181,6 +181,15 @@ def test_root_mean_square_of_round_off():
         assert 0.0 <= float(run["rms_track_deviation"][0]) < 1e-12
 
 
+def test_root_mean_square_is_at_most_the_peak():
+    """Limit: without clearance the deviation is the error of the steps, and its r.m.s. at most its peak."""
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(60)).track("tip", "unit 2/bar 1", "end", tolerance=1e-3)
+    measures = "rms_track_deviation", "peak_track_deviation"
+    found = sd.simulate_many(arm, {"gravity": [9.81]}, until=0.05, measures=measures)
+    mean, largest = (float(found[name].values[0, 0]) for name in measures)
+    assert 0.0 <= mean <= largest < 1e-6
+
+
 SMALL = 1e-9
 """[rad] Largest angle error: above round-off of positions of some metres, far below a clearance over a bar's length."""
 

@@ -335,8 +335,7 @@ def _drive_variables(plan: Plan, path: Trajectory, record: Record) -> Variables:
     if not plan.drives:
         return {}
     peaks = path.peaks(DRIVE_TORQUE)
-    # the integral of squares may be negative by round-off
-    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
+    mean = path.root_mean_squares(DRIVE_TORQUE)
     variables = {
         "drive": labels("drive", [drive.body for drive in plan.drives]),
         # `drive_torque` is the torque of the first drive; `drive_torques` has all drives

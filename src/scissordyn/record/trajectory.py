@@ -114,6 +114,16 @@ class Trajectory:
         """Return the `PEAK` rows of one kind of monitored quantity."""
         return np.asarray(self.peak[self.plan.monitored_rows(kind)])
 
+    def root_mean_squares(self, kind: int) -> np.ndarray:
+        """Return the root mean squares of one kind of monitored quantity over the run.
+
+        The integral of squares has the error of the stages of the steps: it is limited to squares of 0 to the largest value.
+        """
+        peaks = self.peaks(kind)
+        if self.end <= 0.0:
+            return np.asarray(peaks["largest"])
+        return np.asarray(np.minimum(np.sqrt(np.maximum(peaks["square"], 0.0) / self.end), peaks["largest"]))
+
     def monitored(self, kind: int) -> np.ndarray:
         """Return the indices of the drives, components, contacts or tracked points with a monitored quantity of this kind."""
         monitor = self.system.content.model.monitor

@@ -26,12 +26,10 @@ def deviation_variables(run: Run, path: Trajectory, ideal: IdealPath, options: O
     peaks = path.peaks(TRACK_DEVIATION)
     parts, at_peaks = _parts(path, ideal, options, run["time"].values, positions, peaks["largest_time"])
     about = "distance of the tracked point from its position on the commanded path of the rigid ideal mechanism"
-    # the integral of squares may be negative by round-off
-    mean = np.sqrt(np.maximum(peaks["square"], 0.0) / path.end) if path.end > 0.0 else peaks["largest"]
     columns = (
         ("peak_track_deviation", peaks["largest"], "m", f"largest {about}"),
         ("peak_track_deviation_time", peaks["largest_time"], "s", f"when the {about} is largest"),
-        ("rms_track_deviation", mean, "m", f"r.m.s. {about}"),
+        ("rms_track_deviation", path.root_mean_squares(TRACK_DEVIATION), "m", f"r.m.s. {about}"),
         ("settling_time", settling_times(path.plan, path.bands(TRACK_DEVIATION), path.end), "s", SETTLING),
     )
     unknown = ideal.end < path.end * (1.0 - 1e-9)

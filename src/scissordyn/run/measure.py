@@ -108,7 +108,7 @@ class Ended:
 
     def root_mean_squares(self, kind: int) -> np.ndarray:
         """Return the root mean squares of one kind of monitored quantity up to now."""
-        return np.asarray(np.sqrt(self.path.peaks(kind)["square"] / self.time))
+        return self.path.root_mean_squares(kind)
 
     def current_values(self, kind: int) -> np.ndarray:
         """Return the current values of one kind of monitored quantity."""

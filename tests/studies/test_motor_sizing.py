@@ -99,6 +99,28 @@ def test_torque_and_speed_of_a_drive():
         sd.torque_over_speed(run, "servo")
 
 
+def test_motor_with_the_name_of_the_drive_is_refused():
+    """Contract: a name that drive and motor share selects neither, and the error says so; another name selects its part."""
+
+    def run(name):
+        motor = sd.Motor(name, "unit 1/bar 2", stall_torque=1.0, no_load_speed=8.0)
+        driven = sd.scissor(units=2).driven(speed=sd.rpm(60))
+        return sd.simulate(driven.with_parts({"components": (motor,)}), until=1e-3, samples=5)
+
+    assert sd.torque_over_speed(run("motor"), "drive").attrs["body"] == "unit 1/bar 1"
+    with pytest.raises(sd.InputError, match="torque of 'drive', a name of 2 parts: drive and motor"):
+        sd.torque_over_speed(run("drive"), "drive")
+
+
+def test_speed_at_the_largest_torque():
+    """Limit: the largest torque of a servo is between samples, its speed there is that of a run with many samples."""
+    reference = sd.Cycloidal(sd.degrees(60), sd.degrees(30), 0.5)
+    lift = sd.scissor(units=2, gravity=9.81).controlled(sd.PID(2e4, derivative=500.0), reference=reference)
+    few, many = (sd.torque_over_speed(sd.simulate(lift, until=0.5, samples=samples)) for samples in (21, 2001))
+    at = int(np.argmax(np.abs(few["torque"].values)))
+    assert float(few["speed"][at]) == pytest.approx(float(many["speed"].sel(time=few["time"][at])), rel=5e-3)
+
+
 def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
     """Cross-check: few samples between impacts give the root mean square over time that many samples do, printed too."""
     drop = arm().replace("A.clearance", 0.5e-3)
@@ -182,6 +204,7 @@ def test_command(tmp_path, capsys):
     assert command(case, point=weak, plot=tmp_path / "motor.png") == 0
     said = capsys.readouterr().out
     assert "at 150 rpm" in said
+    assert f"both among {sd.simulate(sd.read_case(case).mechanism, until=UNTIL).sizes['time'] + 1} instants" in said
     assert "The motor is too weak" in said
     assert (tmp_path / "motor.png").stat().st_size > 5000
     assert command(case, point=["0 rpm, 1 N m", "100 rpm, 1 N m"]) == 0

@@ -94,6 +94,7 @@ def _without_contact_samples(run: xr.Dataset) -> xr.Dataset:
 class _TorqueSource(NamedTuple):
     """Drive, actuator or motor that turns a body relative to another body or the ground."""
 
+    name: str
     body: str
     base: str
     torque: np.ndarray  # (nt,) [N m]
@@ -102,14 +103,14 @@ class _TorqueSource(NamedTuple):
     entry: int  # Index of this source along that dimension
 
 
-def _sources(run: xr.Dataset) -> dict[str, _TorqueSource]:
-    """Return the drives, actuators and motors of a run, by name; a single drive is called "drive"."""
+def _sources(run: xr.Dataset) -> list[_TorqueSource]:
+    """Return the drives, actuators and motors of a run; a single drive is called "drive"."""
     mechanism = read_configuration(run).mechanism
-    sources, drives, components = dict[str, _TorqueSource](), mechanism.drives, list[Any](mechanism.components)
+    sources, drives, components = list[_TorqueSource](), mechanism.drives, list[Any](mechanism.components)
     for k, drive in enumerate(drives):
         torque = run["drive_torques"].values[:, k] if "drive_torques" in run else run["drive_torque"].values
         name = "drive" if len(drives) == 1 else str(drive.body)
-        sources[name] = _TorqueSource(str(drive.body), GROUND, torque, "peak_drive_torque", "drive", k)
+        sources.append(_TorqueSource(name, str(drive.body), GROUND, torque, "peak_drive_torque", "drive", k))
     for kind, variable, along, peak in (
         (Actuator, "control_torque", "actuator", "peak_control_torque"),
         (Motor, "motor_torque", "motor", "motor_peak_torque"),
@@ -119,7 +120,8 @@ def _sources(run: xr.Dataset) -> dict[str, _TorqueSource]:
         for part in components:
             if isinstance(part, kind) and part.name in names:
                 k = names.index(part.name)
-                sources[part.name] = _TorqueSource(str(part.body), str(part.base), run[variable].values[:, k], peak, along, k)
+                torque = run[variable].values[:, k]
+                sources.append(_TorqueSource(part.name, str(part.body), str(part.base), torque, peak, along, k))
     return sources
 
 
@@ -127,6 +129,24 @@ def _relative_speed(run: xr.Dataset, source: _TorqueSource) -> np.ndarray:
     """Return the speed of a source's body relative to its base at the samples [rad/s]."""
     speed = run["angular_velocity"].sel(body=source.body).values
     return speed if source.base == GROUND else speed - run["angular_velocity"].sel(body=source.base).values
+
+
+def _source(sources: list[_TorqueSource], of: str) -> _TorqueSource:
+    """Return the source with this name, or the only one if it is empty; raise `InputError` if it is not exactly one."""
+    names = [source.name for source in sources]
+    if not names:
+        raise InputError("the run has no drive, actuator or motor", "a mechanism with driven() or controlled()")
+    if of not in names and (of or len(names) > 1):
+        what = f"torque of '{of}'{did_you_mean(of, names)}" if of else "torque of one of several parts, which is not named"
+        raise InputError(what, ", ".join(names), f"of='{names[0]}'")
+    if of and names.count(of) > 1:
+        kinds = " and ".join(source.dimension.replace("_", " ") for source in sources if source.name == of)
+        raise InputError(
+            f"torque of '{of}', a name of {names.count(of)} parts: {kinds}",
+            "an actuator or motor with another name than the drive",
+            f"'{of} servo'",
+        )
+    return next(source for source in sources if of in (source.name, ""))
 
 
 @checked
@@ -144,22 +164,16 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     -------
     Dataset
         Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W]. The instants are the
-        samples of the run and that of the largest torque, which has the speed of the sample before it. `root_mean_square` of
+        samples of the run and that of the largest torque, with a speed interpolated between samples. `root_mean_square` of
         the torque [N m] over the run: of a drive integrated with the motion, of others over the samples.
 
     Raises
     ------
     InputError
-        If the run has no drive, actuator or motor of that name.
+        If the run has no drive, actuator or motor of that name, or several.
     """
-    sources = _sources(run)
-    if not sources:
-        raise InputError("the run has no drive, actuator or motor", "a mechanism with driven() or controlled()")
-    if of not in sources and (of or len(sources) > 1):
-        what = f"torque of '{of}'{did_you_mean(of, sources)}" if of else "torque of one of several parts, which is not named"
-        raise InputError(what, ", ".join(sources), f"of='{next(iter(sources))}'")
-    source = sources[of or next(iter(sources))]
-    body, _, torque, largest, along, number = source
+    source = _source(_sources(run), of)
+    name, body, _, torque, largest, along, number = source
     speed = _relative_speed(run, source)
     time = run["time"].values
     integrated = along == "drive" and "rms_drive_torque" in run
@@ -169,7 +183,8 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
         if math.isfinite(size) and time[0] <= when <= time[-1]:
             after = int(np.clip(np.searchsorted(time, when), 1, time.size - 1))
             sign = math.copysign(1.0, float(torque[after - 1 : after + 1][np.argmax(np.abs(torque[after - 1 : after + 1]))]))
-            time, speed = np.insert(time, after, when), np.insert(speed, after, speed[after - 1])
+            speed = np.insert(speed, after, np.interp(when, time, speed))
+            time = np.insert(time, after, when)
             torque = np.insert(torque, after, sign * size)
     return xr.Dataset(
         {
@@ -179,7 +194,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
             "root_mean_square": dataset_variable((), mean, "N m", "root mean square of the torque"),
         },
         coords={"time": ("time", time, {"units": "s"})},
-        attrs={"of": of or next(iter(sources)), "body": body},
+        attrs={"of": name, "body": body},
     )
 
 
@@ -211,7 +226,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     InputError
         If the runs have no driven body or belong to different mechanisms.
     """
-    sources = [source for source in _sources(run).values() if source.dimension in ("drive", "actuator")]
+    sources = [source for source in _sources(run) if source.dimension in ("drive", "actuator")]
     if not sources:
         raise InputError("the run has no drive or actuator", "a mechanism with driven() or controlled()")
     body = sources[0].body

@@ -306,7 +306,8 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
     print(f"Torque of {printable(needed.attrs['of'])} on '{printable(needed.attrs['body'])}', from 0 to {time[-1]:g} s:")
     print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) / rpm(1.0):.4g} rpm, at {time[k]:.4g} s")
     print(f"  root mean square {needed['root_mean_square'].item():.4g} N m")
-    print(f"  largest speed {np.max(np.abs(speed)) / rpm(1.0):.4g} rpm, largest power {np.max(np.abs(power)):.4g} W")
+    fastest, strongest = np.max(np.abs(speed)) / rpm(1.0), np.max(np.abs(power))
+    print(f"  largest speed {fastest:.4g} rpm, largest power {strongest:.4g} W, both among {time.size} instants")
     if curve is None:
         return
     share = curve.fraction(needed)

@@ -192,3 +192,20 @@ def test_keywords_have_names_order_and_defaults_of_the_options(function):
 def test_simulate_has_every_option():
     """Contract: `simulate` takes every option."""
     assert set(FIELDS) <= set(inspect.signature(sd.simulate).parameters)
+
+
+def test_deviations_from_a_path_with_a_jerk():
+    """Contract: where a latch stops the commanded path, a batch has the deviations and the warning of single runs."""
+    opening = sd.scissor(units=1, gravity=9.81).with_parts(
+        {
+            "components": (sd.TorsionSpring("spring", "unit 1/bar 1", stiffness=2000.0, free_angle=sd.degrees(90)),),
+            "latches": (sd.Latch("latch", "unit 1/bar 1", sd.degrees(45)),),
+        }
+    )
+    opening = opening.with_clearance("A", sd.Clearance(0.2e-3)).track("tip", "unit 1/bar 1", "end")
+    run = sd.simulate(opening, until=0.3)
+    assert "deviations of tracked points err by up to" in run.attrs["warnings"]
+    batch = sd.simulate_many(opening, {"A.clearance": [0.2e-3]}, until=0.3, measures=("peak_track_deviation",))
+    assert batch["cause"].item() == ""
+    assert batch["peak_track_deviation"].values[0] == pytest.approx(run["peak_track_deviation"].values, rel=1e-12)
+    assert "deviations of tracked points err by up to" in batch["warnings"].item()

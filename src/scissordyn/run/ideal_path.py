@@ -73,6 +73,6 @@ def ideal_path(
         )
     if error > warned:
         apart = error * ideal.coordinates.size
-        warnings.append(f"deviations of tracked points err by up to {apart:.3g} m, where drives move in jerks")
+        warnings.append(f"deviations of tracked points err by up to {apart:.3g} m, where drives move in jerks or latches lock")
     flat = np.ascontiguousarray(table.reshape(table.shape[0], -1))
     return IdealPath(flat, step, tuple(warnings), chosen)

@@ -133,6 +133,19 @@ def test_a_released_pendulum():
             sd.modes(made)
 
 
+def test_command_names_unstable_positions(tmp_path, capsys):
+    """Contract: a table with a negative value says how many positions are unstable, and the largest growth rate."""
+    made = on_pin(sd.bar("bar", length=0.5, mass=2.0, angle=sd.degrees(-20)), gravity=9.81).driven(speed=1.0)
+    sd.write_case(made, tmp_path / "case.toml")
+    arguments = ["modes", str(tmp_path / "case.toml"), "--drive", "released", "--points", "3", "--until"]
+    assert status_of([*arguments, "0.1 s"]) == 0
+    assert "Unstable" not in capsys.readouterr().out
+    assert status_of([*arguments, "0.8 s"]) == 0
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("Unstable at 2 of 3 positions: a negative value is minus the growth rate over 2 pi")
+    assert float(last.split()[-2]) == pytest.approx(math.sqrt(1.5 * 9.81 / 0.5 * math.sin(0.8 - sd.degrees(20))), rel=1e-5)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -244,13 +244,23 @@ def _contacts(first: xr.Dataset) -> list[str]:
 
 
 def _frequencies(solved: xr.Dataset) -> list[str]:
-    """Return a line for each position: the coordinate of the drive, and the frequencies."""
+    """Return a line for each position: the coordinate of the drive, and the frequencies; then one about unstable positions."""
+    import numpy as np
+
     factor, unit = (180.0 / math.pi, "deg") if solved["unit"].values[0] == "rad" else (1.0, "m")
     drive = f"{solved['drive'].values[0]} [{unit}]"
     rows = zip((factor * solved["input"].values[:, 0]).tolist(), solved["frequency"].values.tolist(), strict=True)
-    return [f"{drive:>16}  frequencies [Hz]"] + [
+    lines = [f"{drive:>16}  frequencies [Hz]"] + [
         f"{place:16.5g}  " + "  ".join(f"{frequency:9.5g}" for frequency in row) for place, row in rows
     ]
+    unstable = np.flatnonzero(solved["frequency"].values.min(axis=1) < 0.0)
+    if unstable.size:
+        fastest = -float(solved["angular_frequency"].min())
+        lines.append(
+            f"Unstable at {unstable.size} of {solved.sizes['time']} positions: a negative value is minus the growth rate over "
+            f"2 pi, up to {fastest:.6g} 1/s"
+        )
+    return lines
 
 
 def motor(

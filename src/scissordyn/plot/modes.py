@@ -31,7 +31,10 @@ def frequencies(eigenmodes: xr.Dataset, *, axes: Canvas = None) -> Axes:
         drawn.plot(x, eigenmodes["frequency"].sel(mode=mode).values, marker=".", ms=3.0, linewidth=1.1, label=f"mode {mode}")
     drawn.set_xlabel(f"{eigenmodes['drive'].values[0]} [{'deg' if angle else 'm'}]")
     drawn.set_ylabel("natural frequency [Hz]")
-    if float(eigenmodes["frequency"].min()) > 0.0:
+    lowest = float(eigenmodes["frequency"].min())
+    if lowest < 0.0:
+        drawn.set_ylabel("natural frequency; below 0: growth rate / 2 pi, unstable [Hz]")
+    if lowest > 0.0:
         drawn.set_yscale("log")
         number_decades(drawn.yaxis)
     legend([drawn])

@@ -133,6 +133,8 @@ class Quantity:
         Description of the number in one line.
     tied : str
         Parameter to change instead of this number, if the number also occurs elsewhere and cannot change alone.
+    zero : str
+        What zero stands for, if it is not the limit of small numbers.
     """
 
     unit: str
@@ -142,6 +144,7 @@ class Quantity:
     maximum: float | None = None
     help: str = ""
     tied: str = ""
+    zero: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.unit, str):

@@ -39,33 +39,48 @@ QUICK = tuple("-O0" if flag == "-O2" else flag for flag in FLAGS)
 JOINT = JointContact(clearance=4e-4, journal_radius=10e-3, length=15e-3, journal=sd.STEEL, bearing=sd.STEEL)
 
 
-def law_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
-    """Name, address and parameters of each kernel of each law and controller."""
+def law_parts() -> Iterator[tuple[str, object, tuple[object, ...]]]:
+    """Name and example of each law and controller, and what its parameters follow from."""
     for laws, handed in ((ELASTIC, (JOINT,)), (DAMPING, (JOINT,)), (FRICTION, (JOINT,)), (CONTROLLERS, ())):
         for name, kind in laws.items():
             fields = [each for each in dataclasses.fields(kind) if each.default is each.default_factory is dataclasses.MISSING]
-            part = kind(*(0.5 for _ in fields))
-            for key, address in pointers(part).items():
-                if address:
-                    yield f"{name} {key}", address, row_of(part, *handed)
+            yield name, kind(*(0.5 for _ in fields)), handed
 
 
-def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
-    """Name, address and parameters of each kernel of the example of each component, and of the oil film in a joint."""
+def component_parts() -> Iterator[object]:
+    """Return the example of each component, and the oil film in a joint."""
     oil = sd.slider_crank().with_clearance("slider pin", sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05)))
-    parts = [*oil.exerting]
+    yield from oil.exerting
     for kind in (kind for kind in COMPONENTS.values() if kind.declaration.section in PARTS):
         declared = kind.declaration
         table = {"name": "part", **declared.example}
         table.pop("length" if declared.section == "rod" else "", None)
-        parts.append(PARTS[declared.section].reader.read(table, {}))
-    for part in parts:
-        numbers = part.parameters(tuple(1.0 + 0.1 * k for k in range(len(part.declaration.port.coordinates))))
-        found, row = kernels_of(type(part)), np.zeros(max(64, len(numbers)))
-        row[: len(numbers)] = numbers
+        yield PARTS[declared.section].reader.read(table, {})
+
+
+def component_row(part) -> np.ndarray:
+    """Return the parameters of a component's kernels, from a start that is none of their special values."""
+    numbers = part.parameters(tuple(1.0 + 0.1 * k for k in range(len(part.declaration.port.coordinates))))
+    row = np.zeros(max(64, len(numbers)))
+    row[: len(numbers)] = numbers
+    return row
+
+
+def law_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
+    """Name, address and parameters of each kernel of each law and controller."""
+    for name, part, handed in law_parts():
+        for key, address in pointers(part).items():
+            if address:
+                yield f"{name} {key}", address, row_of(part, *handed)
+
+
+def component_kernels() -> Iterator[tuple[str, int, np.ndarray]]:
+    """Name, address and parameters of each kernel of each component."""
+    for part in component_parts():
+        found = kernels_of(type(part))
         for key in ("force", "gap", "switch"):
             if found[key]:
-                yield f"{type(part).__name__} {key}", found[key], row
+                yield f"{type(part).__name__} {key}", found[key], component_row(part)
 
 
 KERNELS = [*law_kernels(), *component_kernels()]  # Name, pointer and parameters of the kernels of all laws and components

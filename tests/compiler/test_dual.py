@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import math
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import mpmath
 import numpy as np
 import pytest
 from tests.compiler.dual_system import compare, mechanism_of
-from tests.compiler.test_c import KERNELS
+from tests.compiler.test_c import KERNELS, component_parts, component_row, law_parts
 
 import scissordyn as sd
 from scissordyn.compiler.c import load_source
 from scissordyn.compiler.kind import DUAL, FLOAT, Array
 from scissordyn.compiler.recipe import ANSWER, Recipe
 from scissordyn.compiler.unit import Unit, python_of
+from scissordyn.components.declaration import kernels_of
 from scissordyn.kernel import call_at, derivative, equals, value_of
-from scissordyn.plugin.element import RECIPES
+from scissordyn.plugin.element import RECIPES, pointers, row_of
+from scissordyn.units import Quantity
 
 DERIVATIVES = 16  # Number of derivatives of a dual number in these tests
 TRIALS = 20  # Number of random arguments of each kernel
@@ -105,17 +108,22 @@ def precise(function: Any) -> Any:
     return types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells)
 
 
+def precise_results(recipe: Recipe, inputs: Any, row: Any) -> np.ndarray:
+    """Return the results of a kernel with 40 digits, the returned number last."""
+    kernel = Recipe(precise(recipe.function), *recipe[1:3]).python()
+    *numbers, parameters = [[PRECISE.mpf(number) for number in line] for line in (*inputs, row)]
+    out = [PRECISE.mpf(0)] * 24
+    answer = kernel(*numbers, np.array(parameters), out)
+    return np.array([*out, answer if ANSWER in recipe.targets else PRECISE.mpf(0)])
+
+
 def exact_slopes(recipe: Recipe, inputs: np.ndarray, row: np.ndarray, places: list[tuple[int, int]]) -> np.ndarray:
     """Return derivatives by central differences with 40 digits, whose error is about 1e-20."""
-    kernel = Recipe(precise(recipe.function), *recipe[1:3]).python()
 
-    def results(place: tuple[int, int], change: Any) -> list[Any]:
+    def results(place: tuple[int, int], change: Any) -> np.ndarray:
         numbers = [[PRECISE.mpf(float(number)) for number in line] for line in (*inputs, row)]
         numbers[place[0]][place[1]] += change
-        *numbers, parameters = numbers
-        out = [PRECISE.mpf(0)] * 24
-        answer = kernel(*numbers, np.array(parameters), out)
-        return [*out, answer if ANSWER in recipe.targets else PRECISE.mpf(0)]
+        return precise_results(recipe, numbers[:-1], numbers[-1])
 
     slopes = np.zeros((25, len(places)))
     for k, place in enumerate(places):
@@ -181,6 +189,82 @@ def test_the_derivatives_by_parameters_are_exact(name, pointer, row):
 
 ZERO_PARAMETERS = {"Beam force": (3,), "feed-forward torque": (6,)}
 """Indices of parameters that are zero in the compared kernels, by kernel; the kernel then skips a part of its formula."""
+
+
+def zero_parameters() -> Iterator[tuple[str, str, Callable[[float], dict[str, tuple[int, np.ndarray]]]]]:
+    """Name and parameter of each element that may be zero, and a function to the kernels and their parameters at a value."""
+    for name, part, handed in law_parts():
+        for field in fields_with_zero(part):
+
+            def of_law(value: float, part: Any = part, field: str = field, handed: Any = handed) -> Any:
+                there = dataclasses.replace(part, **{field: value})
+                return {key: (address, row_of(there, *handed)) for key, address in pointers(there).items() if address}
+
+            yield name, field, of_law
+    for part in component_parts():
+        for field in fields_with_zero(part):
+
+            def of_component(value: float, part: Any = part, field: str = field) -> Any:
+                there = dataclasses.replace(part, **{field: value})
+                found, row = kernels_of(type(there)), component_row(there)
+                return {key: (found[key], row) for key in ("force", "gap", "switch") if found[key]}
+
+            yield type(part).__name__, field, of_component
+
+
+def fields_with_zero(part: Any) -> Iterator[str]:
+    """Names of the numbers of an element that may be zero, where zero does not stand for something else."""
+    for field in dataclasses.fields(part):
+        hint = get_type_hints(type(part), include_extras=True)[field.name]
+        declared = [each for each in get_args(hint) if isinstance(each, Quantity)]
+        if isinstance(getattr(part, field.name), float) and declared and declared[0].admits(0.0) and not declared[0].zero:
+            yield field.name
+
+
+OTHERWISE = {
+    ("feed-forward", "integral"): "another kernel without an integral",
+    ("pid", "integral"): "another kernel without an integral",
+    ("TapeSpring", "stiffness"): "refused",
+    ("TapeSpring", "peak_moment"): "refused",
+    ("TapeSpring", "peak_moment_equal"): "refused",
+    ("Drag", "drag_coefficient"): "refused",
+    ("Drag", "area"): "refused",
+    ("Bushing", "damping_xy"): "refused",
+    ("Beam", "temperature_difference"): "refused",
+    ("Motor", "stall_torque"): "its size counts, which has a kink",
+    ("Cam", "roller"): "changes more parameters than one dual number has derivatives",
+}
+"""Parameters without a derivative at zero, with the reason."""
+
+SMALL = 1e-8  # Change of a parameter that is zero [its unit]
+
+
+def acts(at: Callable[[float], dict[str, tuple[int, np.ndarray]]]) -> bool:
+    """Return whether a parameter changes those of a kernel."""
+    return any(not np.array_equal(row, at(SMALL)[key][1]) for key, (_, row) in at(0.0).items())
+
+
+ZEROS = [each for each in zero_parameters() if each[:2] not in OTHERWISE and acts(each[2])]
+
+
+@pytest.mark.parametrize(("name", "field", "at"), ZEROS, ids=[f"{name} {field}" for name, field, _ in ZEROS])
+def test_the_derivative_at_zero_is_a_limit(name, field, at):
+    """Identity: no kernel leaves out a part of its formula because a parameter is zero, though it has derivatives."""
+    random, compared = np.random.default_rng(3), 0
+    for (pointer, row), (other, near) in zip(at(0.0).values(), at(SMALL).values(), strict=True):
+        recipe, changed = RECIPES[pointer], np.flatnonzero(near != row)
+        assert other == pointer
+        for _ in range(3 if changed.size else 0):
+            inputs = random.uniform(-1, 1, (4, 24)) * 10.0 ** random.uniform(-4, 1)
+            inputs[0, 0] = abs(inputs[0, 0])
+            values, slopes = with_derivatives(elements()[recipe], inputs, row, [(PARAMETERS, int(k)) for k in changed])
+            if not np.isfinite(values).all():
+                continue
+            change = precise_results(recipe, inputs, near) - precise_results(recipe, inputs, row)
+            size = 1e-9 * float(np.max(np.abs(change)))
+            assert slopes @ (near[changed] - row[changed]) == pytest.approx(change.astype(float), rel=1e-5, abs=size)
+            compared += 1
+    assert compared
 
 
 def all_functions(x, y):

@@ -14,7 +14,13 @@ from scissordyn.units import Meaning, Quantity
 Kinetic = Annotated[float, Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction in motion")]
 Static = Annotated[
     float,
-    Quantity("1", minimum=0.0, maximum=10.0, help="coefficient of friction at the start of motion; 0 for the kinetic one"),
+    Quantity(
+        "1",
+        minimum=0.0,
+        maximum=10.0,
+        help="coefficient of friction at the start of motion; 0 for the kinetic one",
+        zero="the kinetic coefficient",
+    ),
 ]
 StribeckSpeed = Annotated[
     float, Quantity("m/s", above=0.0, maximum=1e3, help="speed over which friction falls from static to kinetic")

@@ -61,7 +61,10 @@ class Roller:
     damping: Annotated[
         float, Quantity("N s/m", minimum=0.0, maximum=1e9, help="damping D of the rollers, without clearance")
     ] = 0.0
-    clearance: Annotated[float, Quantity("m", minimum=0.0, maximum=1.0, help="clearance c on either side of the bar")] = 0.0
+    clearance: Annotated[
+        float,
+        Quantity("m", minimum=0.0, maximum=1.0, help="clearance c on either side of the bar", zero="rollers on both sides"),
+    ] = 0.0
     restitution: Annotated[float, Quantity("1", minimum=0.01, maximum=1.0, help="restitution coefficient, with clearance")] = (
         0.5
     )

@@ -28,5 +28,5 @@ class ExtendedDelayedFeedback(DelayedFeedback):
     recursion_gain: Annotated[float, Quantity("1", above=-1.0, below=1.0, help="R, weight of S(t - T) in the recursion")] = 0.5
     recorded: Recorded = "speed"
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
-    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
+    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero", zero="a jump")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None

@@ -57,5 +57,5 @@ class Pyragas(DelayedFeedback):
     delay: Annotated[float, Quantity("s", above=0.0, help="T, period of the desired orbit")]
     recorded: Recorded = "speed"
     onset: Annotated[float | None, Quantity("s", minimum=0.0, help="start of the feedback; one delay without it")] = None
-    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero")] = 0.0
+    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the gain rises from zero", zero="a jump")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None

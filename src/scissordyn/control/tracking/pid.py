@@ -64,7 +64,7 @@ class PID(Controller):
     derivative: Annotated[float, Quantity("N m s/rad", minimum=0.0, help="k_d")] = 0.0
     integral: Annotated[float, Quantity("N m/(rad s)", minimum=0.0, help="k_i")] = 0.0
     limit: Annotated[float | None, Quantity("N m", above=0.0, help="largest torque in either sense")] = None
-    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the limit rises from zero")] = 0.0
+    ramp: Annotated[float, Quantity("s", minimum=0.0, help="time over which the limit rises from zero", zero="a jump")] = 0.0
     tracking_time: Annotated[float | None, Quantity("s", above=0.0, help="T_t of the back-calculation; k_p/k_i without it")] = (
         None
     )

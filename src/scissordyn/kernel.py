@@ -219,6 +219,11 @@ def _words(hint: Any) -> list[Any]:
 _EMPTY_ADDRESS = np.zeros(1).ctypes.data  # address of arrays without entries
 
 
+def address_of(array: np.ndarray) -> int:
+    """Return the address of a contiguous, writable array, in a quarter of the time of `array.ctypes.data`."""
+    return ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _EMPTY_ADDRESS  # type: ignore[arg-type]
+
+
 def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
     """Return the fields of the C type of an array: address, shape, and for two dimensions the distance of rows.
 
@@ -231,8 +236,7 @@ def _array_words(array: Any, kind: ArrayType, owner: str) -> tuple[int, ...]:
             f"{owner}: {_describe_value(array)} instead of a contiguous, writable "
             f"{kind.dtype} array of dimension {kind.dimensions}"
         )
-    # four times faster than array.ctypes.data
-    address = ctypes.addressof(ctypes.c_char.from_buffer(array)) if array.size else _EMPTY_ADDRESS  # type: ignore[arg-type]
+    address = address_of(array)
     return (address, *array.shape, array.shape[1]) if array.ndim == 2 else (address, *array.shape)
 
 

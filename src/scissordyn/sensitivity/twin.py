@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, get_origin
+from typing import Any
 
 import numpy as np
 
-from scissordyn.kernel import fields_of
+from scissordyn.kernel import address_of, fields_of
 from scissordyn.mechanics.system import LAW_KERNELS
 from scissordyn.sensitivity.library import DERIVATIVES
 
@@ -53,9 +53,9 @@ class Twin:
     def _words(self, content: Any, described: type) -> list[int]:
         plain, words = described in self.doubles, list[int]()
         for (name, hint), part in zip(fields_of(described), content, strict=True):
-            if get_origin(hint) is Annotated:
+            if isinstance(part, np.ndarray):
                 array = self._array(name, part, plain=plain)
-                words += [array.ctypes.data, *part.shape, *([part.shape[1]] if part.ndim == 2 else [])]
+                words += [address_of(array), *part.shape, *([part.shape[1]] if part.ndim == 2 else [])]
             elif isinstance(part, tuple) and hasattr(part, "_fields"):
                 words += self._words(part, hint)
             elif isinstance(part, tuple):

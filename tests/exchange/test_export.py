@@ -19,6 +19,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.exchange.export import cut_list, drawing
 from scissordyn.exchange.forces import LOCATED_COLUMN, beam_file, envelope, force_json, force_table, missed_peaks, to_csv
 from scissordyn.exchange.mjcf_text import mjcf
+from scissordyn.plot.series import select_window
 
 from .peer import by_mujoco, mujoco
 
@@ -289,6 +290,21 @@ def test_a_peak_between_samples_is_in_the_envelope_and_said():
     assert f"largest is {peak:.4g} N" in " ".join(missed_peaks(run))
     dense = sd.simulate(mechanism, until=0.05, samples="auto")
     assert missed_peaks(dense) == []
+
+
+def test_largest_forces_of_a_window_are_inside_it():
+    """Contract: part of a run has the maxima of its own contacts, and none of other joints whose largest force is outside."""
+    driven = sd.scissor(units=1).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(0.2e-3))
+    run = sd.simulate(driven, until=5e-3, samples=101)
+    late = select_window(run, 4e-3, 5e-3)
+    forces = sd.pin_forces(late, driven)
+    loose, ideal = (forces.isel(end=np.flatnonzero(forces["end_joint"] == name)) for name in ("A", "O"))
+    inside = run["contact_start"] + run["peak_time"]
+    wanted = float(run["peak_force"].where((inside >= 4e-3) & (inside <= 5e-3)).max())
+    assert float(run["joint_peak_force_time"].max()) < 4e-3
+    np.testing.assert_array_equal(loose["located_peak"], wanted)
+    assert np.isnan(ideal["located_peak"].values).all()
+    assert not [line for line in missed_peaks(late) if "'A'" not in line]
 
 
 def test_beams_are_in_equilibrium_and_refuse_what_they_cannot_say(pendulum):

@@ -21,7 +21,7 @@ from scissordyn.model.body import Body
 from scissordyn.model.joint import Guide
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.section import read_material
-from scissordyn.record.joint_force import joint_force
+from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, oiled_joints
 from scissordyn.tolerance import ASSEMBLY_TOL
 from scissordyn.units import checked
 
@@ -69,7 +69,8 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
           mass centre, from the balance of momentum [N, N m]. Examples are drives, springs, teeth and friction in ideal
           joints. NaN for bodies with an undetermined reaction.
         * `located_peak (end)`: largest force, including maxima between samples [N]. It is located within steps at joints
-          with clearance, and at the ends of steps elsewhere; NaN at hard contacts.
+          with clearance, and at the ends of steps elsewhere; NaN at hard contacts, and at ideal and oiled joints in a part
+          of a run without their largest force.
     """
     ends = _ends(mechanism)
     if not ends:
@@ -99,9 +100,18 @@ def pin_forces(run: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
 
 
 def located_peak(run: xr.Dataset, joint: str) -> float:
-    """Return the largest force of a joint, guide or weld, including maxima between samples [N]; NaN if unknown."""
-    dim = "joint" if joint in run["joint"].values else "weld"
-    return float(run[f"{dim}_peak_force"].sel({dim: joint})) if f"{dim}_peak_force" in run else math.nan
+    """Return the largest force of a joint, guide or weld from the first to the last sample, with maxima between samples [N].
+
+    Part of a run that does not contain the largest force of the run has none; only contacts have located maxima of their own.
+    """
+    dim, time = "joint" if joint in run["joint"].values else "weld", run["time"].values
+    if f"{dim}_peak_force" not in run:
+        return math.nan
+    peak, when = (float(run[f"{dim}_peak_force{part}"].sel({dim: joint})) for part in ("", "_time"))
+    if not math.isfinite(peak) or time[0] <= when <= time[-1]:
+        return peak
+    dry = joint in clearance_joints(run) and joint not in oiled_joints(run)
+    return largest_force(run, joint, time[0], time[-1]) if dry else math.nan
 
 
 def missed_peaks(run: xr.Dataset) -> list[str]:

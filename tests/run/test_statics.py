@@ -395,3 +395,50 @@ def test_a_mechanism_without_joints():
     still = sd.statics(hanging, until=1.0, points=5)
     np.testing.assert_allclose(still["rod_force"].values, 2.0 * G, rtol=1e-12)
     assert still["quantity"].values.tolist() == ["rod force hoist"]
+
+
+def swinging(*components, motion):
+    """Return a bar without weight on a pin, driven, with components."""
+    bar = sd.Body("bar", 1.0, 0.1, {"start": (0.0, 0.0), "end": (1.0, 0.0)}, centre=(0.0, 0.0), position=(0.0, 0.0))
+    held = sd.Mechanism(
+        (bar,),
+        (sd.Revolute("pin", ("bar", "start"), ("ground", "origin")),),
+        ground=(("origin", (0.0, 0.0)), ("wall", (1.0, 1.0))),
+        components=components,
+    )
+    return held.driven(motion, body="bar")
+
+
+def test_a_tape_spring_stays_folded_until_it_snaps_back():
+    """Closed form: on the way back the fold keeps its moment below the snap, down to the angle of the same straight moment."""
+    tape = sd.TapeSpring(
+        "tape",
+        "bar",
+        stiffness=20.0,
+        peak_moment=4.0,
+        steady_moment=1.0,
+        peak_moment_equal=2.0,
+        steady_moment_equal=0.5,
+    )
+    found = sd.statics(swinging(tape, motion=sd.Harmonic(0.0, 0.6, 2.0 * math.pi)), until=1.0, points=41)
+    folded, wanted = 0, []
+    for angle in found["input"].values[:, 0].tolist():
+        snapped, held = angle > 0.2 or angle < -0.1, folded and folded * angle > (0.05 if folded > 0 else 0.025)
+        folded = int(math.copysign(1, angle)) if snapped or held else 0
+        wanted.append(-20.0 * angle if not folded else -1.0 if folded > 0 else 0.5)
+    np.testing.assert_allclose(found["tape_spring_torque"].values[:, 0], wanted, atol=1e-12)
+    assert -float(found["least"].sel(quantity="tape spring torque tape")) == pytest.approx(20.0 * 0.6 * math.sin(0.1 * math.pi))
+    assert "tape spring 'tape' snaps 4 times, first between 0.05 s and 0.075 s" in found.attrs["warnings"]
+
+
+def test_extremes_of_a_cable_that_becomes_slack():
+    """Limit: a cable carries tension only, also between the positions, and a smooth extreme is still located."""
+    cable = sd.Cable("cable", ("bar", "end"), ("ground", "wall"), stiffness=300.0, free_length=0.8)
+    found = sd.statics(swinging(cable, motion=sd.Polynomial((-1.0, 2.0))), until=1.0, points=21)
+    forces = found.sel(quantity="cable force cable")
+    assert float(forces["least"]) == 0.0
+    spring = sd.Spring("spring", ("bar", "end"), ("ground", "wall"), stiffness=300.0, free_length=0.1)
+    near = sd.statics(swinging(spring, motion=sd.Polynomial((-1.0, 2.0, 0.7))), until=1.0, points=81)
+    # the end is nearest to the wall at 45 deg, between two positions
+    assert near["spring_force"].values.min() > 300.0 * (math.sqrt(2.0) - 1.1) * (1.0 + 1e-4)
+    assert float(near.sel(quantity="spring force spring")["least"]) == pytest.approx(300.0 * (math.sqrt(2.0) - 1.1), rel=1e-5)

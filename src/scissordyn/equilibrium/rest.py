@@ -195,11 +195,11 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
 
 
 def _find_equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> StaticEquilibrium:
-    reference = handle.content.state.reference.copy()
+    reference, mode = handle.content.state.reference.copy(), handle.content.state.mode.copy()
     try:
         descent = _descend(plan, handle, position, load)
     except InputError:
-        handle.content.state.reference[:] = reference
+        handle.content.state.reference[:], handle.content.state.mode[:] = reference, mode
         stretched = _descend_with_soft_bars(plan, handle, position, load)
         if stretched is None:
             raise
@@ -441,6 +441,12 @@ def count_turns(plan: Plan, system: System, turned: Mapping[str, float]) -> None
     turning = [body for constraint in plan.coordinates.constraints for body, _ in constraint.turning]
     for k, body in enumerate(turning, state.reference.size - len(turning)):
         state.reference[k] += turned.get(body, 0.0)
+
+
+def keep_modes(before: System, system: System) -> None:
+    """Start a search with the modes of the components at an earlier position: a folded tape spring stays folded."""
+    first, earlier = system.parameters.contact.size, before.parameters.contact.size
+    system.state.mode[first:] = before.state.mode[earlier:]
 
 
 def activate_closed_gaps(handle: Handle, state: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from scissordyn.components.torque import Torque
-from scissordyn.equilibrium.rest import StaticPosition, activate_closed_gaps, count_turns, equilibrium
+from scissordyn.equilibrium.rest import StaticPosition, activate_closed_gaps, count_turns, equilibrium, keep_modes
 from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import whole_state
@@ -40,6 +40,7 @@ def equilibrium_pair(locked: Plan, position: Position, before: StaticPosition | 
         y = prepare_start(ideal, system, position).y
     else:
         count_turns(ideal, system.content, before.turned)
+        keep_modes(before.system.content, system.content)
         free_coordinates = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
         if position == "static":
             free_coordinates = equilibrium(ideal, system, free_coordinates).position

@@ -13,7 +13,7 @@ from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND
 from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.cause import check_zero_lengths, full_coordinates
-from scissordyn.equilibrium.rest import StaticEquilibrium, StaticPosition, count_turns, equilibrium, turns
+from scissordyn.equilibrium.rest import StaticEquilibrium, StaticPosition, count_turns, equilibrium, keep_modes, turns
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle
@@ -194,6 +194,7 @@ def rest_with_clearances(
     ideal, rest = locked.ideal, Start(place, np.zeros_like(place))
     handle = make_system(locked)
     count_turns(locked, handle.content, turns(ideal, system.content))
+    keep_modes(system.content, handle.content)
     start = _nearest(locked, handle.content, natural_state(ideal, system.content, rest))
     forces = ideal_reactions(locked, rest.position, system.content.state.reference)
     with_clearance = [joint.clearance is not None for joint in locked.mechanism.joints]

@@ -19,7 +19,7 @@ from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state
 from scissordyn.kinematics.closure import Closure, Inputs
-from scissordyn.kinematics.path import INPUT_SAMPLES, smooth_peak, start_of
+from scissordyn.kinematics.path import INPUT_SAMPLES, has_kink, smooth_peak, start_of
 from scissordyn.mechanics.monitored import POWERS
 from scissordyn.mechanics.sample import Record
 from scissordyn.model.commanded import commanded
@@ -337,12 +337,12 @@ def _extreme(times: np.ndarray, vectors: np.ndarray, sign: float) -> tuple[float
     """Return the largest of sign times the values, interpolated between the positions, and its time; `sign` is 1 or -1.
 
     The magnitude of a reaction has a kink where the reaction passes near zero; its components are smooth and are interpolated
-    by parabolas.
+    by parabolas. Where a cable becomes slack or a tape spring snaps the curve has a kink, and the positions alone count.
     """
     values = sign * _magnitude(vectors)
     if vectors.shape[1] > 1 and times.size > 2 and np.isfinite(values).any():
         k = min(max(1, int(np.nanargmax(values))), times.size - 2)
-        if np.isfinite(values[k - 1 : k + 2]).all():
+        if np.isfinite(values[k - 1 : k + 2]).all() and not has_kink(vectors, k):
             before, here, after = vectors[k - 1 : k + 2, None]
             part = np.linspace(-1.0, 1.0, 401)[:, None]
             between = here + 0.5 * part * (after - before) + 0.5 * part**2 * (after - 2.0 * here + before)
@@ -366,6 +366,14 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
         if far[worst] > ASSEMBLY_TOL:
             numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
+    for k, name in enumerate(variables["tape_spring"].values.tolist() if "tape_spring" in variables else ()):
+        snapped = np.flatnonzero(np.diff(variables["tape_spring_folded"].values[:, k]))
+        if snapped.size:
+            first, then = times[snapped[0] : snapped[0] + 2]
+            warnings.append(
+                f"tape spring '{name}' snaps {snapped.size} times, first between {first:.6g} s and {then:.6g} s: its largest "
+                "moment is at the snap, which may exceed that of the positions"
+            )
     lost = np.isnan(variables["reaction"].values).any(axis=(0, 2)) | np.isnan(variables["reaction_moment"].values).any(axis=0)
     warnings += map(str, coupling_warnings(plan.mechanism))
     names = variables["joint"].values[lost].tolist()

@@ -9,11 +9,6 @@ from tests import build
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
-from scissordyn.components.catalogue import COMPONENTS
-from scissordyn.components.declaration import recipes_of
-from scissordyn.control.catalogue import CONTROLLERS
-from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
-from scissordyn.plugin.element import recipes
 from scissordyn.sensitivity import library
 
 # these need pseudo terminals, pipes, signals, /proc or /dev/full
@@ -82,27 +77,11 @@ def browser():
         yield started
 
 
-def element_recipes():
-    """Return the recipes of the kernels of all elements in the catalogues."""
-    found = [recipe for kind in COMPONENTS.values() for recipe in recipes_of(kind).values()]
-    for kind in (kind for kinds in (ELASTIC, DAMPING, FRICTION, CONTROLLERS) for kind in kinds.values()):
-        found += recipes(kind.declaration, tuple(state.name for state in kind.declaration.states)).values()
-    return found
-
-
 @pytest.fixture(autouse=True, scope="session")
 def quick_library(tmp_path_factory):
-    """Compile libraries in dual numbers without optimisation, each with all elements, and apart from those of the user.
-
-    The time loop takes most of the time of a compilation, so that few large libraries are quicker than one for each test.
-    """
-    patch, load = pytest.MonkeyPatch(), library._loaded
-
-    def load_with_all(wanted, doubles):
-        return load(tuple(sorted({*wanted, *element_recipes()}, key=lambda recipe: recipe.symbol)), doubles)
-
+    """Compile libraries in dual numbers without optimisation, and apart from those of the user."""
+    patch = pytest.MonkeyPatch()
     patch.setattr(library, "_flags", lambda: ("-O0",))
-    patch.setattr(library, "_loaded", load_with_all)
     patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
     yield
     patch.undo()

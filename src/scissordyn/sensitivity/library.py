@@ -1,4 +1,7 @@
-"""Library of kernels in dual numbers, compiled for this processor at its first use and stored in the user's cache folder."""
+"""Libraries of kernels in dual numbers, compiled for this processor at their first use and stored in the user's cache folder.
+
+The time loop takes some seconds to compile; it is the same for all mechanisms. Kernels of elements take a tenth of a second.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import platform
 import sys
 import tempfile
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -46,10 +49,10 @@ _LOADING = threading.Lock()  # held while a library is compiled, so that other t
 
 @dataclass(frozen=True)
 class Library:
-    """Compiled kernels in dual numbers, and the pointer to each element's kernel."""
+    """Compiled time loop in dual numbers, and the pointer to each element's kernel."""
 
     compiled: ctypes.CDLL
-    pointers: Mapping[int, int]  # Pointer in this library by the pointer in the package's library
+    pointers: Mapping[int, int]  # Pointer to a kernel in dual numbers by the pointer in the package's library
     doubles: tuple[type, ...]  # Types of named tuples whose arrays have no derivatives
     advance: int  # Pointer to the function that makes steps in doubles
     follow: int  # Pointer to the function that repeats them
@@ -88,9 +91,9 @@ def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library
     doubles: tuple[type, ...] = (Tableau, Watched, *([HardWatched] if hard else []), *([] if tables else [Model]))
     ours = {recipe for recipe in recipes.values() if str(recipe.function.__module__).startswith("scissordyn.")}
     with _LOADING:
-        compiled = _loaded(tuple(sorted(ours, key=lambda recipe: recipe.symbol)), doubles)
+        compiled, elements = _time_loop(doubles), _elements(tuple(sorted(ours, key=lambda recipe: recipe.symbol)))
     places = {
-        pointer: _address(getattr(compiled if recipe in ours else _user_defined(recipe), recipe.symbol))
+        pointer: _address(getattr(elements if recipe in ours else _user_defined(recipe), recipe.symbol))
         for pointer, recipe in recipes.items()
     }
     follow_symbol = (FOLLOW_HARD if hard else FOLLOW).symbol
@@ -114,8 +117,33 @@ def _user_defined(recipe: Recipe) -> ctypes.CDLL:
 
 
 @cache
-def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CDLL:
-    """Load the library from the cache folder; compile it if the sources or the processor have changed."""
+def _time_loop(doubles: tuple[type, ...]) -> ctypes.CDLL:
+    """Load the library that repeats steps; it calls kernels of elements by their pointers."""
+
+    def source() -> str:
+        unit = Unit(derivatives=DERIVATIVES, doubles=doubles)
+        for entry in (FOLLOW_HARD if HardWatched in doubles else FOLLOW, END, fill):
+            unit.entry(entry)
+        return unit.text() + files("scissordyn.sensitivity").joinpath("lockstep.c").read_text(encoding="utf-8")
+
+    return _loaded([kind.__name__ for kind in doubles], source)
+
+
+@cache
+def _elements(recipes: tuple[Recipe, ...]) -> ctypes.CDLL:
+    """Load the library of the kernels of elements."""
+
+    def source() -> str:
+        unit = Unit(derivatives=DERIVATIVES)
+        for recipe in recipes:
+            unit.kernel(recipe)
+        return unit.text()
+
+    return _loaded([recipe.symbol for recipe in recipes], source)
+
+
+def _loaded(marks: Iterable[str], source: Callable[[], str]) -> ctypes.CDLL:
+    """Load a library from the cache folder; compile it if the package's sources or the processor have changed."""
     sources = sorted(
         path
         for subpackage in KERNEL_SUBPACKAGES
@@ -123,21 +151,11 @@ def _loaded(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> ctypes.CD
         if path.suffix in (".py", ".c")
     )
     digest = digest_of([path.relative_to(PACKAGE).as_posix() for path in sources])
-    marks = (digest, *(recipe.symbol for recipe in recipes), *(kind.__name__ for kind in doubles), *_flags(), _processor())
-    name = f"duals-{hashlib.sha256('|'.join(marks).encode()).hexdigest()[:24]}{Path(library_name()).suffix}"
-    kept = cache_folder() / name
+    mark = "|".join((digest, *marks, *_flags(), _processor()))
+    kept = cache_folder() / f"duals-{hashlib.sha256(mark.encode()).hexdigest()[:24]}{Path(library_name()).suffix}"
     if not kept.is_file():
-        compile_library(_source(recipes, doubles), kept, (*FLAGS, *_flags()))
+        compile_library(source(), kept, (*FLAGS, *_flags()))
     return ctypes.CDLL(str(kept))
-
-
-def _source(recipes: tuple[Recipe, ...], doubles: tuple[type, ...]) -> str:
-    unit = Unit(derivatives=DERIVATIVES, doubles=doubles)
-    for entry in (FOLLOW_HARD if HardWatched in doubles else FOLLOW, END, fill):
-        unit.entry(entry)
-    for recipe in recipes:
-        unit.kernel(recipe)
-    return unit.text() + files("scissordyn.sensitivity").joinpath("lockstep.c").read_text(encoding="utf-8")
 
 
 def _flags() -> tuple[str, ...]:

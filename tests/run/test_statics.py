@@ -442,3 +442,13 @@ def test_extremes_of_a_cable_that_becomes_slack():
     # the end is nearest to the wall at 45 deg, between two positions
     assert near["spring_force"].values.min() > 300.0 * (math.sqrt(2.0) - 1.1) * (1.0 + 1e-4)
     assert float(near.sel(quantity="spring force spring")["least"]) == pytest.approx(300.0 * (math.sqrt(2.0) - 1.1), rel=1e-5)
+
+
+def test_a_latch_that_would_lock_is_named():
+    """Contract: a bar hangs from a driven one and passes the angle of its latch; positions before it say nothing."""
+    hanging = chain(*(sd.bar(name, length=1.0, mass=1.0, angle=angle) for name, angle in (("arm", 0.0), ("rod", -math.pi / 2))))
+    latch = sd.Latch("latch", "rod", -math.pi / 2 - 0.3, base="arm")
+    hanging = dataclasses.replace(hanging, gravity=G, latches=(latch,)).driven(sd.Polynomial((0.0, 0.5)), body="arm")
+    said = "latch 'latch' locks between 0.5 s and 0.75 s: forces after it are those of an open latch"
+    assert said in sd.statics(hanging, until=2.0, points=9).attrs["warnings"]
+    assert "latch" not in sd.statics(hanging, until=0.5, points=3).attrs["warnings"]

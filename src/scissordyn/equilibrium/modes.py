@@ -57,7 +57,8 @@ def modes(
     drive : {"locked", "released"}
         Locked drives, or drives replaced by the constant torques that hold the position, so that driven bodies can move.
     times : array_like, optional
-        Instants of the motion of the drives [s], increasing; each position is computed from the one before it.
+        Instants of the motion of the drives [s], increasing; each position is computed from the one before it. Latches stay
+        open.
 
     Returns
     -------

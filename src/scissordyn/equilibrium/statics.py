@@ -90,6 +90,7 @@ def statics(
 
     At each position the drives and prescribed distances are locked and loads have their values at that time. All other
     coordinates are in static equilibrium. Clearances, dampers, clutches and brakes are left out; servos hold their references.
+    Latches stay open; a warning names those that would lock.
 
     Parameters
     ----------
@@ -366,6 +367,14 @@ def _warnings(plan: Plan, variables: Variables, path: Trajectory) -> list[str]:
         if far[worst] > ASSEMBLY_TOL:
             numbers = {"beyond": far[worst], "unit": output.unit, "time": times[worst]}
             warnings.append(str(warning("beyond", part.name, part.declaration.label, **numbers)))
+    for k, latch in enumerate(plan.mechanism.latches):
+        beyond = variables["latch_angle"].values[:, k] - latch.angle
+        locked = np.flatnonzero(beyond * beyond[0] < 0.0)
+        if locked.size:
+            first, then = times[locked[0] - 1 : locked[0] + 1]
+            warnings.append(
+                f"latch '{latch.name}' locks between {first:.6g} s and {then:.6g} s: forces after it are those of an open latch"
+            )
     for k, name in enumerate(variables["tape_spring"].values.tolist() if "tape_spring" in variables else ()):
         snapped = np.flatnonzero(np.diff(variables["tape_spring_folded"].values[:, k]))
         if snapped.size:

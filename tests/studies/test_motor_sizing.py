@@ -121,6 +121,21 @@ def test_speed_at_the_largest_torque():
     assert float(few["speed"][at]) == pytest.approx(float(many["speed"].sel(time=few["time"][at])), rel=5e-3)
 
 
+def test_root_mean_square_of_part_of_a_run():
+    """Closed form: the torque of the second half of a stroke, not of the whole, if a run is cut to it."""
+    reference = sd.Cycloidal(sd.degrees(60), sd.degrees(30), 0.5)
+    run = sd.simulate(sd.scissor(units=2, gravity=9.81).driven(reference), until=0.5, samples=2001)
+    late = run.isel(time=slice(1000, None))
+    torque, time = late["drive_torque"].values, late["time"].values
+    wanted = np.sqrt(np.trapezoid(torque**2, time) / (time[-1] - time[0]))
+    assert float(sd.torque_over_speed(late)["root_mean_square"]) == pytest.approx(wanted, rel=1e-12)
+    assert (
+        float(sd.torque_over_speed(run)["root_mean_square"])
+        == float(run["rms_drive_torque"][0])
+        != pytest.approx(wanted, rel=0.05)
+    )
+
+
 def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
     """Cross-check: few samples between impacts give the root mean square over time that many samples do, printed too."""
     drop = arm().replace("A.clearance", 0.5e-3)

@@ -20,6 +20,7 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, DEFAULT_SAMPLES
 from scissordyn.record.joint_force import clearance_joints, largest_force
 from scissordyn.record.sampling import time_mean
+from scissordyn.tolerance import DATA_TOL
 from scissordyn.units import checked
 
 EXAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"  # Correct call, which error texts show
@@ -131,6 +132,12 @@ def _relative_speed(run: xr.Dataset, source: _TorqueSource) -> np.ndarray:
     return speed if source.base == GROUND else speed - run["angular_velocity"].sel(body=source.base).values
 
 
+def _is_whole(run: xr.Dataset) -> bool:
+    """Report whether the samples of a run last from its start to its end; part of it has no integrals of its own."""
+    time, end = run["time"].values, number_attribute(run, "end")
+    return bool(time[0] == 0.0 and time[-1] >= end * (1.0 - DATA_TOL))
+
+
 def _source(sources: list[_TorqueSource], of: str) -> _TorqueSource:
     """Return the source with this name, or the only one if it is empty; raise `InputError` if it is not exactly one."""
     names = [source.name for source in sources]
@@ -165,7 +172,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     Dataset
         Along `time`: `torque` [N m], `speed` [rad/s] of the body relative to its base, and `power` [W]. The instants are the
         samples of the run and that of the largest torque, with a speed interpolated between samples. `root_mean_square` of
-        the torque [N m] over the run: of a drive integrated with the motion, of others over the samples.
+        the torque [N m] over the run: of a drive integrated with the motion, of others and of part of a run over the samples.
 
     Raises
     ------
@@ -176,7 +183,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     name, body, _, torque, largest, along, number = source
     speed = _relative_speed(run, source)
     time = run["time"].values
-    integrated = along == "drive" and "rms_drive_torque" in run
+    integrated = along == "drive" and "rms_drive_torque" in run and _is_whole(run)
     mean = float(run["rms_drive_torque"].values[number]) if integrated else math.sqrt(time_mean(torque**2, time))
     if largest in run and f"{largest}_time" in run:
         when, size = (float(run[name].isel({along: number})) for name in (f"{largest}_time", largest))
@@ -241,7 +248,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(np.sum([source.torque * _relative_speed(run, source) for source in sources], axis=0)[part], 0.0, None)
     # the integrator has located the largest torque of each source between samples, but only over the whole run
-    located = len(sources) == 1 and after <= time[0]
+    located = len(sources) == 1 and after <= time[0] and _is_whole(run)
     peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))
     integrated = located and sources[0].dimension == "drive" and "rms_drive_torque" in run
     mean = run["rms_drive_torque"].values[sources[0].entry] if integrated else np.sqrt(time_mean(torque**2, time[part]))

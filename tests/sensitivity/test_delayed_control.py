@@ -16,7 +16,7 @@ from scissordyn.run.advance.loop import advance
 from scissordyn.run.trajectory import make_driver
 from scissordyn.sensitivity import forward as pass_
 from scissordyn.sensitivity.forward import Forward, forward
-from scissordyn.sensitivity.replay import PARTS_MAX
+from scissordyn.sensitivity.part_error import PARTS_MAX
 from scissordyn.sensitivity.seed import Start, derivatives, parameter_of
 
 TORQUE = 0.45  # Torque of `lagging` divided by the delayed angular velocity [N m s]

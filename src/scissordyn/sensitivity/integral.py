@@ -15,14 +15,12 @@ from scissordyn.integrate.step import speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import derivative, kernel, value_of
 from scissordyn.sensitivity.kronrod import GAUSS_WEIGHTS, NODES, WEIGHTS
+from scissordyn.sensitivity.part_error import PART_MIN_FRACTION, PARTS_MAX
 from scissordyn.sensitivity.reversal import END, INSTANT, START, rates_inside, reversal
 from scissordyn.tolerance import ROUND_OFF_TOL
 
 POINT, FINE, COARSE, WHOLE, STAGES = range(5)
 """Rows of powers and monitored values: those at a node, sums of both rules over a part, over the piece, of stages."""
-
-PARTS_MAX = 200  # Largest number of parts of a step in which integrals are computed, rejected parts included
-PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
 
 
 @kernel
@@ -45,7 +43,7 @@ def add_integrals(problem, T, t, h, run, s, w, system):
         sum_stages(T, h, s, w)
         integrate_part(problem, T, 0.0, 1.0, t, h, s, w, system)
         keep_whole(s, w)
-        if part_error(run, s, w) <= 1.0:
+        if rule_error(run, s, w) <= 1.0:
             add_part(STAGES, s, w)  # without a kink the stages are more accurate than dense output
             return
     for k in range(speeds.shape[1]):
@@ -140,7 +138,7 @@ def add_piece(problem, T, first, last, t, h, run, s, w, system):
         integrate_part(problem, T, first, size, t, h, s, w, system)
         if count == 0:
             keep_whole(s, w)
-        error = part_error(run, s, w)
+        error = rule_error(run, s, w)
         if error > 1.0 and size > shortest and count < PARTS_MAX - 1:
             size *= 0.5
             run.quadrature[0] += 1
@@ -189,7 +187,7 @@ def integrate_part(problem, T, first, size, t, h, s, w, system):
 
 
 @kernel
-def part_error(run, s, w):
+def rule_error(run, s, w):
     """Return the largest distance of both rules in the derivatives of integrals over a part, divided by the allowed one."""
     floor, worst = energy_floor(s), 0.0
     for q in range(s.total.size):

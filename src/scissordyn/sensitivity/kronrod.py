@@ -1,12 +1,12 @@
-"""Gauss and Kronrod's rule of three and seven nodes on [0, 1] (Kronrod, Nodes and Weights of Quadrature Formulas, 1965)."""
+"""Gauss's rule of three nodes and Kronrod's of seven on [0, 1] (Kronrod, Nodes and Weights of Quadrature Formulas, 1965)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-_HALF = (0.960491268708020283, 0.774596669241483377, 0.434243749346802558)  # Positive nodes on [-1, 1]
-_OUTER, _MIDDLE = (0.104656226026467265, 0.268488089868333441, 0.401397414775962223), 0.450916538658474142
+_OUTER, _GAUSS, _INNER = 0.019754365645989858, 0.11270166537925831, 0.28287812532659872  # Nodes before the middle
+_WEIGHT = 0.052328113013233632, 0.13424404493416672, 0.20069870738798111
 
-NODES = 0.5 + 0.5 * np.array([*(-x for x in _HALF), 0.0, *_HALF[::-1]])
-WEIGHTS = 0.5 * np.array([*_OUTER, _MIDDLE, *_OUTER[::-1]])  # exact up to degree 11
-GAUSS_WEIGHTS = np.array([0.0, 5.0, 0.0, 8.0, 0.0, 5.0, 0.0]) / 18.0  # exact up to degree 5
+NODES = np.array([_OUTER, _GAUSS, _INNER, 0.5, 1.0 - _INNER, 1.0 - _GAUSS, 1.0 - _OUTER])
+WEIGHTS = np.array([*_WEIGHT, 0.22545826932923707, *_WEIGHT[::-1]])  # exact up to degree 11
+GAUSS_WEIGHTS = np.array([0.0, 5 / 18, 0.0, 4 / 9, 0.0, 5 / 18, 0.0])  # exact up to degree 5

@@ -8,6 +8,9 @@ from scissordyn.integrate.step import add_rows
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import derivative, kernel, value_of
 
+PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
+PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
+
 WEIGHT_FACTOR = 10.0
 """Largest absolute error of a derivative in a step, as a multiple of the absolute error weight of its value.
 

@@ -35,7 +35,7 @@ from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
 from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.integral import add_integrals
-from scissordyn.sensitivity.part_error import part_error
+from scissordyn.sensitivity.part_error import PART_MIN_FRACTION, PARTS_MAX, part_error
 from scissordyn.sensitivity.peak import follow_peak
 from scissordyn.sensitivity.reversal import END, START, count_reversals, first_reversal, sliding
 from scissordyn.tolerance import DATA_TOL, EVENT_TOL, ROUND_OFF_TOL
@@ -68,9 +68,6 @@ FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP, UNFINISHED = range(6)
 """Results of `follow`: step repeated; other contact modes than in the run; a guard is not zero at its event; the history of
 delayed signals is full; rates jump at a multiple of a delay that is a parameter; the step needs more than `PARTS_MAX` parts.
 """
-
-PARTS_MAX = 1000  # Largest number of parts of a step that is divided for accurate derivatives, rejected parts included
-PART_MIN_FRACTION = 1e-7  # [steps] Shortest part of a step; its error is too small to matter
 
 ROOT_PRECISIONS = 10.0  # Largest value of a guard that counts as zero at its event, as a multiple of its location precision
 

@@ -134,7 +134,7 @@ class Quantity:
     tied : str
         Parameter to change instead of this number, if the number also occurs elsewhere and cannot change alone.
     zero : str
-        What zero stands for, if it is not the limit of small numbers.
+        What zero means, if it is not the limit of small numbers.
     """
 
     unit: str

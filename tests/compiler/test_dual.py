@@ -213,7 +213,7 @@ def zero_parameters() -> Iterator[tuple[str, str, Callable[[float], dict[str, tu
 
 
 def fields_with_zero(part: Any) -> Iterator[str]:
-    """Names of the numbers of an element that may be zero, where zero does not stand for something else."""
+    """Names of the numbers of an element that may be zero, where zero does not mean something else."""
     for field in dataclasses.fields(part):
         hint = get_type_hints(type(part), include_extras=True)[field.name]
         declared = [each for each in get_args(hint) if isinstance(each, Quantity)]

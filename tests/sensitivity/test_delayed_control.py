@@ -112,5 +112,5 @@ def test_a_ramp_that_is_zero_is_refused():
     """Contract: the derivative by a ramp at zero would be that of a jump."""
     controlled = hanging(gravity=9.81).controlled(sd.Pyragas(0.04, 0.125), reference=sd.ConstantSpeed(2.3))
     path = f"{controlled.components[0].name}.controller.ramp"
-    with pytest.raises(sd.InputError, match=r"controller.ramp' = 0 stands for a jump"):
+    with pytest.raises(sd.InputError, match=r"controller.ramp' = 0 means a jump"):
         sd.gradient(controlled, of=["peak_component_force"], by=[path], until=0.15)

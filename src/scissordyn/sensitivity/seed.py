@@ -110,7 +110,7 @@ def parameter_of(mechanism: Mechanism, path: str, size: float) -> Parameter:
         raise InputError(f"'{path}' is an integer", "a parameter that can change by any small amount")
     unit, value = place.quantity.unit, float(place.value)
     if place.quantity.zero and value == 0.0:
-        raise InputError(f"'{path}' = 0 stands for {place.quantity.zero}: there is no derivative by it", "a value above zero")
+        raise InputError(f"'{path}' = 0 means {place.quantity.zero}: there is no derivative by it", "a value above zero")
     scale = abs(value) or (size if unit == "m" else 1.0)
     return Parameter(path, value, scale, unit, partial(changed, mechanism, path))
 

@@ -136,6 +136,13 @@ def test_root_mean_square_of_part_of_a_run():
     )
 
 
+def test_figures_of_merit_of_the_end_of_a_run():
+    """Identity: a run without its first samples has the figures of the whole run after these samples."""
+    run, ideal = (sd.simulate(made, until=UNTIL, samples=101) for made in (arm(), arm().ideal()))
+    cut = sd.figures_of_merit(run.isel(time=slice(60, None)), ideal)
+    xr.testing.assert_allclose(cut, sd.figures_of_merit(run, ideal, after=float(run["time"][60])), rtol=1e-12)
+
+
 def test_root_mean_square_of_a_torque_with_impacts(tmp_path, capsys):
     """Cross-check: few samples between impacts give the root mean square over time that many samples do, printed too."""
     drop = arm().replace("A.clearance", 0.5e-3)

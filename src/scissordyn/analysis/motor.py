@@ -242,6 +242,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
         if "slider_position" not in needed:
             raise InputError(f"the {name} has no slider_position", "a mechanism whose output body is guided")
     time = run["time"].values
+    after = max(after, float(time[0]))  # a run may be cut
     part = time >= after
     if int(np.sum(part)) < 2:
         raise InputError(f"after = {after:g} s leaves fewer than two samples", f"a time before {time[-1]:g} s")

@@ -27,7 +27,7 @@ from scissordyn.plugin.element import RECIPES, pointers, row_of
 from scissordyn.units import Quantity
 
 DERIVATIVES = 16  # Number of derivatives of a dual number in these tests
-TRIALS = 20  # Number of random arguments of each kernel
+TRIALS = 12  # Number of random arguments of each kernel
 
 PRECISE = mpmath.MPContext()  # Arithmetic with 40 digits
 PRECISE.dps = 40

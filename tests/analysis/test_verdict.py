@@ -106,6 +106,20 @@ def test_single_strokes(spans, after, kind):
     assert found.measures["trusted_fraction"] == pytest.approx((0.5 - after) / (1.0 - after), rel=1e-14)
 
 
+@pytest.mark.parametrize(("begin", "flight", "since"), [(0.7, 0.0, 0.0), (0.8, 0.1, 0.8)])
+def test_corners_of_a_guide_count_together(begin, flight, since):
+    """Closed form: two corners that touch in turn are one contact; without a touch of any corner the guide is in flight."""
+    run = made_up_run([(0.0, 0.3), (0.25, 0.7), (begin, math.nan)])
+    corners = [f"guide/corner {number}" for number in (1, 2)]
+    run = run.assign_coords(joint=corners).assign(
+        clearance=("joint", [CLEARANCE, CLEARANCE]), contact_joint=("contact", [*corners, corners[0]])
+    )
+    found = sd.classify(run)
+    assert found.kind == ("transient only" if flight else "continuous contact")
+    assert found.measures["flight_fraction"] == pytest.approx(flight, abs=1e-15)
+    assert found.measures["contact_since"] == since
+
+
 def driven(map_, spans):
     """Return a run with one flash per ten samples, at which the journal is at the next point of `map_` [clearances]."""
     instants = 10 * (len(map_) - 1) + 1

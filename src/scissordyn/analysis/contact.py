@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -27,6 +28,35 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     start = table["contact_start"].values[ours]
     end = start + table["contact_duration"].values[ours]
     return np.stack([start, np.where(np.isnan(end), float(table["time"].values[-1]), end)], axis=1)
+
+
+def contact_groups(joints: Iterable[str]) -> dict[str, list[str]]:
+    """Return the clearance joints by the joint or guide that they belong to; a guide has several corners."""
+    groups: dict[str, list[str]] = {}
+    for joint in joints:
+        groups.setdefault(re.sub(r"/corner \d+$", "", joint), []).append(joint)
+    return groups
+
+
+def united_spans(run: xr.Dataset, joints: Iterable[str], start: float, end: float) -> np.ndarray:
+    """Return start and end [s] of the contacts of any of the joints between two instants, shape (k, 2); they do not overlap."""
+    spans = np.concatenate([contact_spans(run, joint) for joint in joints])
+    united: list[list[float]] = []
+    for first, last in sorted(spans[(spans[:, 1] > start) & (spans[:, 0] < end)].clip(start, end).tolist()):
+        if united and first <= united[-1][1]:
+            united[-1][1] = max(united[-1][1], last)
+        else:
+            united.append([first, last])
+    return np.array(united).reshape(-1, 2)
+
+
+def flight_fractions(run: xr.Dataset, start: float, end: float) -> dict[str, float]:
+    """Return the fraction of the time in which no surfaces touch, by joint or guide with clearance."""
+    groups = contact_groups(require_clearance_joints(run))
+    return {
+        name: 1.0 - float(np.sum(np.diff(united_spans(run, joints, start, end)))) / (end - start)
+        for name, joints in groups.items()
+    }
 
 
 @checked

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from scissordyn.analysis.contact import contact_spans, contact_statistics
+from scissordyn.analysis.contact import contact_groups, contact_statistics, flight_fractions, united_spans
 from scissordyn.analysis.section import stroboscopic
 from scissordyn.analysis.spectrum import spectrum
 from scissordyn.analysis.variable import dataset_variable, finite_numbers
@@ -286,7 +286,9 @@ def classify(
         if dim is None:
             raise InputError("the dataset has no dimension time, strobe or cycle", "a run, or a stroboscopic map of a run")
         strobe = run.isel({dim: slice(skip, None)})
-        if "contact_fraction" in strobe and strobe.sizes[dim]:
+        # the corners of a guide touch at different times, so that its fraction does not follow from theirs
+        single = "joint" not in strobe.dims or len(contact_groups(map(str, strobe["joint"].values))) == strobe.sizes["joint"]
+        if "contact_fraction" in strobe and strobe.sizes[dim] and single:
             fraction = _exact_zero(
                 float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
             )
@@ -318,7 +320,7 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
     settled = float(strobe["time"].values[strobe.sizes["strobe"] // 2])
     if not settled < float(run["time"].values[-1]):
         return strobe, None
-    return strobe, _exact_zero(float(contact_statistics(run, after=settled)["flight_fraction"].max()))
+    return strobe, _exact_zero(max(flight_fractions(run, settled, float(run["time"].values[-1])).values()))
 
 
 def _exact_zero(fraction: float) -> float:
@@ -341,17 +343,16 @@ def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     """Classify a single stroke: continuous contact if no joint separates, else transient only."""
     statistics = contact_statistics(run, after=after)
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
-    fraction = _exact_zero(float(statistics["flight_fraction"].max()))
+    fraction = _exact_zero(max(flight_fractions(run, start, end).values()))
     last = -math.inf
-    for joint in require_clearance_joints(run):
-        spans = contact_spans(run, joint)
-        touching = spans[spans[:, 1] >= end] if spans.size else spans
-        last = max(last, float(touching[0, 0]) if len(touching) else math.inf)
+    for joints in contact_groups(require_clearance_joints(run)).values():
+        spans = united_spans(run, joints, 0.0, end)
+        last = max(last, float(spans[-1, 0]) if spans.size and spans[-1, 1] >= end else math.inf)
     measures = {
         "flight_fraction": fraction,
         "impacts": float(statistics["impacts"].sum()),
         "impact_rate": float(statistics["impact_rate"].max()),
-        "contact_fraction": float(statistics["contact_fraction"].min()),
+        "contact_fraction": 1.0 - fraction,
         "peak_force": float(statistics["peak_force"].max()),
         "contact_arc": float(np.nanmax(statistics["contact_arc"].values, initial=0.0)),
         "contact_since": last,
@@ -359,7 +360,7 @@ def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     window = f"from {start:.6g} s to {end:.6g} s"
     evidence = [
         f"A single stroke {window} has no period: neither periodic nor chaotic motion can be shown.",
-        f"{measures['impacts']:.0f} impacts; each joint is in contact for at least "
+        f"{measures['impacts']:.0f} impacts; each joint or guide is in contact for at least "
         f"{100.0 * measures['contact_fraction']:.4g} % of the time.",
     ]
     if fraction > 0.0:

@@ -239,6 +239,14 @@ def test_errors(message):
         sd.gradient(journals(), **options)
 
 
+def test_a_largest_value_in_the_short_steps_of_a_tight_tolerance():
+    """Identity: a maximum that round-off moves to the end of a step of 0.06 us has the derivative of a looser tolerance."""
+    case = sd.read_case(Path(__file__).parents[2] / "examples" / "ring.toml")
+    how = {"of": ["peak_drive_torque"], "by": ["unit 4/lower.restitution"], "until": 0.01, "method": "dop853"}
+    loose, tight = (sd.gradient(case.mechanism, start=case.run.start, rtol=rtol, **how) for rtol in (1e-11, 1e-13))
+    assert tight["derivative"].item() == pytest.approx(loose["derivative"].item(), rel=1e-7)
+
+
 def test_a_count_is_refused():
     """Contract: a number that cannot change by a small amount."""
     arm = sd.scissor(units=1).driven(sd.Trapezoidal(sd.degrees(30), sd.degrees(60), 1.0))

@@ -286,12 +286,8 @@ def classify(
         if dim is None:
             raise InputError("the dataset has no dimension time, strobe or cycle", "a run, or a stroboscopic map of a run")
         strobe = run.isel({dim: slice(skip, None)})
-        # the corners of a guide touch at different times, so that its fraction does not follow from theirs
-        single = "joint" not in strobe.dims or len(contact_groups(map(str, strobe["joint"].values))) == strobe.sizes["joint"]
-        if "contact_fraction" in strobe and strobe.sizes[dim] and single:
-            fraction = _exact_zero(
-                float(1.0 - strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}).min())
-            )
+        if "contact_fraction" in strobe and strobe.sizes[dim]:
+            fraction = _flight_fraction_of_map(strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}))
     dim = next(name for name in MAP_DIMENSIONS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
         raise InputError(f"{strobe.sizes[dim]} samples are left after skip = {skip}", "at least 2, and 200 for a verdict")
@@ -321,6 +317,21 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
     if not settled < float(run["time"].values[-1]):
         return strobe, None
     return strobe, _exact_zero(max(flight_fractions(run, settled, float(run["time"].values[-1])).values()))
+
+
+def _flight_fraction_of_map(touching: xr.DataArray) -> float | None:
+    """Return the largest free-flight fraction of a joint in the cycles of a map; None if that of a guide is not known.
+
+    The corners of a guide touch at different times, so that its fraction follows from theirs only if one of them stays closed.
+    """
+    joints, values = list(map(str, touching["joint"].values)), touching.transpose(..., "joint").values
+    flights = []
+    for corners in contact_groups(joints).values():
+        closed = values[:, [joints.index(corner) for corner in corners]].max(axis=1)
+        flights.append(_exact_zero(float(1.0 - closed.min())))
+        if len(corners) > 1 and flights[-1] > 0.0:
+            return None
+    return max(flights)
 
 
 def _exact_zero(fraction: float) -> float:

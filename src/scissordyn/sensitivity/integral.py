@@ -35,7 +35,8 @@ def add_integrals(problem, T, t, h, run, s, w, system):
         if speeds[START, k] * speeds[END, k] < 0.0:
             pieces += 1
     if pieces == 1 and T.kind == EXPLICIT and accurate_stages(T, h, run, s, w):
-        add_stages(T, h, s, w)
+        sum_stages(T, h, s, w)
+        add_part(STAGES, s, w)
         return
     complete(problem, T, t, h, s, w, system)
     problem.forget(system)
@@ -60,19 +61,6 @@ def add_integrals(problem, T, t, h, run, s, w, system):
 
 
 @kernel
-def add_stages(T, h, s, w):
-    """Add the integrals over an explicit step, with the weights of its stages."""
-    for stage in range(T.stages):
-        weight = h * T.a[T.stages, stage] * speed(w.scaling[0], T.nodes[stage])
-        for row in range(s.peak.shape[0]):
-            if is_monitored(row, s):
-                for q in range(w.monitored.shape[2]):
-                    s.peak[row, INTEGRAL + q] += weight * w.monitored[stage, row, q]
-    for q in range(s.total.size):
-        s.total[q] += step_integral(T, h, w, q)
-
-
-@kernel
 def accurate_stages(T, h, run, s, w):
     """Return True if the embedded errors of the integrals' derivatives over an explicit step are small enough."""
     floor, scale = energy_floor(s), value_of(h)
@@ -86,10 +74,8 @@ def accurate_stages(T, h, run, s, w):
             if not ratio(combined_error(T, scale * first, scale * second, k), k, s.total[q], part, floor, run) <= 1.0:
                 return False
     for row in range(s.peak.shape[0]):
-        if not is_monitored(row, s):
-            continue
         for q in range(w.monitored.shape[2]):
-            if run.integrals[row, q] == 0:
+            if not is_used(row, q, run, s):
                 continue
             first = second = part = 0.0
             for stage in range(T.stages + 1):
@@ -101,6 +87,12 @@ def accurate_stages(T, h, run, s, w):
                 if not ratio(combined_error(T, first, second, k), k, s.peak[row, INTEGRAL + q], part, 0.0, run) <= 1.0:
                     return False
     return True
+
+
+@kernel
+def is_used(row, q, run, s):
+    """Return whether a measure uses the integral of a monitored value."""
+    return run.integrals[row, q] == 1 and is_monitored(row, s)
 
 
 @kernel
@@ -195,10 +187,8 @@ def rule_error(run, s, w):
         for k in range(run.parameters[0]):
             worst = max(worst, ratio(abs(derivative(apart, k)), k, s.total[q], whole, floor, run))
     for row in range(s.peak.shape[0]):
-        if not is_monitored(row, s):
-            continue
         for q in range(w.monitored.shape[2]):
-            if run.integrals[row, q] == 0:
+            if not is_used(row, q, run, s):
                 continue
             whole, apart = w.monitored[WHOLE, row, q], w.monitored[FINE, row, q] - w.monitored[COARSE, row, q]
             for k in range(run.parameters[0]):

@@ -22,7 +22,7 @@ from scissordyn.plot.report import draw_all
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import BEYOND_HORIZON, chosen_joints
 from scissordyn.plot.still import structure
-from scissordyn.plot.style import literal
+from scissordyn.plot.style import literal, wrap_label
 from scissordyn.record.placement import Placement
 
 from .made_up import CLEARANCE, CLEARANCE_JOINTS, END, made_up, mechanism_with, overlaps
@@ -116,6 +116,25 @@ def test_curves_show_the_data(run, ideal, arm):
     assert curve(below, "ideal joints").is_dashed()
     assert not curve(below, "with clearance").is_dashed()
     assert [axes.get_ylabel() for axes in energy(ideal)] == ["energy [kJ]", "residual [µJ]"]
+
+
+def test_round_off_of_the_ideal_run_is_not_drawn(run, ideal):
+    """Contract: a derivative that is round-off is zero in both runs, so that it does not scale the panel."""
+    run, ideal = run.copy(deep=True), ideal.copy(deep=True)
+    for each in (run, ideal):
+        each["angular_acceleration"][:] = 1e-13 * np.cos(np.arange(each["angular_acceleration"].size)).reshape(
+            each["angular_acceleration"].shape
+        )
+    panel = response(run, ideal)[5]
+    assert panel.get_ylabel() == "angular acceleration\n[rad/s²]"
+    for label in ("with clearance", "ideal joints"):
+        np.testing.assert_array_equal(curve(panel, label).get_ydata(), 0.0)
+
+
+def test_units_are_not_broken_into_lines():
+    """Contract: the label of a short axis is broken before its unit, not within its brackets."""
+    assert wrap_label("acceleration [10³ m/s²]", 1.5, 9.0) == "acceleration\n[10³ m/s²]"
+    assert wrap_label("force [N]", 5.0, 9.0) == "force [N]"
 
 
 def test_response_of_another_body(run):

@@ -109,6 +109,8 @@ def test_structure_at_chosen_instants(two_joints):
     assert [axes.get_title(loc="left") for axes in drawn[:2]] == ["1: t = 0 ms", "2: t = 30 ms"]
     assert len(drawn) == 4
     assert drawn[0].get_xlim() == drawn[1].get_xlim()
+    (explained,) = drawn[0].get_figure(root=True).legends
+    assert {"joint in contact", "joint in free flight"} <= {text.get_text() for text in explained.get_texts()}
     with pytest.raises(sd.InputError, match="times"):
         structure(two_joints, mechanism_with(tuple(CLEARANCE_JOINTS)), times=0)
 

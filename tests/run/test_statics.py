@@ -284,6 +284,20 @@ def test_gear_pair(ratio, end):
     assert (str(row["quantity_unit"].values), float(row["largest"])) == ("N m", pytest.approx(ratio * load))
 
 
+def test_pictures_of_no_force_and_of_many_forces():
+    """Contract: without any force the axes keep a range; curves that are left out are counted."""
+    idle = sd.statics(sd.scissor(units=2, gravity=0.0).driven(speed=0.1), until=1.0, points=3)
+    for axes in sd.plot.statics(idle):
+        low, high = axes.get_ylim()
+        assert low < 0.0 < high
+    jack = sd.statics(sd.read_case(EXAMPLES / "lift.toml").mechanism, until=1.0, points=3)
+    drawn = sd.plot.statics(jack)
+    (reactions,) = [axes for axes in drawn if axes.get_ylabel().startswith("force of joints")]
+    left_out = [line.get_label() for line in reactions.lines if line.get_label().endswith("left out")]
+    assert left_out == [f"{10 - 6} more left out"]
+    assert drawn[-1].get_xlabel() == "length of jack [mm]"
+
+
 def test_planetary_gear():
     """Closed form: Willis' ratio from arm to sun, and the torques of both meshes on the planet."""
     sun, planet, ring, load = 20, 17, 54, -0.1
@@ -295,7 +309,7 @@ def test_planetary_gear():
     np.testing.assert_allclose(forces["angle"].sel(body="arm"), forces["time"] / (1.0 + ring / sun), atol=1e-12)
     # the panels leave out pins, which carry round-off only
     labels = [axes.get_ylabel() for axes in sd.plot.statics(forces)]
-    assert [label.split()[0] for label in labels] == ["drive", "component", "coupling"]
+    assert labels == ["torque of drives [mN·m]", "torque of components [mN·m]", "torque of couplings [mN·m]"]
 
 
 def test_rack_on_an_incline():

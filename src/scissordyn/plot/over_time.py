@@ -134,9 +134,13 @@ def response(
     time = time_scale(run)
     for column, (title, variables, of) in enumerate(moving):
         drawn[column].set_title(literal(title), loc="left", fontsize=normal())
-        for order, (panel, (label, variable)) in enumerate(zip(drawn[column::columns], variables.items(), strict=True)):
-            curve = _without_round_off([curve_of(run, name, **of) for name in variables.values()], order)
-            compare(panel, label, curve, None if ideal is None else curve_of(ideal, variable, **of), time=time)
+        for order, (panel, label) in enumerate(zip(drawn[column::columns], variables, strict=True)):
+            shown = [
+                _without_round_off([curve_of(each, name, **of) for name in variables.values()], order)
+                for each in (run, ideal)
+                if each is not None
+            ]
+            compare(panel, label, shown[0], shown[1] if ideal is not None else None, time=time)
     finish_time_axes(drawn, run, time, bottom=drawn[-columns:])
     legend(drawn, above=axes is None)
     return drawn

@@ -25,7 +25,7 @@ from scissordyn.plot.style import (
     normal,
     small,
     use_minus_signs,
-    wrap_text,
+    wrap_label,
 )
 from scissordyn.record.joint_force import clearance_joints, joint_force, largest_force, require_clearance_joints
 from scissordyn.record.results import Curve, Run
@@ -207,7 +207,7 @@ def finish_time_axes(axes: Sequence[Axes], run: Run, time: Scale, *, bottom: Seq
     if figure is not None:
         for panel in axes:
             height = figure.get_figheight() * panel.get_position().height
-            panel.set_ylabel(wrap_text(panel.get_ylabel(), 1.1 * height, normal()))
+            panel.set_ylabel(wrap_label(panel.get_ylabel(), 1.1 * height, normal()))
         figure.align_ylabels(axes)
 
 

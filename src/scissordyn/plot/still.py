@@ -40,7 +40,9 @@ from scissordyn.plot.style import (
     GREY,
     LIGHT,
     SIZES,
+    SKY,
     TIME_MAP,
+    VERMILION,
     apply_layout,
     dark_map,
     draw_scale_bar,
@@ -126,6 +128,7 @@ def structure(
     drawings = _draw_instants(
         stills, scene, larger, predictability_horizon(run), beyond, numbered=len(samples) > 1 and bool(chosen)
     )
+    _explain_rings(stills[0], drawings)
     channels = {view.name: view for view in scene.channels}
     for name, panel in zip(chosen, panels, strict=True):
         if name in channels:
@@ -159,6 +162,15 @@ def _draw_instants(
             shade: dict[str, Any] = {"facecolor": LIGHT, "alpha": 0.7, "zorder": 0.0, "label": beyond}
             axes.add_patch(Rectangle((0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, **shade))
     return drawings
+
+
+def _explain_rings(axes: Axes, drawings: Sequence[Drawing]) -> None:
+    """Add entries for the colours of the rings around clearance joints to the legend."""
+    colours = {ring.get_color() for drawing in drawings for ring in drawing.rings}
+    for color, label in ((VERMILION, "joint in contact"), (SKY, "joint in free flight")):
+        if color in colours:
+            look: dict[str, Any] = {"marker": "o", "markersize": SIZES.legend_dot, "markerfacecolor": "none"}
+            axes.plot([], [], color=color, linestyle="", markeredgewidth=1.4, label=label, **look)
 
 
 def _write_names(drawings: Sequence[Drawing], left_out: Set[str]) -> None:

@@ -23,6 +23,9 @@ SINGULAR_LINE_STYLES = {"change point": (0, (5, 2)), "near change point": (0, (1
 OVER_EXAMPLE = "over='time'"
 
 
+FORCES_OF = {"drive": "drives", "component": "components", "coupling": "couplings", "reaction": "joints"}
+"""Parts whose forces each panel of the static forces shows, in the order of the panels."""
+
 NAME_PREFIXES = {
     "drive": ("drive torque", "rod force ", "coordinate drive "),
     "coupling": ("coupling ",),
@@ -51,19 +54,21 @@ def kinematics(ideal: xr.Dataset, *, axes: Canvas = None) -> list[Axes]:
 
 
 def _draw_curves(axes: Axes, t: np.ndarray, values: np.ndarray, names: np.ndarray) -> None:
-    """Draw and name curves that differ from each other; state how many more are equal to a drawn one."""
+    """Draw and name curves that differ from each other; state how many more are equal to a drawn one or left out."""
     shown: list[np.ndarray] = []
-    alike = 0
+    alike = left_out = 0
     for name, column in zip(names.astype(str).tolist(), values.T, strict=True):
         if any(np.allclose(column, other, rtol=1e-6, atol=1e-9, equal_nan=True) for other in shown):
             alike += 1
             continue
         if len(shown) == len(COLORS):
-            break
+            left_out += 1
+            continue
         axes.plot(t, column, color=COLORS[len(shown)], linewidth=1.2, label=literal(name))
         shown.append(column)
-    if alike:
-        axes.plot([], [], color=GREY, linewidth=0.0, label=f"{alike} more alike")
+    for count, text in ((alike, "more on these lines"), (left_out, "more left out")):
+        if count:
+            axes.plot([], [], color=GREY, linewidth=0.0, label=f"{count} {text}")
 
 
 def _write_note(axes: Axes, label: str, text: str) -> None:
@@ -89,7 +94,7 @@ def _draw_transmission(axes: Axes, ideal: xr.Dataset, t: np.ndarray) -> None:
     """Draw the transmission angles, the smallest first."""
     values = DEGREES.factor * ideal["transmission_angle"].values
     if not values.size:
-        _write_note(axes, "", "no dyads behind a drive")
+        _write_note(axes, "", "no transmission angle: no pair of bodies is moved by a drive")
     order = np.argsort(values.min(axis=0), kind="stable")
     _draw_curves(axes, t, values[:, order], ideal["dyad"].values[order])
     axes.set(ylim=(0.0, 90.0), yticks=[0.0, 30.0, 60.0, 90.0], ylabel="transmission angle [deg]")
@@ -165,11 +170,7 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
     panel_of = np.array(list(starts))
     sizes = np.nan_to_num(np.abs(forces["quantity_value"].values)).max(axis=0)
     loaded = (sizes >= round_off * sizes.max(initial=0.0)) & np.isfinite(forces["quantity_value"].values).any(axis=0)
-    chosen_of = {
-        (kind, unit): (panel_of == kind) & (units == unit)
-        for kind in ("drive", "component", "coupling", "reaction")
-        for unit in ("N", "N m")
-    }
+    chosen_of = {(kind, unit): (panel_of == kind) & (units == unit) for kind in FORCES_OF for unit in ("N", "N m")}
     groups = {key: np.flatnonzero(chosen) for key, chosen in chosen_of.items() if np.any(chosen & loaded)}
     drawn = panels(axes, len(groups), size=(7.5, 2.2 * len(groups) + 0.8))
     values, label = _abscissa(forces, over)
@@ -180,10 +181,11 @@ def statics(forces: xr.Dataset, *, over: str = "input", axes: Canvas = None) -> 
         _draw_curves(
             panel, values, scale.factor * force[:, order], np.strings.replace(names[chosen][order], "reaction ", "", 1)
         )
-        if np.nanmax(np.ptp(force, axis=0)) <= constant_fraction * np.nanmax(np.abs(force)):
+        largest = np.nanmax(np.abs(force))
+        if largest > 0.0 and np.nanmax(np.ptp(force, axis=0)) <= constant_fraction * largest:
             ends = 0.0, *(1.2 * scale.factor * force[0])
             panel.set_ylim(np.nanmin(ends), np.nanmax(ends))
-        panel.set_ylabel(scale.label(kind))
+        panel.set_ylabel(scale.label(f"{'torque' if unit == 'N m' else 'force'} of {FORCES_OF[kind]}"))
         legend([panel])
     drawn[-1].set_xlabel(label)
     return drawn
@@ -195,8 +197,10 @@ def _abscissa(forces: xr.Dataset, over: str) -> tuple[np.ndarray, str]:
     if over == "time":
         scale, values, name = engineering("s", forces["time"].values), forces["time"].values, "time"
     elif over == "input":
-        values, name = forces["input"].values[:, 0], str(forces["prescribed"].values[0])
-        scale = DEGREES if str(forces["prescribed_unit"].values[0]) == "rad" else Scale(1e3, "mm")
+        moved, turns = str(forces["prescribed"].values[0]), str(forces["prescribed_unit"].values[0]) == "rad"
+        values, scale = forces["input"].values[:, 0], DEGREES if turns else Scale(1e3, "mm")
+        is_rod = f"rod force {moved}" in forces["quantity"].values
+        name = f"{'angle' if turns else 'length' if is_rod else 'position'} of {literal(moved)}"
     elif track in tracks and axis in ("x", "y"):
         values, name = forces["track_position"].sel(track=track, axis=axis).values, over
         scale = engineering("m", values)

@@ -63,6 +63,8 @@ class Sizes(NamedTuple):
 
 SIZES = Sizes()
 
+NO_BREAK_SPACE = "\u00a0"
+
 SCALE_BAR = "scale bar"  # Identifier of the artists of a scale bar
 
 IDEAL: dict[str, Any] = {"color": BLACK, "linewidth": LINE_WIDTH, "linestyle": (0, (4, 3)), "zorder": 3.0}
@@ -251,6 +253,13 @@ def wrap_text(text: str, inches: float, letters: float) -> str:
     letter_width = 0.58  # as a fraction of its size
     fitting = int(inches * 72.0 / (letter_width * letters))
     return text if len(text) <= fitting else "\n".join(wrap(text, max(fitting, shortest), break_long_words=False))
+
+
+def wrap_label(label: str, inches: float, letters: float) -> str:
+    """Break the label of an axis into lines as `wrap_text` does, but never within the brackets of its unit."""
+    name, bracket, unit = label.partition(" [")
+    together = name + bracket + unit.replace(" ", NO_BREAK_SPACE)
+    return wrap_text(together, inches, letters).replace(NO_BREAK_SPACE, " ")
 
 
 def figure_size(width: float, height: float, rows: int = 2) -> tuple[float, float]:

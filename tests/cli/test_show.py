@@ -11,8 +11,9 @@ import xarray as xr
 import scissordyn as sd
 from reference.paper_case import paper_case
 from scissordyn.cli.catalogue import plain_formula
-from scissordyn.cli.compare import change
+from scissordyn.cli.compare import change, differences
 from scissordyn.cli.main import status_of
+from scissordyn.cli.output import print_words
 from scissordyn.cli.show import column, show_run
 from scissordyn.cli.text_console import TextConsole
 from scissordyn.laws.catalogue import BY_KIND, MATERIALS
@@ -27,6 +28,27 @@ from scissordyn.units import cell, short
 def test_prefix_leaves_a_number_between_one_and_a_thousand(largest, letter):
     """Closed form: engineering prefixes."""
     assert PREFIXES[prefix(largest)] == letter
+
+
+def test_words_of_a_table_are_not_broken(capsys):
+    """Contract: a table that is too narrow for its longest words is printed as a list of each row's cells."""
+    head = ("response", "structure.bars.section.wall", "material = aluminium instead of steel")
+    print_words(head, [("peak_utilisation", "-0.84 ± 0.10", "x 0.863")])
+    table = capsys.readouterr().out
+    assert "structure.bars.section.wall" in table
+    assert "peak_utilisation: " not in table
+    print_words((*head, "x" * 50), [("peak_utilisation", "-0.84 ± 0.10", "x 0.863", "")])
+    assert capsys.readouterr().out.splitlines() == [
+        "response: peak_utilisation",
+        "  structure.bars.section.wall: -0.84 ± 0.10",
+        "  material = aluminium instead of steel: x 0.863",
+    ]
+
+
+def test_differences_of_values_of_different_kinds():
+    """Contract: an entry that one of two cases lacks is shown with a dash, whichever kind of value the other has."""
+    assert list(differences({"points": (1.0, 2.0)}, {"points": None})) == [("points", "2 entries", "-")]
+    assert list(differences({"points": None}, {"points": (1.0, 2.0)})) == [("points", "-", "2 entries")]
 
 
 def test_column_has_one_unit_and_aligned_decimals():

@@ -115,6 +115,8 @@ def test_bifurcation_shows_every_cycle():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("radial clearance [mm]", "velocity of the slider [m/s]")
     np.testing.assert_allclose(axes.lines[0].get_xdata(), np.repeat(1e3 * data["value"].values, 60), rtol=1e-14)
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), data["slider_velocity"].values.ravel())
+    (axes,) = bifurcation(data.assign_attrs(parameter="A.clearance"))
+    assert axes.get_xlabel() == "A.clearance: radial clearance [mm]"
     (axes,) = bifurcation(data, variable="peak_force", joint="A")
     assert axes.get_ylabel() == "largest force [kN]"
     with pytest.raises(sd.InputError, match="did you mean 'slider_velocity'"):

@@ -307,6 +307,10 @@ def test_pictures_of_a_study():
     (one,) = feasibility_map(points, colour="peak_force", limit=500.0)
     mesh = one.collections[0]
     assert mesh.get_array().shape == (10, 10)
+    assert not one.get_title(loc="left")
+    twice = xr.concat([points, points], "point", data_vars="minimal", coords="minimal", compat="override")
+    (of_two,) = feasibility_map(twice, colour="peak_force")
+    assert of_two.get_title(loc="left").startswith("each field: mean of 2 points")
     marks = [line for line in one.lines if line.get_label() == "members disagree"]
     assert marks[0].get_xdata().size == 1
     curves = response_curves(points, limits={"peak_force": 500.0})

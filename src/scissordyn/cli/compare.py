@@ -158,8 +158,8 @@ def differences(first: Any, second: Any, place: str = "", unit: str = "") -> Ite
     """Yield parameter path and both values, as texts, for each entry in which two mechanisms or options differ."""
     both = [None if parts is None else list(parts) for parts in (_parts(first, unit), _parts(second, unit))]
     left, right = ({name: (value, of) for name, value, of in parts or ()} for parts in both)
-    lengths = isinstance(first, tuple) and len(first) != len(second)
-    if None in both or type(first) is not type(second) or lengths:
+    of_other_kind = type(first) is not type(second)
+    if None in both or of_other_kind or (isinstance(first, tuple) and len(first) != len(second)):
         if first != second:
             yield place, *_texts(first, second, unit)
         return

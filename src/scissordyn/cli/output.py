@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scissordyn.errors import InputError
+from scissordyn.errors import InputError, printable
 
 if TYPE_CHECKING:  # so that the help of a command does not load libraries
     from rich.console import Console
@@ -33,6 +33,7 @@ COLUMN_STYLES: dict[str, dict[str, Any]] = {
     "number": {"justify": "right", "no_wrap": True},
     "numbers": {"justify": "right", "overflow": "fold"},
     "long name": {"overflow": "fold"},
+    "words": {"overflow": "fold"},  # at least as wide as its longest word
 }
 
 PROGRESS_TEXT = "{task.description}"  # Column of a progress bar that shows the text of its task
@@ -145,6 +146,8 @@ def print_table(
         width = max(len(line) for text in texts for line in text.split("\n"))
         if looks[k] in ("number", "long name"):
             least[k] = width if looks[k] == "number" else min(width, name_letters)
+        elif looks[k] == "words":
+            least[k] = _longest_word(texts)
     kept = [*range(len(heads))]
     for unwanted in spare:
         if sum(width + 1 for k, width in least.items() if k in kept) <= to.width - 2:
@@ -157,6 +160,23 @@ def print_table(
         table.add_row(*(row[k] for k in kept))
     to.print(table)
     return [head.split("\n")[0] for k, head in enumerate(heads) if k not in kept]
+
+
+def print_words(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table whose words are not broken; print each row as a list of its cells if the table is too wide for that."""
+    to = console()
+    if sum(_longest_word(texts) + 1 for texts in zip(head, *rows, strict=True)) <= to.width - 2:
+        print_table([(name, "words") for name in head], rows, to=to)
+        return
+    for first, *cells in rows:
+        print(printable(f"{head[0]}: {first}"))
+        for name, cell in zip(head[1:], cells, strict=True):
+            if cell:
+                print(printable(f"  {name}: {cell}"))
+
+
+def _longest_word(texts: Iterable[str]) -> int:
+    return max((len(word) for text in texts for word in text.split()), default=0)
 
 
 def print_json(record: dict[str, Any]) -> None:

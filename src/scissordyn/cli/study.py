@@ -22,7 +22,7 @@ from scissordyn.cli.output import (
     check_folder,
     check_run,
     check_store_name,
-    print_table,
+    print_words,
     say,
 )
 from scissordyn.cli.parameter import Argument, Option
@@ -384,6 +384,6 @@ def _show(part: Section) -> None:
             print("; ".join(printable(f"{head} {cell}".lstrip()) for head, cell in zip(part.head[:-1], cells, strict=True)))
             print(f"  {typed}")
     elif part.rows:
-        print_table([(head, "text") for head in part.head], part.rows)
+        print_words(part.head, part.rows)
     for note in part.notes if part.rows else ():
         print(note)

@@ -170,7 +170,9 @@ def bifurcation(diagram: xr.Dataset, *, variable: str = "", joint: str = "", axe
     look: dict[str, Any] = {"markersize": _dot_size(values.size, 3.0, 7.0), "rasterized": values.size > 20_000, **DOT_STYLE}
     x = np.repeat(across.factor * value.values, values.shape[1])
     drawn.plot(x, up.factor * values.values.ravel(), color=BLUE, **look)
-    drawn.set(xlabel=across.label(_long_name(value, "parameter")), ylabel=up.label(_long_name(values, chosen)))
+    parameter, meaning = literal(str(diagram.attrs.get("parameter", ""))), _long_name(value, "parameter")
+    varied = f"{parameter}: {meaning}" if parameter and parameter != meaning else meaning
+    drawn.set(xlabel=across.label(varied), ylabel=up.label(_long_name(values, chosen)))
     drawn.ticklabel_format(style="plain", useOffset=False)
     return [drawn]
 

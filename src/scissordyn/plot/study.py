@@ -156,7 +156,8 @@ def feasibility_map(
     )
     look: dict[str, Any] = {"cmap": MET_COLOURS if colour == "met" else CLEARANCE_MAP, "norm": norm, "rasterized": True}
     ua, ub = np.unique(a), np.unique(b)
-    on_grid = points.sizes["point"] % (ua.size * ub.size) == 0 and ua.size > 1 and ub.size > 1
+    in_cell, left = divmod(points.sizes["point"], ua.size * ub.size)
+    on_grid = left == 0 and ua.size > 1 and ub.size > 1
     if on_grid:
         table = _grid_means(a, b, c, ua, ub)
         drawn: Any = panel.pcolormesh(ua, ub, table, shading="nearest", **look)
@@ -171,6 +172,9 @@ def feasibility_map(
     _draw_disagreement(panel, a, b, points["disagrees"].values, (ua, ub) if on_grid else None)
     if panel.lines:
         _legend([panel])
+    if on_grid and in_cell > 1:
+        note = f"each field: mean of {in_cell} points with other values of the other factors"
+        panel.set_title(note, loc="left", fontsize=small())
     panel.set(xlabel=sx.label(literal(x)), ylabel=sy.label(literal(y)))
     _scale_axis(panel.xaxis, sx, points[x].values)
     _scale_axis(panel.yaxis, sy, points[y].values)

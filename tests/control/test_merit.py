@@ -93,6 +93,22 @@ def test_control_keeps_contact(disturbed_array, ideal):
     assert float(opened["tracking_error"]) > 2e-2
 
 
+def test_part_of_a_run_has_the_figures_of_a_shorter_run(clearance_array):
+    """Cross-check: the first part of a run and a run that ends there have the same figures, in flight and in contact."""
+    whole = sd.simulate(clearance_array, until=0.05, samples=2001)
+    k = int(np.nanargmax(whole["contact_duration"].values))
+    during = float(whole["contact_start"][k] + 0.5 * whole["contact_duration"][k])
+    time = whole["time"].values
+    for last in (int(np.searchsorted(time, during)), 800):
+        short = sd.simulate(clearance_array, until=float(time[last]), samples=last + 1)
+        found, wanted = (sd.figures_of_merit(run, run) for run in (whole.isel(time=slice(last + 1)), short))
+        for name in ("contact_fraction", "separations", "in_contact_from"):
+            np.testing.assert_allclose(found[name].values, wanted[name].values, rtol=1e-6, err_msg=name)
+        # the part has samples where the shorter run has located maxima
+        for name in ("peak_force", "peak_torque"):
+            assert 0.99 * float(wanted[name].max()) <= float(found[name].max()) <= (1.0 + 1e-6) * float(wanted[name].max())
+
+
 def test_errors(ideal):
     """Contract: runs that do not fit are refused."""
     with pytest.raises(sd.InputError, match="the run has no drive"):

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from tests.build import one_line_error
 
 import scissordyn as sd
 from scissordyn.cli.show import run_record
@@ -47,6 +48,27 @@ def test_tracked_point_against_its_tolerance(weak):
     assert record["points"][0]["met"] is False
     assert record["met"] is False
     json.dumps(record, allow_nan=False)
+
+
+def test_part_of_a_run_has_no_summary(weak):
+    """Contract: the summary of part of a run is refused in one line; fewer samples over the whole run are no part of it."""
+    for part in (weak.isel(time=slice(1000)), weak.isel(time=slice(1, None)), weak.isel(time=7), weak.isel(time=[])):
+        with one_line_error("summary of part of a run"):
+            part.scissordyn.summary()
+    assert weak.isel(time=slice(None, None, 100)).scissordyn.summary().force == weak.scissordyn.summary().force
+    assert len(sd.plot.track(weak, end=0.05)) == 1
+
+
+def test_run_that_ends_early_has_a_summary():
+    """Contract: a run that ended between two samples is whole; without its last sample it is part of a run."""
+    bars = {"ground": 0.2, "crank": 0.15, "coupler": 0.1, "rocker": 0.1}
+    run = sd.simulate(sd.four_bar(**bars).driven(speed=10.0), until=1.0, samples=2001)
+    assert run.attrs["status"] == "failed"
+    assert float(run["time"][-1]) < run.attrs["end"]
+    assert run.scissordyn.summary().force is not None
+    with one_line_error("summary of part of a run"):
+        run.isel(time=slice(-1)).scissordyn.summary()
+    assert sd.simulate(sd.four_bar(**bars).driven(speed=10.0), until=1.0, most_steps=1).scissordyn.summary().force is None
 
 
 def test_actuator_against_its_limit(weak):

@@ -11,7 +11,7 @@ import xarray as xr
 
 from scissordyn.analysis.variable import dataset_variable
 from scissordyn.annotation import is_number, shown
-from scissordyn.casefile.configuration import number_attribute, read_configuration
+from scissordyn.casefile.configuration import read_configuration
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.motor import Motor
 from scissordyn.components.place import GROUND
@@ -19,8 +19,7 @@ from scissordyn.components.tabulated_motor import TabulatedMotor
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.options import AUTO, DEFAULT_SAMPLES
 from scissordyn.record.joint_force import clearance_joints, largest_force
-from scissordyn.record.sampling import time_mean
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.record.sampling import is_whole, time_mean
 from scissordyn.units import checked
 
 EXAMPLE = "sd.MotorCurve((0.0, 10.0, 30.0), (60.0, 60.0, 0.0))"  # Correct call, which error texts show
@@ -132,12 +131,6 @@ def _relative_speed(run: xr.Dataset, source: _TorqueSource) -> np.ndarray:
     return speed if source.base == GROUND else speed - run["angular_velocity"].sel(body=source.base).values
 
 
-def _is_whole(run: xr.Dataset) -> bool:
-    """Report whether the samples of a run last from its start to its end; part of it has no integrals of its own."""
-    time, end = run["time"].values, number_attribute(run, "end")
-    return bool(time[0] == 0.0 and time[-1] >= end * (1.0 - DATA_TOL))
-
-
 def _source(sources: list[_TorqueSource], of: str) -> _TorqueSource:
     """Return the source with this name, or the only one if it is empty; raise `InputError` if it is not exactly one."""
     names = [source.name for source in sources]
@@ -183,7 +176,7 @@ def torque_over_speed(run: xr.Dataset, of: str = "") -> xr.Dataset:
     name, body, _, torque, largest, along, number = source
     speed = _relative_speed(run, source)
     time = run["time"].values
-    integrated = along == "drive" and "rms_drive_torque" in run and _is_whole(run)
+    integrated = along == "drive" and "rms_drive_torque" in run and is_whole(run, read_configuration(run).options)
     mean = float(run["rms_drive_torque"].values[number]) if integrated else math.sqrt(time_mean(torque**2, time))
     if largest in run and f"{largest}_time" in run:
         when, size = (float(run[name].isel({along: number})) for name in (f"{largest}_time", largest))
@@ -249,7 +242,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     torque = np.sum([source.torque for source in sources], axis=0)[part]
     power = np.clip(np.sum([source.torque * _relative_speed(run, source) for source in sources], axis=0)[part], 0.0, None)
     # the integrator has located the largest torque of each source between samples, but only over the whole run
-    located = len(sources) == 1 and after <= time[0] and _is_whole(run)
+    located = len(sources) == 1 and after <= time[0] and is_whole(run, read_configuration(run).options)
     peak = abs(run[sources[0].peak].values[sources[0].entry]) if located else np.max(np.abs(torque))
     integrated = located and sources[0].dimension == "drive" and "rms_drive_torque" in run
     mean = run["rms_drive_torque"].values[sources[0].entry] if integrated else np.sqrt(time_mean(torque**2, time[part]))
@@ -275,7 +268,7 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     }
     figures = {name: dataset_variable((), float(value), units, text) for name, (value, units, text) in single.items()}
     joints = clearance_joints(run)
-    rows = np.array([_contact_figures(run, joint, after) for joint in joints]).reshape(-1, 4)
+    rows = np.array([_contact_figures(run, joint, after, float(time[-1])) for joint in joints]).reshape(-1, 4)
     named = (
         ("contact_fraction", "1", "fraction of the time in contact"),
         ("separations", "1", "contacts that ended"),
@@ -287,21 +280,19 @@ def figures_of_merit(run: xr.Dataset, ideal: xr.Dataset, *, after: float = 0.0) 
     return xr.Dataset(figures, coords={"joint": ("joint", joints)}, attrs={"title": "figures of merit", "after": after})
 
 
-def _contact_figures(run: xr.Dataset, joint: str, after: float) -> tuple[float, float, float, float]:
+def _contact_figures(run: xr.Dataset, joint: str, after: float, end: float) -> tuple[float, float, float, float]:
     """Return a joint's fraction of time in contact, count of separations, start of its last contact [s], and peak force [N].
 
-    The start is NaN if the run does not end in contact.
+    All belong to the time from `after` to `end`. The start is NaN if that time does not end in contact.
     """
-    end = number_attribute(run, "end")
     chosen = run["contact_joint"].values == joint
     start, duration = run["contact_start"].values[chosen], run["contact_duration"].values[chosen]
-    lasting = np.isnan(duration)
-    stop = np.where(lasting, end, start + duration)
-    touched = np.clip(stop - np.maximum(start, after), 0.0, None)
-    counted = stop > after
+    stop = np.where(np.isnan(duration), np.inf, start + duration)
+    lasting = (start <= end) & (stop > end)
+    touched = np.clip(np.minimum(stop, end) - np.maximum(start, after), 0.0, None)
     kept = float(start[lasting][0]) if np.any(lasting) else np.nan
-    separations = float(np.sum(counted & ~lasting))
-    return float(np.sum(touched)) / (end - after), separations, kept, largest_force(run, joint, after)
+    separations = float(np.sum((stop > after) & (stop <= end)))
+    return float(np.sum(touched)) / (end - after), separations, kept, largest_force(run, joint, after, end)
 
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:

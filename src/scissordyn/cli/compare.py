@@ -63,8 +63,12 @@ def compare(
 
 def _print_comparison(first: xr.Dataset, second: xr.Dataset, labels: tuple[str, str]) -> None:
     from scissordyn.casefile.configuration import read_configuration
+    from scissordyn.record.sampling import check_whole
 
-    entries = list(differences(read_configuration(first), read_configuration(second)))
+    described = [read_configuration(run) for run in (first, second)]
+    for run, configuration in zip((first, second), described, strict=True):
+        check_whole(run, configuration.options, "comparison")
+    entries = list(differences(described[0], described[1]))
     if entries:
         print_table([("entry", "text"), *((label, "numbers") for label in labels)], entries[:ROWS_MAX])
     else:

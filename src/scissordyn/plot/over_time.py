@@ -43,7 +43,7 @@ from scissordyn.plot.style import (
 )
 from scissordyn.record.joint_force import clearance_joints
 from scissordyn.record.results import Curve, Run, curve_of, values_at
-from scissordyn.record.summary import at_limit, summary_of
+from scissordyn.record.summary import at_limit, point_answers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -267,7 +267,8 @@ def track(run: Run, *, start: float | None = None, end: float | None = None, axe
             "a run of a mechanism with clearance and a tracked point",
             'arm.track("tip", "unit 2/bar 1", "end", 1e-3)',
         )
-    answers = {point.name: point for point in summary_of(run).points}
+    described = read_configuration(run).mechanism if ATTRIBUTE in run.attrs else None
+    answers = {point.name: point for point in point_answers(run, described)}
     names = run["track"].values.astype(str).tolist()
     drawn = panels(axes, len(names), size=(8.0, 0.7 + 2.4 * len(names)))
     time = time_scale(run)

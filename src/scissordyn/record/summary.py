@@ -26,6 +26,7 @@ from scissordyn.record.joint_force import (
 )
 from scissordyn.record.placement import placed
 from scissordyn.record.results import Run, along
+from scissordyn.record.sampling import check_whole
 from scissordyn.record.track import PARTS
 from scissordyn.record.warn import LIMIT_RATIO_MIN, largest_energy_change
 from scissordyn.tolerance import ASSEMBLY_TOL, REPORTED_FRACTION, ROUND_OFF_TOL
@@ -232,12 +233,13 @@ def summary_of(run: Run, configuration: Configuration | None = None) -> Summary:
     """Return the summary of a run; by default its configuration is read from its attributes."""
     if configuration is None and ATTRIBUTE in run.attrs:
         configuration = read_configuration(run)
-    trusted = float(run.attrs.get("trusted_until", math.nan))
-    is_known = math.isfinite(trusted)
     described = None if configuration is None else configuration.mechanism
     options = None if configuration is None else configuration.options
+    check_whole(run, options, "summary")
+    trusted = float(run.attrs.get("trusted_until", math.nan))
+    is_known = math.isfinite(trusted)
     return Summary(
-        points=tuple(_points(run, described)),
+        points=tuple(point_answers(run, described)),
         actuators=tuple(_actuators(run, described)),
         force=_force(run, described, options),
         span=_span(run, described),
@@ -292,7 +294,8 @@ def _kind(run: Run, joint: str, described: Any) -> str:
     return "clearance joint" if joint in clearance_joints(run) else "ideal joint"
 
 
-def _points(run: Run, described: Any) -> Iterator[PointAnswer]:
+def point_answers(run: Run, described: Any) -> Iterator[PointAnswer]:
+    """Yield the deviation of each tracked point over the whole run, for the described mechanism or None."""
     if "peak_track_deviation" not in run or not run.sizes["time"]:
         return
     tolerances = {} if described is None else {track.name: track.tolerance for track in described.tracks}

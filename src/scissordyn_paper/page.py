@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from scissordyn.plot.file import write
+from scissordyn.plot.file import contents_of, write_content
 
 FORMATS = ("png", "svg")  # Formats of the picture files
 
@@ -50,7 +50,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str | Cell] | str], *, ti
 def save_picture(drawn: Figure, folder: Path, name: str) -> list[Path]:
     """Write a picture in all formats; return the paths of the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    return [write(drawn, folder / f"{name}.{form}") for form in FORMATS]
+    contents = contents_of(drawn, FORMATS)
+    return [write_content(content, folder / f"{name}.{form}") for form, content in zip(FORMATS, contents, strict=True)]
 
 
 def picture(files: Sequence[Path], title: str, caption: str) -> Markup:

@@ -45,7 +45,7 @@ def write(drawn: Figure | Axes | Sequence[Axes], path: str | os.PathLike[str]) -
 
 def content_of(drawn: Figure | Axes | Sequence[Axes], format: str) -> bytes:
     """Return the content of the file of a picture."""
-    return _content(figure_of(drawn), format)
+    return contents_of(drawn, (format,))[0]
 
 
 def write_content(content: bytes, target: Path) -> Path:
@@ -56,17 +56,19 @@ def write_content(content: bytes, target: Path) -> Path:
 
 
 def svg(drawn: Figure | Axes | Sequence[Axes]) -> str:
-    return _content(figure_of(drawn), "svg").decode()
+    return content_of(drawn, "svg").decode()
 
 
-def _content(figure: Figure, format: str) -> bytes:
+def contents_of(drawn: Figure | Axes | Sequence[Axes], formats: Sequence[str]) -> list[bytes]:
+    """Return the contents of the files of a picture in several formats, with one layout."""
+    figure, files = figure_of(drawn), [io.BytesIO() for _ in formats]
     use_minus_signs(figure)
-    drawn = io.BytesIO()
     # removes the date and random identifiers from vector files
     with mpl.rc_context({"svg.hashsalt": "scissordyn"}), _final_layout(figure):
         dated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-        figure.savefig(drawn, format=format, dpi=SIZES.png_dpi, metadata=dated.get(format))
-    return drawn.getvalue()
+        for file, format in zip(files, formats, strict=True):
+            figure.savefig(file, format=format, dpi=SIZES.png_dpi, metadata=dated.get(format))
+    return [file.getvalue() for file in files]
 
 
 @contextmanager

@@ -166,6 +166,9 @@ def test_the_description_is_valid(units):
     assert description.numberOfEventIndicators == 1
     names = {variable.name for variable in description.modelVariables}
     assert {"references.actuator of crank.angle", "components.actuator of crank.torque", "joints.crank pin.normal"} <= names
+    units_of = {variable.name: variable.unit for variable in description.modelVariables}
+    assert units_of["components.actuator of crank.torque"] == "N.m"
+    assert units_of["components.actuator of crank.angle"] == "rad"
     delayed = fmpy.read_model_description(units("delayed"))  # the integrator of an importer keeps no history
     assert delayed.modelExchange is None
     assert delayed.coSimulation is not None

@@ -14,11 +14,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
+from scissordyn.components.beam import Beam
+from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import number_text
 from scissordyn.model.addition import without_backlash
 from scissordyn.model.body import Body
+from scissordyn.model.commanded import rigid
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
@@ -62,16 +65,17 @@ class _Placed:
 
 def mjcf(mechanism: Mechanism) -> Model:
     """Return the mechanism with ideal joints in MJCF, as assembled at its start."""
-    ideal, backlashes = without_backlash(mechanism.ideal())
-    refused: tuple[Any, ...] = (*ideal.rods, *ideal.latches)
-    if refused:
-        raise InputError(f"MJCF cannot represent '{refused[0].name}'", "joints, guides, welds and couplings")
+    ideal, backlashes = without_backlash(rigid(mechanism.ideal()))
+    for kind, parts in (("rod", ideal.rods), ("latch", ideal.latches)):
+        if parts:
+            raise InputError(f"MJCF cannot represent {kind} '{parts[0].name}'", "joints, guides, welds and couplings")
     notes = [f"{type(part).__name__} '{part.name}': left out" for part in ideal.components]
     notes += [
         f"the prescribed angle of '{drive.body}': replaced by a motor; its speed at the start is kept" for drive in ideal.drives
     ]
     notes += [f"the motion of drive '{drive.name}': replaced by a motor" for drive in ideal.coordinate_drives]
     notes += [f"the backlash of coupling '{name}': left out" for name in backlashes]
+    notes += ["bars that bend are rigid"] if any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components) else []
     notes += ["joints with clearance are ideal"] if mechanism.clearance_joints else []
     root = _Writer(ideal).root
     ET.indent(root)

@@ -13,6 +13,7 @@ import numpy as np
 from scissordyn.compiler.kind import FLOAT, INT, Array, Functions, Struct, Tuple, kind_of, written
 from scissordyn.compiler.unit import Unit
 from scissordyn.components.actuator import Actuator
+from scissordyn.components.port.declaration import Port
 from scissordyn.integrate import advance as loop
 from scissordyn.integrate.integration import make_samples
 from scissordyn.mechanics import functions, outputs
@@ -58,6 +59,15 @@ CONTACT_OUTPUTS = {
     "slip": ("m/s", "slip speed of the surfaces"),
 }
 """Outputs of each contact, with unit and description."""
+
+UNREPORTED = {
+    "x": ("m", "x of the point"),
+    "y": ("m", "y of the point"),
+    "angle": ("rad", "angle of the body against its base"),
+    "cosine": ("", "cosine of the angle of the body"),
+    "sine": ("", "sine of the angle of the body"),
+}
+"""Unit and description of coordinates that runs do not report."""
 
 VALUE_NAMES = {"rad": "angle", "m": "length"}  # Name of a prescribed quantity by its unit
 
@@ -165,11 +175,19 @@ def _outputs(plan: Plan, record: Record) -> list[tuple[Any, ...]]:
             add(f"joints.{contact.name}.{name}", unit, what, f"contact.{name}", j)
     for i, component in enumerate(plan.acting):
         port = component.declaration.port
-        for k, force in enumerate(port.forces):
-            add(f"components.{component.name}.{force}", "", "force or torque of the component", "result", i, k)
-        for k, coordinate in enumerate(port.coordinates):
-            add(f"components.{component.name}.{coordinate}", "", "coordinate that the component acts along", "coordinate", i, k)
+        for array, names in (("result", port.forces), ("coordinate", port.coordinates)):
+            for k, name in enumerate(names):
+                add(f"components.{component.name}.{name}", *_unit_and_meaning(port, name, array, k), array, i, k)
     return rows
+
+
+def _unit_and_meaning(port: Port, name: str, array: str, index: int) -> tuple[str, str]:
+    """Return unit and description of a result or coordinate of a port."""
+    for output in port.outputs:
+        if output.coordinate == (array == "coordinate") and 0 <= index - output.first < output.components:
+            meaning = f"{name} {output.help}" if output.help.startswith("of ") else output.help
+            return output.unit.replace(" ", "."), meaning
+    return UNREPORTED.get(name, ("", "coordinate that the component acts along"))
 
 
 class Source:

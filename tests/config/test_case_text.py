@@ -180,9 +180,9 @@ def parts_only() -> sd.Mechanism:
     return sd.Mechanism(bodies, ground=(("O", (0.0, 0.0)), ("P", (0.3, 0.4))))
 
 
-def host(field: str, part: Any) -> sd.Mechanism:
-    """Return a mechanism with one part in the list `field`."""
-    return sd.Mechanism((part,)) if field == "bodies" else dataclasses.replace(parts_only(), **{field: (part,)})
+def host(field: str, *parts: Any) -> sd.Mechanism:
+    """Return a mechanism with parts in the list `field`."""
+    return sd.Mechanism(parts) if field == "bodies" else dataclasses.replace(parts_only(), **{field: parts})
 
 
 # Texts to try as values of a field
@@ -304,12 +304,26 @@ def example(described: Any) -> Any:
 
 
 def cases(described: type) -> Iterator[sd.Mechanism]:
-    """Yield mechanisms, one with each instance of a class of parts."""
-    for part in instances(described):
-        if described is sd.Rod and isinstance(part.motion, sd.ConstantSpeed):
-            continue  # a distance that is zero at the start has no spelling
-        for field in LISTS[described]:
-            yield host(field, part)
+    """Yield mechanisms with all instances of a class of parts, ten in one if a mechanism may have them together."""
+    # a distance that is zero at the start has no spelling
+    parts = [p for p in instances(described) if not (described is sd.Rod and isinstance(p.motion, sd.ConstantSpeed))]
+    count = 1 if described is sd.Revolute else 10  # two loose joints at the same points have no spelling
+    for field, first in itertools.product(LISTS[described], range(0, len(parts), count)):
+        some = parts[first : first + count]
+        try:
+            together = [host(field, *named_apart(some))]
+        except sd.InputError:
+            together = [host(field, part) for part in some]
+        yield from together
+
+
+def named_apart(parts: list[Any]) -> Iterator[Any]:
+    """Yield parts, those with the name of an earlier one with a number behind it."""
+    used = set[str]()
+    for k, part in enumerate(parts):
+        name = getattr(part, "name", None)
+        yield part if name not in used else dataclasses.replace(part, name=f"{name} {k}")
+        used |= {name} - {None}
 
 
 @pytest.mark.parametrize("described", LISTS, ids=lambda described: described.__name__)

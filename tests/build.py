@@ -6,7 +6,7 @@ Import from here (``from tests.build import array, on_pin, warnings_of``) instea
 - `on_pin`, `hanging`, `in_bearing`: one body on a ground pin, or in a bearing with clearance.
 - `chain`: bars pinned end to end. `wheel`, `gears`, `planetary`: bodies for couplings.
 - `case_of`: a case from its text. `one_line_error`: an expected error.
-- `warnings_of`, `counts_of`, `assert_balance`: what a run reports, and its energy balance.
+- `warnings_of`, `counts_of`, `assert_balance`, `momenta`: what a run reports, its energy balance and momenta.
 
 The fixture ``answer`` of the top-level conftest runs a command and returns what it prints.
 """
@@ -140,6 +140,14 @@ def assert_balance(run: xr.Dataset, bound: float = 1e-8, terms: Iterable[str] = 
     assert run.attrs["status"] == "complete", run.attrs["cause"]
     turnover = max(float(np.ptp(run[name].values)) for name in terms)
     assert float(np.max(np.abs(run["energy_residual"].values))) < bound * turnover
+
+
+def momenta(run: xr.Dataset, mechanism: sd.Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    """Return the linear momentum (time, 2) of all bodies, and their angular momentum (time,) about the origin."""
+    mass, inertia = (np.array([getattr(body, name) or 0.0 for body in mechanism.bodies]) for name in ("mass", "inertia"))
+    x, v = run["position"].values, run["velocity"].values
+    orbital = mass * (x[..., 0] * v[..., 1] - x[..., 1] * v[..., 0])
+    return np.einsum("b,tba->ta", mass, v), np.sum(orbital + inertia * run["angular_velocity"].values, axis=1)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from tests.build import momenta
 
 import scissordyn as sd
 from reference.kernels import check_step_matrix, check_time_derivative, increments, touching
@@ -71,12 +72,7 @@ def test_floating_guide_keeps_momenta():
     mechanism = floating(dataclasses.replace(BLOCK, clearance=1e-3, stiffness=PowerLaw(1e8, 1.5), friction=Threlfall(0.1)))
     run = sd.simulate(mechanism, until=0.3, rtol=1e-9, atol=1e-9)
     assert run.attrs["status"] == "complete"
-    mass = np.array([body.mass for body in mechanism.bodies])
-    inertia = np.array([body.inertia for body in mechanism.bodies])
-    place, velocity = run["position"].values, run["velocity"].values
-    linear = np.einsum("b,tba->ta", mass, velocity)
-    orbital = place[..., 0] * velocity[..., 1] - place[..., 1] * velocity[..., 0]
-    angular = orbital @ mass + run["angular_velocity"].values @ inertia
+    linear, angular = momenta(run, mechanism)
     assert run.sizes["contact"] > 5
     assert np.max(run["friction_loss"].values) > 1e-3 * run["kinetic_energy"].values[0]
     # round-off, gathered over some hundred steps

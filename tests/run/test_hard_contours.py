@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.integrate import solve_ivp
-from tests.build import warnings_of
+from tests.build import momenta, warnings_of
 from tests.mechanics.test_worn_contact import WORN_JOURNALS, floating, lobed
 
 import scissordyn as sd
@@ -176,13 +176,7 @@ def test_a_floating_hard_joint_keeps_momenta_and_energy(worn: dict[str, Any]) ->
     mechanism = hard(**worn)
     run = sd.simulate(mechanism, until=0.1, step=2e-5, trust=False)
     assert run.attrs["status"] == "complete"
-    mass = np.array([body.mass for body in mechanism.bodies])
-    inertia = np.array([body.inertia for body in mechanism.bodies])
-    place, velocity = run["position"].values, run["velocity"].values
-    linear = np.einsum("b,tba->ta", mass, velocity)
-    spin = (place[..., 0] * velocity[..., 1] - place[..., 1] * velocity[..., 0]) @ mass + run[
-        "angular_velocity"
-    ].values @ inertia
+    linear, spin = momenta(run, mechanism)
     kinetic = run["kinetic_energy"].values
     assert run.sizes["contact"] > 5
     assert run["friction_loss"].values[-1].max() > 1e-3 * kinetic[0]

@@ -360,7 +360,7 @@ def test_names_are_text(name, run, arm):
         figure = axes[0].get_figure(root=True)
         if any(literal(name) in text.get_text() for text in figure.findobj(Text)):
             naming.add(kind)
-            figure.savefig(io.BytesIO(), format="svg")
+            figure.draw_without_rendering()
     assert {"orbit", "structure"} <= naming
     text = next(text for text in shown["structure"][0].texts if text.get_text().startswith(literal(name)))
     assert text._preprocess_math(text.get_text()) == (printable(name), False)

@@ -71,7 +71,6 @@ def statics(
         raise InputError(f"wrong ending of -o {output}", "a name that ends in .nc or .csv", "-o statics.csv")
     check_file(output, case, "statics.nc")
     check_picture(plot, case, "statics.png")
-    _check_word("--friction", friction, ("none", "forward", "backward"), "forward")
     read = read_case(case, change or [])
     last = read_option(until, "--until")
     solved = compute(read.mechanism, until=read.run.until if last is None else last, points=points, friction=friction)  # type: ignore[arg-type]
@@ -89,11 +88,6 @@ def statics(
     if output is not None:
         say(_save_forces(solved, output))
     return 0
-
-
-def _check_word(option: str, word: str, allowed: tuple[str, ...], sample: str) -> None:
-    if word not in allowed:
-        raise InputError(f"unknown word in {option} {word}", ", ".join(allowed), f"{option} {sample}")
 
 
 def _force_table(solved: xr.Dataset) -> list[str]:
@@ -187,9 +181,6 @@ def modes(
     from scissordyn.equilibrium.modes import modes as compute
     from scissordyn.record.store import save
 
-    _check_word("--position", position, ("static", "concentric"), "static")
-    _check_word("--joints", joints, ("ideal", "contact"), "ideal")
-    _check_word("--drive", drive, ("locked", "released"), "locked")
     check_movie(film, case, "mode.html")
     check_folder(plot, "--plot figures")
     last = read_option(until, "--until")

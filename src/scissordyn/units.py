@@ -313,7 +313,6 @@ def extras(hint: Any) -> tuple[Any, ...]:
 
 @cache
 def _quantity(hint: Any) -> Quantity | None:
-    """Return the quantity in a hint, or None."""
     return next((extra for extra in extras(hint) if isinstance(extra, Quantity)), None)
 
 

@@ -275,7 +275,6 @@ def component(
 
 
 def _declared(described: Class, declaration: Declaration, source: str) -> Class:
-    """Return the component class with a declaration."""
     if "__post_init__" not in vars(described):
         described.__post_init__ = _own_check  # type: ignore[attr-defined]
     cls: Any = dataclass(frozen=True)(described)

@@ -62,7 +62,6 @@ RANGE_OPTION = re.compile(r"(\d+)\s+values|(log)")  # pattern of an option of a 
 
 
 def unit_of(text: str) -> str:
-    """Return the unit in the text of a variation."""
     text = split_each(text)[0]
     if (sign := _sign(text)) is not None:
         nominal, rest = text.split(sign, 1)

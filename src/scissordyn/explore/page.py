@@ -436,7 +436,6 @@ def read_number(message: Mapping[Any, Any], name: str) -> float:
 
 
 def read_integer(message: Mapping[Any, Any], name: str) -> int:
-    """Return an integer from a message."""
     value = read_number(message, name)
     if value != int(value):
         raise InputError(f"'{name}' in a message is not an integer", "an integer", "reload the page")

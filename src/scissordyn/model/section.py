@@ -163,7 +163,6 @@ def _parse_section(text: str) -> tuple[Callable[..., Section], list[float], str]
 
 
 def read_material(name: str | StructuralMaterial) -> StructuralMaterial:
-    """Return a material from its name."""
     if isinstance(name, StructuralMaterial):
         return name
     if name not in MATERIALS:

@@ -36,7 +36,6 @@ def start_coordinates(mechanism: Mechanism, component: Any) -> tuple[float, ...]
 
 
 def states_of(contact: Revolute | ContactPoint) -> tuple[State, ...]:
-    """Return the internal states of a contact."""
     assert contact.clearance is not None
     return contact_states(contact.clearance)
 

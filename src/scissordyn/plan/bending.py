@@ -30,7 +30,6 @@ Its coordinates are (r_1, l r'_1, r_2, l r'_2): positions and slopes of both end
 
 
 def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
-    """Return the beam elements of a mechanism."""
     return tuple(part for part in mechanism.components if isinstance(part, Beam))
 
 

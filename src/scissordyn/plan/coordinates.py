@@ -257,11 +257,9 @@ class Coordinates:
         return self.free - sum(not constraint.latch for constraint in self.constraints)
 
     def place(self, point: BodyPoint) -> PointMap:
-        """Return the position of a point of a body."""
         return self.at(*point)
 
     def tracked(self, track: Track) -> PointMap:
-        """Return the position of a tracked point."""
         return self.at(track.body, track.point)
 
     @cached_property
@@ -305,7 +303,6 @@ class Coordinates:
         return self._map((x, y))
 
     def origin(self, body: str) -> PointMap:
-        """Return the position of the origin of a body."""
         p = self.natural.offsets[body]
         return self._map(({p: 1.0}, {p + 1: 1.0}))
 

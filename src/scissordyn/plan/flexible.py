@@ -24,7 +24,6 @@ MODES_MAX = 24  # Largest number of bending modes that is chosen for a bar; a gi
 
 
 def flexible_bars(mechanism: Mechanism) -> tuple[FlexibleBar, ...]:
-    """Return the flexible bars of a mechanism."""
     return tuple(part for part in mechanism.components if isinstance(part, FlexibleBar))
 
 

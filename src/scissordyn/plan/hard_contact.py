@@ -43,7 +43,6 @@ class ElasticLaw(NamedTuple):
 
 
 def elastic_law(clearance: Clearance | GuideClearance) -> ElasticLaw:
-    """Return the stiffness law of a clearance."""
     kernels = pointers(clearance.stiffness)
     return ElasticLaw(kernels["force"], kernels["energy"], row_of(clearance.stiffness, clearance.surfaces))
 

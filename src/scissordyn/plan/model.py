@@ -167,7 +167,6 @@ def _shared(tables: list[np.ndarray]) -> tuple[np.ndarray, list[int]]:
 
 
 def _integers(values: Iterable[int]) -> np.ndarray:
-    """Return values as an integer array."""
     return np.array(list(values), np.int64)
 
 

@@ -132,12 +132,10 @@ class Plan:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """Bodies of the mechanism."""
         return self.mechanism.bodies
 
     @property
     def drives(self) -> tuple[Drive, ...]:
-        """Drives of the mechanism."""
         return self.mechanism.drives
 
     @property

@@ -115,7 +115,6 @@ def lock_loads(mechanism: Mechanism, time: float) -> Mechanism:
 
 
 def _constant(motion: TimeFunction, start: float, time: float) -> TimeFunction:
-    """Return a constant time function with a motion's value at a time."""
     value = np.zeros(4)
     function_at(time, function_rows(motion, start), value)
     return Polynomial((float(value[0]),))

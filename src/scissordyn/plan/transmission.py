@@ -269,7 +269,6 @@ def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling,
 
 
 def _is_rack(part: Coupling) -> bool:
-    """Return whether a coupling has a rack."""
     return isinstance(part.output, Slide) or isinstance(part.input, Slide)
 
 

@@ -1,6 +1,7 @@
 """Compiles the kernels, and puts the examples into the wheel; everything else is in pyproject.toml.
 
-SCISSORDYN_TARGET names another machine, as the C compiler of ziglang does: one of `TARGETS`.
+SCISSORDYN_TARGET names another machine, as the C compiler of ziglang does: one of `TARGETS`. With
+SCISSORDYN_DERIVATIVES=no, and in an installation in place, libraries in dual numbers are compiled at their first use.
 """
 
 import os
@@ -21,6 +22,7 @@ TARGETS = {
     "x86_64-windows-gnu": "win_amd64",
 }
 TARGET = os.environ.get("SCISSORDYN_TARGET", "")
+DERIVATIVES = os.environ.get("SCISSORDYN_DERIVATIVES", "") != "no"
 
 
 class BuildWithKernels(build_py):
@@ -31,7 +33,8 @@ class BuildWithKernels(build_py):
         super().run()
         package = (ROOT / "src" if self.editable_mode else Path(self.build_lib)) / "scissordyn"
         environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-        words = ["--target", TARGET] if TARGET else []
+        derivatives = DERIVATIVES and not self.editable_mode
+        words = [*(["--target", TARGET] if TARGET else []), *(["--derivatives"] if derivatives else [])]
         # not by PYTHONPATH: pip takes a folder off the path that an earlier installation in place has put there
         run = "runpy.run_module('scissordyn.build', run_name='__main__')"
         program = f"import runpy, sys; sys.path.insert(0, {str(ROOT / 'src')!r}); {run}"

@@ -37,6 +37,7 @@ empty/bin/scissordyn check paper.toml > /dev/null
 empty/bin/scissordyn schema case -o case.json
 empty/bin/scissordyn run paper.toml -o run.nc --quiet
 empty/bin/scissordyn export run.nc run.csv
+empty/bin/scissordyn gradient paper.toml --of A.peak_force --by body.slider.mass > /dev/null
 empty/bin/scissordyn zoo flores-slider-crank --check
 empty/bin/python - <<'PY'
 from importlib.resources import files

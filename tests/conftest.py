@@ -81,7 +81,7 @@ def browser():
 def quick_library(tmp_path_factory):
     """Compile libraries in dual numbers without optimisation, and apart from those of the user."""
     patch = pytest.MonkeyPatch()
-    patch.setattr(library, "_flags", lambda: ("-O0",))
+    patch.setattr(library, "_flags", lambda width: ("-O0",))
     patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
     yield
     patch.undo()

@@ -1,4 +1,7 @@
-"""Build the library of compiled kernels: ``python -m scissordyn.build [--c FILE] [--target MACHINE] [FOLDER]``."""
+"""Build the library of compiled kernels: ``python -m scissordyn.build [--c FILE] [--target MACHINE] [FOLDER]``.
+
+With ``--derivatives`` it also builds the libraries in dual numbers, which otherwise are compiled at their first use.
+"""
 
 from __future__ import annotations
 
@@ -8,42 +11,19 @@ os.environ["SCISSORDYN_ENGINE"] = "python"  # kernels run as Python functions, b
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
 from importlib import import_module
-from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 from scissordyn.compiler.c import compile_library
 from scissordyn.compiler.unit import Unit
-from scissordyn.components.catalogue import COMPONENTS
-from scissordyn.components.declaration import recipes_of
-from scissordyn.components.film.film import Film
-from scissordyn.control.catalogue import CONTROLLERS
+from scissordyn.components.recipes import catalogue_recipes
 from scissordyn.errors import InputError
 from scissordyn.kernel import ENTRIES, PACKAGE, digest_of, library_name
-from scissordyn.laws.catalogue import DAMPING, ELASTIC, FRICTION
-from scissordyn.plugin.element import recipes
+from scissordyn.sensitivity.library import compile_all
 
 KERNEL_SUBPACKAGES = ("plugin", "laws", "control", "components", "mechanics", "integrate", "plan")  # subpackages with kernels
+VECTOR_WIDTH = PACKAGE / "compiler" / "vector_width.c"  # function that asks the processor
 LOOP_MODULE = "scissordyn.run.advance.system"  # module with the entry functions of the time loop
-
-
-def _elements() -> Iterator[Any]:
-    """Yield the recipes of the kernels of all laws, controllers and components, for each set of states that they may have."""
-    for catalogue in (ELASTIC, DAMPING, FRICTION, CONTROLLERS):
-        for element in catalogue.values():
-            declared = element.declaration
-            names = tuple(state.name for state in declared.states)
-            # if `states` is a property, an instance may have only some of the declared states
-            for present in _subsets(names) if isinstance(getattr(element, "states", ()), property) else [names]:
-                yield from recipes(declared, present).values()
-    for component in (*COMPONENTS.values(), Film):
-        yield from recipes_of(component).values()
-
-
-def _subsets(names: tuple[str, ...]) -> Iterable[tuple[str, ...]]:
-    return (part for count in range(len(names) + 1) for part in combinations(names, count))
 
 
 def library_source() -> str:
@@ -58,26 +38,30 @@ def library_source() -> str:
     unit = Unit()
     for entry in ENTRIES.values():
         unit.entry(entry)
-    for recipe in _elements():
+    for recipe in catalogue_recipes():
         unit.kernel(recipe)
     text = unit.text()
-    files = sorted(Path(file).relative_to(PACKAGE).as_posix() for file in unit.files)
+    text += VECTOR_WIDTH.read_text(encoding="utf-8")
+    files = sorted(Path(file).relative_to(PACKAGE).as_posix() for file in (*unit.files, str(VECTOR_WIDTH)))
     marks = f'EXPORT const char SOURCES[] = "{" ".join(files)}";\nEXPORT const char DIGEST[] = "{digest_of(files)}";\n'
     return text + marks
 
 
 def main() -> int:
-    """Write the library, or its source, into the package, another folder or a file."""
+    """Write the libraries, or the source of the first, into the package, another folder or a file."""
     parser = argparse.ArgumentParser(prog="python -m scissordyn.build", description="Build the library of compiled kernels.")
     parser.add_argument("folder", nargs="?", type=Path, default=PACKAGE, help="target folder; the package itself by default")
     parser.add_argument("--c", type=Path, metavar="FILE", help="write the source in C alone")
     parser.add_argument("--target", default="", metavar="MACHINE", help="another machine, for example aarch64-linux-gnu")
+    parser.add_argument("--derivatives", action="store_true", help="also build the libraries in dual numbers")
     options = parser.parse_args()
     try:
         if options.c:
             options.c.write_text(library_source(), encoding="utf-8", newline="\n")
         else:
             compile_library(library_source(), options.folder / library_name(options.target), target=options.target)
+            if options.derivatives:
+                compile_all(options.folder, options.target)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2

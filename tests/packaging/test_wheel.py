@@ -13,13 +13,20 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.cli.main import status_of
+from scissordyn.components.recipes import catalogue_recipes
+from scissordyn.sensitivity import library
 
 ROOT = Path(__file__).parents[2]  # Root folder of the repository
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    """Return the wheel, built from a copy of the sources."""
+    """Return the wheel, built from a copy of the sources, without libraries in dual numbers."""
+    return wheel_in(tmp_path_factory, derivatives="no")
+
+
+def wheel_in(tmp_path_factory, derivatives):
+    """Build the wheel from a copy of the sources."""
     pytest.importorskip("setuptools", minversion="77")
     source = tmp_path_factory.mktemp("source")
     for name in ("pyproject.toml", "setup.py", "MANIFEST.in", "README.md", "LICENSE"):
@@ -29,7 +36,8 @@ def wheel(tmp_path_factory):
     shutil.copytree(ROOT / "packaging", source / "packaging")
     target = tmp_path_factory.mktemp("wheel")
     build = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--no-index", "-w", str(target), str(source)]
-    done = subprocess.run([sys.executable, *build], capture_output=True, text=True, check=False)
+    environment = {**os.environ, "SCISSORDYN_DERIVATIVES": derivatives}
+    done = subprocess.run([sys.executable, *build], env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     (found,) = target.iterdir()
     return found
@@ -72,9 +80,21 @@ def test_module_is_the_program():
     assert "No such command 'nonsense'" in done.stderr
 
 
+def test_libraries_in_dual_numbers(tmp_path, monkeypatch):
+    """Contract: a wheel gets, for each width of vectors, a library by the name under which it is looked for."""
+    monkeypatch.setattr(library, "KINDS", {"elements": ()})
+    library.compile_all(tmp_path)
+    monkeypatch.setattr(library, "INSTALLED", tmp_path)
+    name = library.file_name("elements", library.vector_width())
+    found = library._loaded.__wrapped__("elements")
+    assert Path(found._name) == tmp_path / name
+    assert all(hasattr(found, recipe.symbol) for recipe in catalogue_recipes())
+
+
 @pytest.mark.slow
-def test_empty_environment(wheel, tmp_path):
-    """Contract: installed alone, without a compiler or other programs, the package computes the paper's case."""
+def test_empty_environment(tmp_path_factory, tmp_path):
+    """Contract: installed alone, without a compiler or other programs, the package computes the paper's case and a gradient."""
+    wheel = wheel_in(tmp_path_factory, derivatives="")
     home = tmp_path / "environment"
     venv.create(home, with_pip=True)
     programs = home / ("Scripts" if os.name == "nt" else "bin")
@@ -85,14 +105,16 @@ def test_empty_environment(wheel, tmp_path):
     alone = {"PATH": str(programs), "HOME": str(tmp_path)}
     if os.name == "nt":
         alone["SYSTEMROOT"] = os.environ["SYSTEMROOT"]
-    for command in (
-        [str(programs / "scissordyn"), "examples", "paper", "-o", "."],
-        [str(programs / "scissordyn"), "run", "paper.toml", "-o", "run.nc"],
-        [python, "-m", "scissordyn", "run", "run.nc", "-o", "again.nc"],
+    program = str(programs / "scissordyn")
+    for command, shown in (
+        ([program, "examples", "paper", "-o", "."], "paper.toml"),
+        ([program, "run", "paper.toml", "-o", "run.nc"], "Saved to"),
+        ([python, "-m", "scissordyn", "run", "run.nc", "-o", "again.nc"], "Saved to"),
+        ([program, "gradient", "paper.toml", "--of", "A.peak_force", "--by", "body.slider.mass"], "body.slider.mass"),
     ):
         done = subprocess.run(command, cwd=tmp_path, env=alone, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        assert ("Saved to" if "run" in command else "paper.toml") in done.stdout
+        assert shown in done.stdout
     show = "import scissordyn as sd; run = sd.load('again.nc'); print(run.attrs['status'], float(run['contact_start'][0]))"
     done = subprocess.run([python, "-c", show], cwd=tmp_path, env=alone, capture_output=True, text=True, check=True)
     status, start = done.stdout.split()

@@ -1,6 +1,7 @@
-"""Libraries of kernels in dual numbers, compiled for this processor at their first use and stored in the user's cache folder.
+"""Libraries of kernels in dual numbers, two for the time loop and one for the kernels of elements.
 
-The time loop takes some seconds to compile; it is the same for all mechanisms. Kernels of elements take a tenth of a second.
+A wheel has them compiled, for each level of vector instructions. Without them, in a checkout, they are compiled at their first
+use and stored in the user's cache folder.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ import platform
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -24,6 +26,7 @@ from scissordyn.compiler.c import FLAGS, compile_library, load_source
 from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import Recipe
 from scissordyn.compiler.unit import Unit
+from scissordyn.components.recipes import catalogue_recipes
 from scissordyn.errors import InputError
 from scissordyn.integrate.tableau import Tableau
 from scissordyn.kernel import PACKAGE, Entry, digest_of, library, library_name
@@ -39,9 +42,21 @@ DERIVATIVES = 8  # Number of derivatives of a dual number, one per parameter; 8 
 FOLLOW, FOLLOW_HARD, END = Entry(follow), Entry(follow_hard), Entry(end)
 
 KERNEL_SUBPACKAGES = ("compiler", "plugin", "laws", "control", "components", "mechanics", "integrate", "sensitivity")
-"""Subpackages from which the library is compiled; its file name contains a digest of their sources."""
+"""Subpackages from which the libraries are compiled; their file names contain a digest of the sources."""
+
+INSTALLED = PACKAGE  # Folder of the libraries of a wheel
 
 ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Name, in the package's library, of the function that makes steps
+
+KINDS: Mapping[str, tuple[type, ...]] = {
+    "loop": (Tableau, Watched, HardWatched, Model),  # The model's tables of lengths have no derivatives
+    "loop_with_tables": (Tableau, Watched, HardWatched),
+    "elements": (),
+}
+"""Libraries, and types of named tuples whose arrays have no derivatives. The loops call kernels of elements by pointers."""
+
+VECTOR_FLAGS = {8: ("-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl"), 4: ("-mavx2",)}
+"""Compiler flags of x86-64 processors by the number of doubles in a vector; all other processors need none."""
 
 
 _LOADING = threading.Lock()  # held while a library is compiled, so that other threads wait for it
@@ -87,18 +102,17 @@ def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library
     wanted = sorted({pointer for pointer in pointers if pointer})
     if any(pointer not in RECIPES for pointer in wanted):
         raise InputError("a user-defined element without source text has no derivatives", "functions in a file")
-    recipes = {pointer: RECIPES[pointer] for pointer in wanted}
-    doubles: tuple[type, ...] = (Tableau, Watched, *([HardWatched] if hard else []), *([] if tables else [Model]))
-    ours = {recipe for recipe in recipes.values() if str(recipe.function.__module__).startswith("scissordyn.")}
+    kind = "loop_with_tables" if tables else "loop"
     with _LOADING:
-        compiled, elements = _time_loop(doubles), _elements(tuple(sorted(ours, key=lambda recipe: recipe.symbol)))
-    places = {
-        pointer: _address(getattr(elements if recipe in ours else _user_defined(recipe), recipe.symbol))
-        for pointer, recipe in recipes.items()
-    }
+        compiled, elements = _loaded(kind), _loaded("elements")
+    places = {}
+    for pointer in wanted:
+        recipe = RECIPES[pointer]
+        built_in = str(recipe.function.__module__).startswith("scissordyn.")
+        places[pointer] = _address(getattr(elements if built_in else _user_defined(recipe), recipe.symbol))
     follow_symbol = (FOLLOW_HARD if hard else FOLLOW).symbol
     return Library(
-        compiled, places, doubles, _address(getattr(library(), ADVANCE_SYMBOL)), _address(getattr(compiled, follow_symbol))
+        compiled, places, KINDS[kind], _address(getattr(library(), ADVANCE_SYMBOL)), _address(getattr(compiled, follow_symbol))
     )
 
 
@@ -111,65 +125,72 @@ def _user_defined(recipe: Recipe) -> ctypes.CDLL:
     unit = Unit(derivatives=DERIVATIVES)
     unit.kernel(recipe)
     try:
-        return load_source(unit.text(), *_flags())
+        return load_source(unit.text(), *_flags(vector_width()))
     except SourceError as error:
         raise InputError(f"a user-defined element has no derivatives: {error.what}", error.expected) from None
 
 
 @cache
-def _time_loop(doubles: tuple[type, ...]) -> ctypes.CDLL:
-    """Load the library that repeats steps; it calls kernels of elements by their pointers."""
+def _loaded(kind: str) -> ctypes.CDLL:
+    """Load a library from the package or the cache folder; compile it if sources have changed."""
+    width = vector_width()
+    name = file_name(kind, width)
+    if (INSTALLED / name).is_file():
+        return ctypes.CDLL(str(INSTALLED / name))
+    kept = cache_folder() / name
+    if not kept.is_file():
+        compile_library(source_of(kind), kept, (*FLAGS, *_flags(width)))
+    return ctypes.CDLL(str(kept))
 
-    def source() -> str:
-        unit = Unit(derivatives=DERIVATIVES, doubles=doubles)
-        for entry in (FOLLOW_HARD if HardWatched in doubles else FOLLOW, END, fill):
-            unit.entry(entry)
-        return unit.text() + files("scissordyn.sensitivity").joinpath("lockstep.c").read_text(encoding="utf-8")
 
-    return _loaded([kind.__name__ for kind in doubles], source)
+def compile_all(folder: Path, target: str = "") -> None:
+    """Compile the libraries for all processors of this architecture, or of another machine; several at a time."""
+    architecture = target.partition("-")[0] or platform.machine()
+    widths = tuple(VECTOR_FLAGS) if architecture in ("x86_64", "AMD64") else (2,)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        begun = [
+            pool.submit(
+                compile_library, source, folder / file_name(kind, width, target), (*FLAGS, *_flags(width)), target=target
+            )
+            for kind, source in {kind: source_of(kind) for kind in KINDS}.items()
+            for width in widths
+        ]
+    for each in begun:
+        each.result()
 
 
-@cache
-def _elements(recipes: tuple[Recipe, ...]) -> ctypes.CDLL:
-    """Load the library of the kernels of elements."""
-
-    def source() -> str:
-        unit = Unit(derivatives=DERIVATIVES)
-        for recipe in recipes:
+def source_of(kind: str) -> str:
+    """Return the source of a library in C."""
+    unit = Unit(derivatives=DERIVATIVES, doubles=KINDS[kind])
+    if kind == "elements":
+        for recipe in catalogue_recipes():
             unit.kernel(recipe)
         return unit.text()
+    for entry in (FOLLOW, FOLLOW_HARD, END, fill):
+        unit.entry(entry)
+    return unit.text() + files("scissordyn.sensitivity").joinpath("lockstep.c").read_text(encoding="utf-8")
 
-    return _loaded([recipe.symbol for recipe in recipes], source)
 
-
-def _loaded(marks: Iterable[str], source: Callable[[], str]) -> ctypes.CDLL:
-    """Load a library from the cache folder; compile it if the package's sources or the processor have changed."""
+def file_name(kind: str, width: int, target: str = "") -> str:
+    """Return the name of a library's file; it contains a digest of the package's sources."""
     sources = sorted(
-        path
+        path.relative_to(PACKAGE).as_posix()
         for subpackage in KERNEL_SUBPACKAGES
         for path in (PACKAGE / subpackage).rglob("*.[pc]*")
         if path.suffix in (".py", ".c")
     )
-    digest = digest_of([path.relative_to(PACKAGE).as_posix() for path in sources])
-    mark = "|".join((digest, *marks, *_flags(), _processor()))
-    kept = cache_folder() / f"duals-{hashlib.sha256(mark.encode()).hexdigest()[:24]}{Path(library_name()).suffix}"
-    if not kept.is_file():
-        compile_library(source(), kept, (*FLAGS, *_flags()))
-    return ctypes.CDLL(str(kept))
+    mark = "|".join((digest_of(sources), *FLAGS, *_flags(width)))
+    return f"_duals_{kind}-{width}-{hashlib.sha256(mark.encode()).hexdigest()[:16]}{Path(library_name(target)).suffix}"
 
 
-def _flags() -> tuple[str, ...]:
-    """Return additional compiler flags: the library is used on this machine only, so it may use all its instructions."""
-    return ("-O3", *(("-march=native",) if platform.machine() in ("x86_64", "AMD64") else ()))
+def vector_width() -> int:
+    """Return the number of doubles in the widest vectors of this processor."""
+    return int(library().vector_width())
 
 
-def _processor() -> str:
-    """Return a text that differs between processors with different instruction sets."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    return next((line for line in lines if line.startswith("flags")), "")
+def _flags(width: int) -> tuple[str, ...]:
+    """Return additional compiler flags."""
+    return ("-O3", *VECTOR_FLAGS.get(width, ()))
 
 
 def cache_folder() -> Path:

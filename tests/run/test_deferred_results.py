@@ -1,9 +1,11 @@
 """Results that are computed when they are first read."""
 
 import copy
+import gc
 import json
 import pickle
 import threading
+import weakref
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -14,6 +16,8 @@ import scissordyn as sd
 from scissordyn.casefile.configuration import write_configuration
 from scissordyn.record.deferred import Attributes, Deferred
 from scissordyn.record.warn import warnings_of
+from scissordyn.record.xarray_dataset import as_dataset
+from scissordyn.run.simulate import compute_results
 
 UNTIL = 2e-3  # [s] end of the run
 
@@ -21,6 +25,13 @@ UNTIL = 2e-3  # [s] end of the run
 @pytest.fixture(scope="module")
 def array():
     return sd.scissor(units=2).driven(speed=sd.rpm(150)).with_clearance("A", sd.Clearance(5e-4))
+
+
+@pytest.fixture(scope="module")
+def bent():
+    arm = sd.scissor(units=2).driven(speed=sd.rpm(150))
+    bending = sd.with_bending(arm, section="tube 60x60x1.56 mm", material="steel", modes=2)
+    return bending.with_clearance("A", sd.Clearance(5e-4))
 
 
 def attributes():
@@ -98,11 +109,8 @@ def test_changes_of_a_result_do_not_reach_others(array):
     assert run.attrs["warnings"] == changed.attrs["warnings"]
 
 
-def test_the_order_of_reading_does_not_matter(array):
+def test_the_order_of_reading_does_not_matter(array, bent):
     """Identity: results are the same bit for bit whatever is read first, and by several threads at once."""
-    bent = sd.with_bending(
-        sd.scissor(units=2).driven(speed=sd.rpm(150)), section="tube 60x60x1.56 mm", material="steel", modes=2
-    ).with_clearance("A", sd.Clearance(5e-4))
     for mechanism in (array, bent):
         runs = [sd.simulate(mechanism, until=UNTIL, samples=101) for _ in range(3)]
         names = list(runs[0].variables)
@@ -136,3 +144,19 @@ def test_deferred_variables_are_variables_of_xarray(array):
             made(sd.simulate(array, until=UNTIL)).drop_attrs(deep=False), made(plain).drop_attrs(deep=False)
         )
     assert "array(" in str(sd.simulate(array, until=UNTIL)["reaction"])
+
+
+def test_a_run_is_freed_with_its_last_reference(array, bent):
+    """Contract: no part of a run refers to the run, so that its arrays are freed at once and not by the garbage collector."""
+    gc.disable()
+    try:
+        for mechanism in (array, bent):
+            results = compute_results(mechanism, sd.Options(UNTIL, samples=11))
+            arrays = weakref.ref(results.variables["position"].values)
+            run = as_dataset(results)
+            del results
+            assert arrays() is not None
+            del run
+            assert arrays() is None
+    finally:
+        gc.enable()

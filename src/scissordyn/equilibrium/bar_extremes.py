@@ -20,9 +20,10 @@ def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Vari
     bars = bars_of(mechanism)
     if not bars or not samples.time.size:
         return {}
+    known = dict(variables)  # the caller adds the returned variables to its own
 
     def largest() -> Largest:
-        return largest_along(mechanism, variables, samples.time, buckling_ratios(path.plan, samples, record, variables))
+        return largest_along(mechanism, known, samples.time, buckling_ratios(path.plan, samples, record, known))
 
     return largest_variables(bars, Deferred(largest, path.system.lock))
 

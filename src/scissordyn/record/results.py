@@ -86,7 +86,8 @@ class Results:
     """Variables and attributes of a run, with the interface of a Dataset."""
 
     def __init__(self, variables: Variables, attrs: dict[str, Any]) -> None:
-        self.variables, self.attrs = variables, Attributes(attrs)
+        self.variables = variables
+        self.attrs = attrs.with_values() if isinstance(attrs, Attributes) else Attributes(attrs)
         self.make_finer: Callable[[], Results] | None = None
 
     @cached_property

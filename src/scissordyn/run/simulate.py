@@ -215,10 +215,12 @@ def compute_results(
         if ideal is not None:
             run.variables.update(deviation_variables(run, path, ideal, options))
 
+        known = Results(run.variables, run.attrs)  # without the warnings: a run that refers to itself is freed late
+
         def make_warnings() -> list[RunWarning]:
             warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings()]
-            warnings += run_warnings(tables, run, immobile_at_start(path))
-            warnings += plain(passing_warnings(tables, run, options.until)) + trajectory_warnings(path, record, options)
+            warnings += run_warnings(tables, known, immobile_at_start(path))
+            warnings += plain(passing_warnings(tables, known, options.until)) + trajectory_warnings(path, record, options)
             return warnings + ([] if ideal is None else plain(ideal.warnings))
 
         _add_warnings(run, Deferred(make_warnings, path.system.lock))

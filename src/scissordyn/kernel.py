@@ -309,7 +309,7 @@ class Template:
                 _append_field(field, part, self._words)
             elif field.nested:
                 self._add(part, field.hint, shared, number, at, sources)
-            elif field.array is None:
+            elif field.array is None or not part.size:  # arrays without entries are the same in all copies
                 _append_field(field, part, self._words)
             else:
                 self._own.append((part.shape, part.dtype, self._size, number, at, len(self._words)))

@@ -85,7 +85,7 @@ CONTACT_COLUMNS = (*(column for column, _, _ in CONTACTS.values()), *IMPACT)  # 
 CONTACT_ROW = np.dtype([("joint", int), *((name, float) for name in CONTACT_COLUMNS)])  # Row of that table
 
 
-def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.recarray:
+def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.ndarray:
     """Return the table of contacts, ordered by onset, from the onsets and releases in an event log.
 
     `peak` has the largest values of contacts that have not ended. `companion` is the array of `monitored.companions`.
@@ -113,10 +113,10 @@ def contacts(log: np.ndarray, peak: np.ndarray, companion: np.ndarray) -> np.rec
             largest[-2:] = peak[["largest", "largest_time"]][companion[joint]].tolist()
         close(joint, math.nan, math.nan, largest)
     table = np.array(rows, CONTACT_ROW)
-    return table[np.argsort(table["start"], kind="stable")].view(np.recarray)
+    return table[np.argsort(table["start"], kind="stable")]
 
 
-def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
+def contact_variables(plan: Plan, table: np.ndarray, step: float) -> Variables:
     """Return the variables along `contact` from the table of contacts.
 
     Largest forces of hard contacts are estimates; `step` is the step size of time stepping [s].
@@ -136,7 +136,7 @@ def contact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
 LOCATED = "peak_force", "peak_time", "peak_normal_force", "peak_normal_time"  # Located largest forces; only compliant contacts
 
 
-def _impact_variables(plan: Plan, table: np.recarray, step: float) -> Variables:
+def _impact_variables(plan: Plan, table: np.ndarray, step: float) -> Variables:
     """Return the variables of impacts in joints with hard contact, with estimates of their largest forces."""
     hard = plan.hard_places
     if not hard:

@@ -106,7 +106,7 @@ class Trajectory:
         return (record_in_halves if halves else record)(self.plan.maps, self.system, self.samples)
 
     @cached_property
-    def contacts(self) -> np.recarray:
+    def contacts(self) -> np.ndarray:
         """Table of contacts in the order of their onsets."""
         return contacts(self.log, self.peak, self.plan.companions[: len(self.plan.contacts)])
 

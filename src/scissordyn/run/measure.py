@@ -52,11 +52,11 @@ class Ended:
         self.together: Sequence[Ended] = (self,)  # cases that ended together and are evaluated in one pass
 
     @cached_property
-    def contacts(self) -> np.recarray:
+    def contacts(self) -> np.ndarray:
         """Return all contacts, in order of their starts."""
         return self.path.contacts
 
-    def per_joint(self, value: Callable[[np.recarray], float]) -> np.ndarray:
+    def per_joint(self, value: Callable[[np.ndarray], float]) -> np.ndarray:
         """Return one value for each clearance joint and contact point, computed from its contacts."""
         return np.array([value(self.contacts[self.contacts["joint"] == j]) for j in range(len(self.plan.contacts))], float)
 
@@ -98,7 +98,7 @@ class Ended:
             forces[j] = np.max(np.fmax(struck, contacts["peak_normal_force"]), initial=0.0)
         return forces
 
-    def durations(self, contacts: np.recarray) -> np.ndarray:
+    def durations(self, contacts: np.ndarray) -> np.ndarray:
         """Return the durations of contacts [s]; a contact that has not ended counts up to the present time."""
         return np.where(np.isnan(contacts["duration"]), self.time - contacts["start"], contacts["duration"])
 
@@ -208,7 +208,7 @@ def _energy_measure(name: str) -> Measure:
     return Measure("J", text, (), lambda ended: float(ended.accounts[place]))
 
 
-def _contact_measure(units: str, text: str, value: Callable[[np.recarray], float]) -> Measure:
+def _contact_measure(units: str, text: str, value: Callable[[np.ndarray], float]) -> Measure:
     return Measure(units, text, ("joint",), lambda ended: ended.per_joint(value))
 
 

@@ -63,13 +63,14 @@ def _not_converged(path: Trajectory) -> list[RunWarning]:
     # [steps] a contact that starts within this time after the previous one of its joint is not resolved
     resolved_steps = 3.0
     step, ends, unresolved = path.statistics["step"], dict[int, float](), 0.0
-    hard, contacts = set(path.plan.hard_places), path.contacts
-    for contact in contacts:
-        if contact.joint in hard and contact.start < ends.get(contact.joint, -math.inf) + resolved_steps * step:
-            unresolved += contact.damping_loss
-        ends[contact.joint] = contact.start + (math.inf if math.isnan(contact.duration) else contact.duration)
-    lost = sum(contact.damping_loss for contact in contacts if contact.joint in hard)
-    dissipated = sum(contact.damping_loss + contact.friction_loss for contact in contacts)
+    hard, columns = set(path.plan.hard_places), ["joint", "start", "duration", "damping_loss", "friction_loss"]
+    contacts = path.contacts[columns].tolist()
+    for joint, start, duration, loss, _ in contacts:
+        if joint in hard and start < ends.get(joint, -math.inf) + resolved_steps * step:
+            unresolved += loss
+        ends[joint] = start + (math.inf if math.isnan(duration) else duration)
+    lost = sum(loss for joint, _, _, loss, _ in contacts if joint in hard)
+    dissipated = sum(loss + friction for *_, loss, friction in contacts)
     if path.statistics["impacts_located"] or not unresolved > 0.05 * dissipated:
         return []
     return [warning("not converged", unresolved=unresolved, lost=lost, within=resolved_steps, step=0.25 * step)]

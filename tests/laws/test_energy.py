@@ -11,7 +11,7 @@ from scipy.integrate import quad
 
 import scissordyn as sd
 from scissordyn.laws import catalogue
-from scissordyn.laws.contact import Continued
+from scissordyn.laws.contact import TangentElastic
 from scissordyn.laws.elastic.dubowsky_freudenstein import DubowskyFreudenstein
 from scissordyn.laws.elastic.johnson import Johnson
 from scissordyn.laws.elastic.persson import Persson
@@ -45,7 +45,7 @@ def work(law, delta, joint=JOINT, breaks=()):
 def test_energy_is_the_work_of_the_force(law, clearance):
     """Cross-check: the energy is the work of the force to 1e-12, from a nanometre to the journal's radius."""
     joint = replace(JOINT, clearance=clearance)
-    breaks = [law.deepest(joint)] if isinstance(law, Continued) else []
+    breaks = [law.deepest(joint)] if isinstance(law, TangentElastic) else []
     depths = [share * clearance for share in INDENTATIONS]
     depths += [b * (1.0 + sign * 1e-9) for b in breaks for sign in (-1, 0, 1)]
     for delta in depths:
@@ -56,7 +56,7 @@ def test_energy_is_the_work_of_the_force(law, clearance):
 
 def test_where_continued_laws_begin_their_tangent():
     """Closed form: tangents begin at TURN e^(1-TURN) of the turning point, Persson's at six clearances."""
-    names = {law.name for law in ALL if isinstance(law, Continued)}
+    names = {law.name for law in ALL if isinstance(law, TangentElastic)}
     assert names == {"johnson", "esdu-78035", "radzimovsky", "dubowsky-freudenstein", "persson"}
     assert Persson().deepest(JOINT) == pytest.approx(6.0 * C, rel=1e-14)
     assert Johnson().deepest(JOINT) == pytest.approx(1.25 * math.exp(-0.25) * 4.0 * C / math.e**2, rel=1e-14)

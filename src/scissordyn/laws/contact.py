@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, runtime_checkable
+from typing import ClassVar, Literal
 
 from scissordyn.laws.material import Material
 from scissordyn.plugin.element import SLOTS, Part, Slot
@@ -84,16 +84,6 @@ class Elastic(Part):
     """Allowed materials of journal and bearing: any, two equal ones, or steel."""
     caveat: ClassVar[str] = ""
     """Limitation of the law, for the user; empty for none."""
-
-
-@runtime_checkable
-class Continued(Protocol):
-    """Elastic law that its source defines up to some indentation, and that continues along its tangent beyond."""
-
-    name: ClassVar[str]
-
-    def deepest(self, joint: JointContact) -> float:
-        """Return the largest indentation [m] at which the law itself holds."""
 
 
 class TangentElastic(Elastic):

@@ -8,7 +8,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from scissordyn.laws.contact import Continued, Damping, Elastic, Friction, JointContact
+from scissordyn.laws.contact import Damping, Elastic, Friction, JointContact, TangentElastic
 from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.laws.damping.proportional import DampingFactor
 from scissordyn.laws.evaluate import elastic_forces
@@ -128,7 +128,7 @@ def contact_warnings(
         )
     if stiffness.small_contact and indentation > deep * size:
         warnings.append(warning("deep", joint, kind, fraction=indentation / size, size=what, law=name, most=deep))
-    if isinstance(stiffness, Continued) and indentation > stiffness.deepest(contact):
+    if isinstance(stiffness, TangentElastic) and indentation > stiffness.deepest(contact):
         deepest = 1e3 * stiffness.deepest(contact)
         warnings.append(warning("continued", joint, kind, depth=1e3 * indentation, law=name, deepest=deepest))
     laws: dict[str, object] = {"stiffness": stiffness, "damping": damping, "friction": friction}

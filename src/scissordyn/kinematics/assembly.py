@@ -36,6 +36,7 @@ class Start:
 
     position: np.ndarray  # (n,) Free coordinates
     velocity: np.ndarray  # (n,) Rates of the free coordinates
+    basis: tuple[np.ndarray, np.ndarray] | None = None  # `basis_at_start` if it is known
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,12 @@ def placed_start(plan: Plan, system: System) -> Start:
     """Return the free coordinates and rates nearest to the placement and velocities of the bodies."""
     b, rate = basis_at_start(system)
     position, velocity = plan.coordinates.placed
-    return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity))
+    return Start(plan.coordinates.nearest(b, position), plan.coordinates.nearest(rate, velocity), (b, rate))
 
 
 def natural_state(plan: Plan, system: System, start: Start) -> tuple[np.ndarray, np.ndarray]:
     """Return the natural coordinates and their rates for a start."""
-    b, rate = basis_at_start(system)
+    b, rate = start.basis or basis_at_start(system)
     matrix = plan.coordinates.matrix
     return matrix @ np.append(start.position, b), matrix @ np.append(start.velocity, rate)
 
@@ -139,7 +140,7 @@ def value_rates(system: System) -> np.ndarray:
 
 def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
     """Return the state nearest to a guess that meets all constraints and the held vectors."""
-    b, b_rate = basis_at_start(system)
+    b, b_rate = guess.basis or basis_at_start(system)
     values, rates = (np.array(numbers, float).ravel() for numbers in (held.values, held.rates))
     # cases of a batch often differ in their speeds only, or in neither positions nor speeds
     places = given_places(plan) if held.places else None
@@ -169,7 +170,7 @@ def assemble(plan: Plan, system: System, guess: Start, held: Held) -> Start:
                 velocity = velocity + change
         if len(velocities) < 200:  # the velocities of a long chain take some hundred kilobytes
             velocities[moving] = velocity
-    return Start(x.copy(), velocity.copy())
+    return Start(x.copy(), velocity.copy(), (b, b_rate))
 
 
 def _closed_position(

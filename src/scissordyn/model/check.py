@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.catalogue import COMPONENTS
@@ -274,23 +274,42 @@ def _bodies_in(component: object, names: set[str]) -> tuple[str, ...]:
     return tuple(text for value in fields for text in texts(value) if text in names or text == GROUND) or (GROUND,)
 
 
-def proportion_warnings(mechanism: Mechanism) -> list[str]:
-    """Return a warning for each quantity that is far larger than quantities of its kind in the rest of a mechanism."""
-    size, bodies = mechanism.size, mechanism.bodies
-    # text, value, unit, reference value, largest allowed ratio, name of the reference
-    compared: list[tuple[str, float, str, float, float, str]] = []
+class BodyProportions(NamedTuple):
+    """Size and mass of a mechanism, and the warnings about proportions of its bodies."""
+
+    size: float  # [m]
+    mass: float  # [kg]
+    warnings: list[str]
+
+
+def proportion_warnings(mechanism: Mechanism, bodies: BodyProportions | None = None) -> list[str]:
+    """Return a warning for each quantity that is far larger than quantities of its kind in the rest of a mechanism.
+
+    `bodies` are the proportions of the bodies if they are known.
+    """
+    size, mass, known = body_proportions(mechanism) if bodies is None else bodies
+    named, contacts, rotors = "the size of the mechanism", list[str](), list[str]()
     for contact in mechanism.contacts:
         assert contact.clearance is not None
         surfaces, has = contact.clearance.surfaces, f"joint '{getattr(contact, 'guide', contact.name)}' has a"
         radius = "corner radius" if surfaces.plane else "journal radius"
-        compared += [
-            (f"{has} clearance", contact.clearance.clearance, "m", size, 0.1, "the size of the mechanism"),
-            (f"{has} {radius}", surfaces.journal_radius, "m", size, 2.0, "the size of the mechanism"),
-            (f"{has} bearing length", surfaces.length, "m", size, 10.0, "the size of the mechanism"),
-        ]
+        contacts += _too_large(f"{has} clearance", contact.clearance.clearance, "m", size, 0.1, named)
+        contacts += _too_large(f"{has} {radius}", surfaces.journal_radius, "m", size, 2.0, named)
+        contacts += _too_large(f"{has} bearing length", surfaces.length, "m", size, 10.0, named)
+    for component in mechanism.components:
+        inertia = getattr(component, "inertia", None)
+        if isinstance(inertia, float):
+            has = f"{component.declaration.label} '{component.name}' has a rotor"
+            rotors += _too_large(has, inertia, "kg m^2", mass * size**2, 1e6, "the mass of the mechanism at its size")
+    return list(dict.fromkeys([*contacts, *known, *rotors]))  # a guide has four contact points
+
+
+def body_proportions(mechanism: Mechanism) -> BodyProportions:
+    """Return the proportions of the bodies of a mechanism."""
+    size, bodies, warnings = mechanism.size, mechanism.bodies, list[str]()
     for body in bodies:
-        gyration = math.sqrt((body.inertia or 0.0) / body.mass), "m", size, 10.0, "the size of the mechanism"
-        compared.append((f"body '{body.name}' has a radius of gyration", *gyration))
+        has, gyration = f"body '{body.name}' has a radius of gyration", math.sqrt((body.inertia or 0.0) / body.mass)
+        warnings += _too_large(has, gyration, "m", size, 10.0, "the size of the mechanism")
     extents = [
         (max(math.dist(body.centre, point) for point in body.points.values()), body.name) for body in bodies if body.points
     ]
@@ -300,16 +319,12 @@ def proportion_warnings(mechanism: Mechanism) -> list[str]:
     ):
         if values:
             (high, name), (low, other) = max(values, key=itemgetter(0)), min(values, key=itemgetter(0))
-            compared.append((f"body '{name}' has a {what}", high, unit, low, most, f"that of body '{other}'"))
-    whole = sum(body.mass for body in bodies) * size**2
-    for component in mechanism.components:
-        inertia = getattr(component, "inertia", None)
-        if isinstance(inertia, float):
-            has = f"{component.declaration.label} '{component.name}' has a rotor"
-            compared.append((has, inertia, "kg m^2", whole, 1e6, "the mass of the mechanism at its size"))
-    texts = (
-        f"{what} of {value:.4g} {unit}, {value / standard:.2g} times {named}; check its unit"
-        for what, value, unit, standard, most, named in compared
-        if value > most * standard
-    )
-    return list(dict.fromkeys(texts))  # a guide has four contact points
+            warnings += _too_large(f"body '{name}' has a {what}", high, unit, low, most, f"that of body '{other}'")
+    return BodyProportions(size, sum(body.mass for body in bodies), warnings)
+
+
+def _too_large(what: str, value: float, unit: str, standard: float, most: float, named: str) -> list[str]:
+    """Return a warning about a value above `most` times a standard, which is `named`."""
+    if not value > most * standard:
+        return []
+    return [f"{what} of {value:.4g} {unit}, {value / standard:.2g} times {named}; check its unit"]

@@ -114,7 +114,10 @@ class Results:
 
     @property
     def sizes(self) -> dict[str, int]:
-        return {dim: size for part in self.variables.values() for dim, size in zip(part.dims, part.shape, strict=True)}
+        sizes: dict[str, int] = {}
+        for part in self.variables.values():
+            sizes.update(zip(part.dims, part.shape, strict=True))
+        return sizes
 
     @property
     def attributes(self) -> Attributes:

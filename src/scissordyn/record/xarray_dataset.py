@@ -13,7 +13,7 @@ import scissordyn.record.accessor  # noqa: F401  registers run.scissordyn
 from scissordyn.record.results import Results, Run
 from scissordyn.record.variable import Variable
 
-DATA = "_data"  # slot of xarray's variables that holds the array
+STORES_DATA = "_data" in getattr(xr.Variable, "__slots__", ())  # True if variables of xarray store arrays in this slot
 
 
 class DatasetVariable(xr.Variable):
@@ -30,7 +30,7 @@ class DatasetVariable(xr.Variable):
 
         Other deferred results of the run read the result itself, which the user must not change.
         """
-        if DATA not in getattr(xr.Variable, "__slots__", ()):  # an xarray that stores arrays in another way
+        if not STORES_DATA:
             return xr.Variable(variable.dims, variable.values, variable.attrs, fastpath=True)
         made = cls.__new__(cls)
         made._dims, made._attrs, made._encoding = variable.dims, dict(variable.attrs), None
@@ -68,35 +68,32 @@ def as_dataset(results: Run) -> xr.Dataset:
     """Return a run as a Dataset, without xarray's slow checks of the variables."""
     if not isinstance(results, Results):
         return cast("xr.Dataset", results)
-    labels = {
-        name: xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
-        for name, part in results.variables.items()
-        if part.dims == (name,)
-    }
-    variables: dict[str, xr.Variable] = {
-        name: labels[name] if name in labels else DatasetVariable.of(part) for name, part in results.variables.items()
-    }
-    indexes: dict[Any, xr.Index] = {
-        name: _index_of_names(name, tuple(variable.values.tolist()))
-        if variable.dtype.kind == "U"
-        else xr.indexes.PandasIndex(pd.Index(variable.values), name)
-        for name, variable in labels.items()
-    }
-    coordinates = {name: index.create_variables({name: labels[name]})[name] for name, index in indexes.items()}
+    variables, indexes, coordinates = dict[str, xr.Variable](), dict[Any, xr.Index](), dict[str, xr.Variable]()
+    for name, part in results.variables.items():
+        if part.dims != (name,):
+            variables[name] = DatasetVariable.of(part)
+        elif part.dtype.kind == "U":
+            indexes[name], named = _index_of_names(name, tuple(part.values.tolist()))
+            coordinates[name] = named.copy(deep=False)
+            coordinates[name].attrs = part.attrs
+        else:
+            indexes[name] = xr.indexes.PandasIndex(pd.Index(part.values), name)
+            label = xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
+            coordinates[name] = indexes[name].create_variables({name: label})[name]
     direct = getattr(xr.Dataset, "_construct_direct", None)
+    variables |= coordinates
     if direct is None:
         return xr.Dataset(variables, attrs=results.attributes)
-    dataset: xr.Dataset = direct(
-        {**variables, **coordinates}, set(coordinates), dims=results.sizes, attrs=results.attributes, indexes=indexes
-    )
+    dataset: xr.Dataset = direct(variables, set(coordinates), dims=results.sizes, attrs=results.attributes, indexes=indexes)
     return dataset
 
 
 @lru_cache(256)
-def _index_of_names(dim: str, names: tuple[str, ...]) -> xr.Index:
-    """Return the index of a dimension with names; runs of one mechanism share it, because pandas is slow for texts."""
+def _index_of_names(dim: str, names: tuple[str, ...]) -> tuple[xr.Index, xr.Variable]:
+    """Return index and coordinate of a dimension with names; runs of a mechanism share them, as pandas is slow for texts."""
+    texts: Any = np.array(names, dtype=str)
     try:
-        index = pd.Index(np.array(names, dtype=str))
+        index = xr.indexes.PandasIndex(pd.Index(texts), dim)
     except UnicodeEncodeError:  # half a surrogate, which a damaged file may have
-        index = pd.Index(names, dtype=object)
-    return xr.indexes.PandasIndex(index, dim)
+        index = xr.indexes.PandasIndex(pd.Index(names, dtype=object), dim)
+    return index, index.create_variables({dim: xr.Variable((dim,), texts)})[dim]

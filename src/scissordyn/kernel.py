@@ -287,7 +287,9 @@ class Template:
     """
 
     def __init__(self, content: Any, shared: Collection[str] = ()) -> None:
-        self._words, self._parts, self._own = list[int](), list[tuple[type, list[Any], int, int]](), list[tuple[Any, ...]]()
+        self._words, self._parts = list[int](), list[tuple[type, list[Any], int, int]]()
+        self._views = list[tuple[Any, ...]]()  # shape, type and first byte of each array that is copied
+        self._places = list[tuple[int, int, int]]()  # its part, place in the part, and word of its address
         self.shared = dict[str, tuple[_Field, int, int, int]]()  # field, part, place in it and first word, by name
         self._size = 0
         sources = list[np.ndarray]()
@@ -295,7 +297,7 @@ class Template:
         self._memory = np.zeros(self._size, np.uint8)
         for source, array in zip(sources, self._arrays(self._memory), strict=True):
             array[...] = source
-        self._image, self._addresses = np.array(self._words, np.int64), np.array([word for *_, word in self._own], int)
+        self._image, self._addresses = np.array(self._words, np.int64), np.array([word for *_, word in self._places], int)
 
     def _add(
         self, content: Any, described: type, shared: Collection[str], parent: int, place: int, sources: list[np.ndarray]
@@ -312,19 +314,20 @@ class Template:
             elif field.array is None or not part.size:  # arrays without entries are the same in all copies
                 _append_field(field, part, self._words)
             else:
-                self._own.append((part.shape, part.dtype, self._size, number, at, len(self._words)))
+                self._views.append((part.shape, part.dtype, self._size))
+                self._places.append((number, at, len(self._words)))
                 self._words += [self._size, *_array_words(part, field.array, field.name)[1:]]
                 self._size += part.nbytes + -part.nbytes % 64  # a cache line has 64 bytes
                 sources.append(part)
 
     def _arrays(self, memory: np.ndarray) -> list[np.ndarray]:
-        return [np.ndarray(shape, dtype, memory, first) for shape, dtype, first, *_ in self._own]
+        return [np.ndarray(shape, dtype, memory, first) for shape, dtype, first in self._views]
 
     def copy(self, given: Mapping[str, Any]) -> Handle:
         """Return a handle with copies of all arrays; `given` has shared parts of its own, by type and field."""
         memory, words, parts = self._memory.copy(), self._image.copy(), [list(part) for _, part, *_ in self._parts]
-        words[self._addresses] += memory.ctypes.data
-        for (*_, part, place, _), array in zip(self._own, self._arrays(memory), strict=True):
+        words[self._addresses] += address_of(memory)
+        for (part, place, _), array in zip(self._places, self._arrays(memory), strict=True):
             parts[part][place] = array
         for name, value in given.items():
             field, part, place, first = self.shared[name]

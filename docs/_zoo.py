@@ -40,7 +40,7 @@ def zoo_page(entry: Entry, docs: Path) -> str:
     if entry.references:
         lines += ["## Source", "", *(f"* {_said(reference)}" for reference in entry.references), ""]
     lines += ["## Numbers that a right program gives", ""]
-    lines += ["| number | joints | value | tolerance | by | from |", "| --- | --- | --- | --- | --- | --- |"]
+    lines += ["| quantity | joints | value | tolerance | by | from |", "| --- | --- | --- | --- | --- | --- |"]
     for one in entry.numbers:
         joints = "ideal" if one.ideal else "with clearance"
         cells = (one.what, joints, one.value, one.tolerance, one.origin, one.reason)

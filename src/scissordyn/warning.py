@@ -90,7 +90,7 @@ WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
         "buckling": " is compressed to {ratio:.3g} times the force at which the mechanism buckles with its drives locked (t "
         "= {time:.6g} s)",
         "bending modes": ": the contact at t = {time:.6g} s lasts {lasting:.3g} ms and excites bending up to "
-        "{frequency:.3g} Hz; {short} of {bars} bars keep modes up to {highest:.3g} Hz: modes = {modes} keeps those of the "
+        "{frequency:.0f} Hz; {short} of {bars} bars keep modes up to {highest:.0f} Hz: modes = {modes} keeps those of the "
         "contact",
         # films of oil
         "thin film": ": the film is thinner than three roughnesses of {roughness:.3g} m for {fraction:.2g} of the run, least "

@@ -167,7 +167,7 @@ def test_check_says_what_would_be_run(folder, answer):
     """Contract: mechanism, drive, joint and method of the paper's case."""
     shown = answer("check", PAPER)
     joint = ("Joint A: clearance 0.5 mm", "friction lugre")
-    assert all(text in shown for text in ("5 bodies, 5 ideal and 1 clearance", "speed 150 rpm", *joint, "rodas5p"))
+    assert all(text in shown for text in ("5 bodies, 5 ideal joints and 1 clearance joint", "speed 150 rpm", *joint, "rodas5p"))
     assert not list(folder.iterdir())
 
 

@@ -184,7 +184,7 @@ def test_refused_cycles(periodic, impacting, frictional, upright):
         (lambda: sd.cycle(impacting, cycles=1, start=ideal.drop_vars("end_y")), "has no final state"),
         (lambda: sd.cycle(periodic.driven(table), cycles=10, period=0.1), "tabulated from 0 s to 0.6 s"),
         (lambda: drive_period(two), "2 periods"),
-        (lambda: drive_period(periodic.driven(table)), "no periods"),
+        (lambda: drive_period(periodic.driven(table)), "no drive is periodic"),
         (lambda: sd.ensemble(periodic, members=2, cycles=2), "no clearance joints"),
         (lambda: sd.ensemble(impacting, members=1, cycles=2), "members = 1"),
         (lambda: sd.ensemble(impacting, members=2, cycles=2, skip=2), "skip = 2 of 2 cycles"),

@@ -40,7 +40,7 @@ def velocity_acceleration(
     bodies = [str(name) for name in run["body"].values]
     if (body and body not in bodies) or axis not in ("x", "y"):
         raise InputError(
-            f"body '{body}'{did_you_mean(body, bodies)} along '{axis}'", f"one of {', '.join(bodies)}, along 'x' or 'y'"
+            f"unknown body '{body}'{did_you_mean(body, bodies)} along '{axis}'", f"one of {', '.join(bodies)}, along 'x' or 'y'"
         )
     if not body and "slider_velocity" not in run:
         raise InputError("the run has no slider", "a body: one of " + ", ".join(bodies), f"body='{bodies[-1]}'")

@@ -146,7 +146,8 @@ def unit_factor(unit: str, target: str) -> float:
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # all versions of pint quote the name of the unit
         apart = _spaced(unknown, unit, target)
-        near = f" (did you mean '{apart}'?)" if apart else did_you_mean(unknown, [*KNOWN_UNITS.split(), "N m"])
+        fitting = [known for known in (*KNOWN_UNITS.split(), "N m") if _fits(unit.replace(unknown, known), target)]
+        near = f" (did you mean '{apart}'?)" if apart else did_you_mean(unknown, fitting)
         raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:
         likely = " (did you mean 'rpm'?)" if target == "rad/s" and REVOLUTIONS_PER_MINUTE.fullmatch(unit) else ""
@@ -164,6 +165,19 @@ def unit_factor(unit: str, target: str) -> float:
         likely, others = {"meter": ("mm", "m, mm, km"), "second": ("ms", "s, ms")}.get(large[2], ("deg", "deg, rad, turn"))
         raise InputError(f"unit '{unit}' is a {parsed} (did you mean '{likely}'?)", others)
     return factor
+
+
+def _fits(unit: str, target: str) -> bool:
+    """Return whether a text is a unit of the dimension of `target`."""
+    import pint
+
+    if not UNIT_TEXT.fullmatch(unit):
+        return False
+    registry = _registry()
+    try:
+        return bool(registry.parse_units(unit).dimensionality == registry.parse_units(target).dimensionality)
+    except (pint.PintError, ArithmeticError, AssertionError, ValueError, TypeError):
+        return False
 
 
 def _spaced(unknown: str, unit: str, target: str) -> str:

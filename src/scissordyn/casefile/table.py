@@ -136,13 +136,18 @@ class Key:
             return _plain(given, self.hint, context)
         try:
             if self.words and not isinstance(given, int | str):
-                raise InputError("not a whole number", f"a whole number {self.quantity.bounds}")
+                raise InputError("not a whole number", f"a whole number {self.quantity.bounds}", self.sample)
             number = read_quantity(given, self.quantity, self.sample.strip('"'))
         except InputError as error:
             sample = toml(error.example) if self.quantity.unit != "1" else error.example
             allowed = " or ".join((error.expected, *map(toml, self.words)))
             raise InputError(error.what, allowed, f"{self.name} = {sample}") from None
-        return _plain(number, self.hint, context)
+        try:
+            return _plain(number, self.hint, context)
+        except PlacedError as error:
+            raise PlacedError(
+                (), error.given, error.text, f"{error.expected} {self.quantity.bounds}", f"{self.name} = {self.sample}"
+            ) from None
 
 
 def _make_key(name: str, annotation: Any, default: Any) -> Key:

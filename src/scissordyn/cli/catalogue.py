@@ -282,7 +282,7 @@ def _show_entry(entry: Entry) -> None:
         )
         for number in entry.numbers
     ]
-    print_table({"number": "text", "value": "numbers", "tolerance": "numbers", "from": "text"}, rows)
+    print_table({"quantity": "text", "value": "numbers", "tolerance": "numbers", "from": "text"}, rows)
     say(f"Compare a run with them: {command('scissordyn', 'zoo', entry.name, '--check')}")
 
 
@@ -295,7 +295,7 @@ def _check_entry(entry: Entry) -> int:
         texts = (short(value, result.unit) for value in sizes)
         rows.append((result.number.what, *texts, "met" if result.met else "differs"))
     print_table(
-        {"number": "text", **dict.fromkeys(("expected", "found", "difference", "allowed"), "numbers"), "": "text"}, rows
+        {"quantity": "text", **dict.fromkeys(("expected", "found", "difference", "allowed"), "numbers"), "": "text"}, rows
     )
     return DONE if all(result.met for result in results) else UNFINISHED
 

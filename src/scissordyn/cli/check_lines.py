@@ -115,10 +115,11 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
 def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
     """Return lines on the size of a mechanism, its drives, components and clearances."""
     mechanism, coordinates = planned.mechanism, planned.coordinates
+    bodies = "1 body" if len(mechanism.bodies) == 1 else f"{len(mechanism.bodies)} bodies"
     return [
-        f"Mechanism: {len(mechanism.bodies)} bodies, {len(mechanism.ideal_joints)} ideal and "
-        f"{len(mechanism.clearance_joints)} clearance joints, "
-        f"{coordinates.free} free coordinates with {len(coordinates.constraints)} constraints: "
+        f"Mechanism: {bodies}, {counted(len(mechanism.ideal_joints), 'ideal joint')} and "
+        f"{counted(len(mechanism.clearance_joints), 'clearance joint')}, "
+        f"{counted(coordinates.free, 'free coordinate')} with {counted(len(coordinates.constraints), 'constraint')}: "
         f"{counted(planned.coordinates.mobility, 'degree')} of freedom besides the drives.",
         *(f"Drive of {drive.body}: {_in_words(drive.motion)}." for drive in mechanism.drives),
         *(
@@ -182,14 +183,18 @@ def _inertia(mechanism: Mechanism, until: float) -> DriveInertia | None:
 
 
 def _in_words(motion: TimeFunction, unit: str = "rad") -> str:
-
+    """Return the kind of a motion with its parameters; frequencies are in Hz."""
     if isinstance(motion, Tabulated):
         return f"a table of {len(motion.times)} instants from {1e3 * motion.times[0]:g} to {1e3 * motion.times[-1]:g} ms"
     if isinstance(motion, Polynomial):
         return f"a polynomial of degree {len(motion.coefficients) - 1}"
     kind: type = type(motion)
     values = {name: (getattr(motion, name), of) for name, of in units_of(kind, unit).items()}
-    numbers = ", ".join(f"{name} {rounded_text(value, of)}" for name, (value, of) in values.items() if value or name != "begin")
+    numbers = ", ".join(
+        f"frequency {value / math.tau:.6g} Hz" if name == "angular_frequency" else f"{name} {rounded_text(value, of)}"
+        for name, (value, of) in values.items()
+        if value or name != "begin"
+    )
     return numbers if kind is ConstantSpeed else f"{kind.__name__.lower()}, {numbers}"
 
 
@@ -264,7 +269,7 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
     what = {"step": "steps", "modes": "numbers of bending modes"}.get(converged.varied, "rtol = atol")
     lines = [f"{converged.response} to within {100.0 * converged.within:g} %, with {what} from coarse to fine:"]
     for level in converged.levels:
-        numbers = f"{scale.with_unit(level.value, 5)}, members differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
+        numbers = f"{scale.with_unit(level.value, 5)}, repeated runs differ by {level.spread:.2%}, {level.seconds:.3g} s a run"
         lines.append(f"  {setting(level.setting)}  " + (f"failed: {level.cause}" if level.cause else numbers))
     if math.isnan(converged.setting):
         finest = f"{'up' if converged.varied == 'modes' else 'down'} to {setting(converged.levels[-1].setting)}"
@@ -272,8 +277,8 @@ def converged_lines(converged: Convergence, case: str, changes: Sequence[str] = 
     lines.append(f"{setting(converged.setting)} is enough: the next two agree with it.")
     if converged.chaotic:
         lines.append(
-            "The motion is chaotic: starts that differ by round-off give numbers that differ by more than that at any "
-            f"{converged.varied}. Agreement is that of means; a study with members gives the distribution."
+            f"The motion is chaotic: runs whose starts differ only by round-off differ by more than {converged.within:.3g} of "
+            "the measure. Their means are compared instead. A study with --members gives the distribution."
         )
     if converged.varied == "modes":
         return [*lines, f"To run it so: modes = {converged.setting:.0f} in [[bending]] of {case}."]

@@ -166,7 +166,7 @@ def _show(fitted: xr.Dataset, predicted: xr.Dataset | None) -> None:
         interval = f"{of['low']:.5g} .. {of['high']:.5g}" if math.isfinite(of["standard_error"]) else "not determined"
         rows.append((name, f"{of['start_value']:.5g}", f"{of['value']:.6g}", interval, of["unit"]))
     numbers = dict.fromkeys(("start", "fitted", "95 % interval"), "numbers")
-    print_table({"number": "text", **numbers, "unit": "text"}, rows)
+    print_table({"parameter": "text", **numbers, "unit": "text"}, rows)
     curves = {"rms of residuals": fitted} | ({} if predicted is None else {"rms of prediction": predicted})
     headings = zip(fitted["column"].values.astype(str), fitted["column_unit"].values.astype(str), strict=True)
     rows = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,7 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, read_option
 from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
 from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError
-from scissordyn.units import short
+from scissordyn.units import cell, short
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,13 +84,13 @@ def _show(found: xr.Dataset) -> None:
         rows = []
         for k in order.tolist():
             row = here.isel(parameter=k)
-            unit = str(row["parameter_unit"].values)
+            value, unit = float(row["parameter_value"]), str(row["parameter_unit"].values)
             rows.append(
                 (
                     str(row["parameter"].values),
-                    short(float(row["parameter_value"]), unit),
-                    f"{float(row['derivative']):.6g}",
-                    f"{float(row['elasticity']):.4g}",
+                    f"{math.degrees(value):.4g} deg" if unit == "rad" else cell(value, unit),
+                    _number(float(row["derivative"]), 6),
+                    _number(float(row["elasticity"]), 4),
                     short(float(row["valid_until"]), "s") if str(row["limit"].values) else "",
                 )
             )
@@ -102,6 +103,11 @@ def _show(found: xr.Dataset) -> None:
     if left_out:
         say(f"{len(left_out)} parameters do not act or cannot change alone")
     say(*(f"Warning: {line}" for line in json.loads(found.attrs["warnings"])))
+
+
+def _number(value: float, digits: int) -> str:
+    """Return a number as text; a dash if the derivative does not exist."""
+    return f"{value:.{digits}g}" if math.isfinite(value) else "-"
 
 
 def _record(found: xr.Dataset) -> dict[str, object]:

@@ -67,8 +67,9 @@ def read_case(path: str | os.PathLike[str], changes: Iterable[str] = ()) -> Case
     if is_study(written):
         what = f"'{path}' is a study file"
         raise InputError(what, "a case file", command("scissordyn", "study", path, "-o", f"{path.stem}.db"))
-    if "body" in tree and "structure" not in tree:
-        raise InputError(f"{path}: missing key 'structure'", "the kind of structure", 'structure = { kind = "mechanism" }')
+    if "structure" not in tree and tree.keys() <= CaseTable.declared_keys().keys():
+        kind = "mechanism" if "body" in tree else "scissor"
+        raise InputError(f"{path}: the table [structure] is missing", "a mechanism", f'structure = {{ kind = "{kind}" }}')
     with in_file(path, text, tree, written):
         case = make_case(tree, {"folder": path.parent, "code": _code(tree, path.parent)})
         return replace(case, mechanism=apply_numbers(case.mechanism, of_parts)) if of_parts else case

@@ -94,7 +94,11 @@ def modes(
         )
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
-        raise InputError("modes at several times of a mechanism without a drive", "a drive, or modes without times")
+        raise InputError(
+            "modes along the motion: the mechanism has no drive, and a servo has no prescribed motion",
+            "a drive, or modes at the start alone",
+            "without --until, in Python without times",
+        )
     whole = plan(frictionless(taken))
 
     def lock(time: float, turned: Mapping[str, float]) -> Plan:
@@ -117,7 +121,11 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
         at = release_drives(at)
     squares, motions = small_motions(at)
     if squares.size == 0:
-        raise InputError("the mechanism cannot move and has no modes", 'flexible bars, springs, or drive = "released"')
+        raise InputError(
+            "the mechanism cannot move with its drives locked, and has no modes",
+            "bars that bend, springs next to free bodies, or released drives",
+            "--drive released, in Python drive='released'",
+        )
     squares[np.abs(squares) < 1e-15 * squares.size * np.max(np.abs(squares))] = 0.0  # round-off
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))

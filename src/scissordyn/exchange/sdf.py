@@ -118,7 +118,7 @@ class _Model:
         self._note_unread()
 
     def _named(self, tag: str) -> dict[str, Element]:
-        """Return the children of the model with a tag by name."""
+        """Return the children of the model that have a tag, by their names."""
         found: dict[str, Element] = {}
         for child in self.model.children:
             if child.tag != tag:

@@ -170,8 +170,12 @@ LOADS = {
         "N J",
         "integral of the squared normal force times slip speed in a cycle, by direction of the force",
     ),
-    "cosine": (_DIRECTIONS, "J", "the first integral with the cosine of the journal's rotation; 0 if only the bearing is worn"),
-    "sine": (_DIRECTIONS, "J", "the first integral with the sine of the journal's rotation; 0 if only the bearing is worn"),
+    "cosine": (
+        _DIRECTIONS,
+        "J",
+        "integral of energy times the cosine of the journal's rotation; 0 if only the bearing is worn",
+    ),
+    "sine": (_DIRECTIONS, "J", "integral of energy times the sine of the journal's rotation; 0 if only the bearing is worn"),
     "peak": (("joint",), "N", "largest force in a cycle"),
     "deviation": (("track",), "m", "largest deviation of the tracked point in a cycle"),
 }

@@ -42,7 +42,7 @@ def clear_shape_forces(S):
 
 @kernel
 def note_shape_forces(first, count, x, y, factor_x, factor_y, S):
-    """Add forces on the shape vectors of a bar, from index `first` on, to those that friction in joints reads."""
+    """Add the forces on a bar's shape vectors, which begin at index `first`, to those that determine the friction in joints."""
     shape = S.friction.bending.shape
     if shape.shape[0] == 0:
         return

@@ -96,7 +96,8 @@ def _local(body: Body, point: str) -> Point:
     """Return the coordinates of a body's point; raise `InputError` if the body has no such point."""
     if point not in body.points:
         raise InputError(
-            f"point '{point}' of body '{body.name}'{did_you_mean(point, body.points)}", "one of " + ", ".join(body.points)
+            f"unknown point '{point}' of body '{body.name}'{did_you_mean(point, body.points)}",
+            "one of " + ", ".join(body.points),
         )
     return body.points[point]
 

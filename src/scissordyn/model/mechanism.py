@@ -367,5 +367,5 @@ def _without_clearance(part: Any) -> Any:
 def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
     """Return a named part; raise `InputError` if it does not exist."""
     if not isinstance(name, str) or name not in found:
-        raise InputError(f"{what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
+        raise InputError(f"unknown {what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
     return found[name]

@@ -41,7 +41,7 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
         if not matches:
             names_and_groups = (*names, *GROUPS)
             raise InputError(
-                f"{what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
+                f"unknown {what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
                 "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",
             )
         wanted |= matches

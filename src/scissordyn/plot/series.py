@@ -228,9 +228,8 @@ def select_window(run: AnyRun, first: float | None = None, last: float | None = 
     inside = (time >= begin) & (time <= end)
     if np.count_nonzero(inside) < 2:
         bounds = f"{time[0]:g} to {time[-1]:g} s" if time.size else "no samples"
-        raise InputError(
-            f"fewer than two samples between {begin:g} and {end:g} s", f"at least two samples; the run has {bounds}"
-        )
+        window = " ".join(f"{word} {at:g} s" for word, at in (("from", begin), ("to", end)) if math.isfinite(at))
+        raise InputError(f"fewer than two samples {window}", f"at least two samples; the run has {bounds}")
     places = {"time": np.flatnonzero(inside)}
     if "contact" in run.sizes:
         start = run["contact_start"].values

@@ -167,7 +167,7 @@ def _find_measures(measures: Sequence[str] | Mapping[str, Measure]) -> dict[str,
         return dict(measures)
     for name in measures:
         if name not in MEASURES:
-            raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+            raise InputError(f"unknown measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
     return {name: MEASURES[name] for name in measures}
 
 

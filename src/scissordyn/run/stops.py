@@ -25,9 +25,9 @@ def drive_period(mechanism: Mechanism) -> float:
     periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
     if len(periods) != 1:
         raise InputError(
-            f"the drives of the mechanism have {len(periods) or 'no'} periods",
-            "the period [s]",
-            "period=0.25, or a harmonic drive",
+            f"the drives have {len(periods)} periods" if periods else "no drive is periodic",
+            "one drive with a harmonic motion or a constant speed, or the argument `period` in Python",
+            'harmonic = { mean = "45 deg", amplitude = "15 deg", angular_frequency = "3 Hz" } in [drive]',
         )
     return periods.pop()
 

@@ -197,8 +197,9 @@ def trend_table(fitted: Mapping[str, tuple[Trend, ...]]) -> Section:
         cells = {number: _effect_text(trend, k) if trend.clear else "" for k, number in enumerate(trend.numbers)}
         columns.append((name, form, *(cells.get(number, "") for number in names), f"{trend.r2:.2f}", f"{trend.error:.1%}"))
     note = (
-        "Exponents of power laws, factors (x) of numbers that may be 0, and changes of straight lines over the range of the "
-        "number, with 95 % intervals of the jackknife over the points. R2 of power laws is that of the logarithms."
+        "Power law: the exponent of each parameter, or 'x' and the factor of the response. Straight line: the change of the "
+        "response over the range of the parameter. After ±: half of the 95 % interval (jackknife over the points). R2 of a "
+        "power law is that of the logarithms."
     )
     # the longer side of the table goes down the page
     head, *rows = columns if len(names) <= LISTED_MAX else zip(*columns, strict=True)

@@ -117,7 +117,7 @@ def varied_numbers(study: Study, results: xr.Dataset) -> Section:
     """Return the section that lists the varied parameters with their ranges or distributions."""
     rows = [(factor.path, "chosen", _values_text(study, results, factor)) for factor in study.factors]
     rows += [(factor.name, "uncertain", _values_text(study, results, factor)) for factor in study.uncertain]
-    return Section(("number", "role", "values"), rows)
+    return Section(("parameter", "role", "values"), rows)
 
 
 def _values_text(study: Study, results: xr.Dataset, factor: Factor) -> str:

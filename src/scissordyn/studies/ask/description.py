@@ -141,7 +141,7 @@ class Study:
         whole_number("members", self.members)
         for name in self.measures:
             if name not in MEASURES:
-                raise InputError(f"measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
+                raise InputError(f"unknown measure '{name}'{did_you_mean(name, MEASURES)}", ", ".join(MEASURES))
         names = self.measure_names
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:

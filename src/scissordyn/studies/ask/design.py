@@ -110,7 +110,7 @@ class Design:
 
     def __post_init__(self) -> None:
         if self.kind not in DESIGNS:
-            raise InputError(f"design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
+            raise InputError(f"unknown design '{self.kind}'{did_you_mean(self.kind, DESIGNS)}", ", ".join(DESIGNS))
         points, least = self.points, 1 if self.kind in SAMPLED else 0
         if isinstance(points, bool) or not isinstance(points, int) or points < least:
             sample = "--points 32, or points = 32"

@@ -195,7 +195,7 @@ def _scipy(name: str) -> Any:
     there = getattr(stats, name, None)
     if not isinstance(there, stats.rv_continuous):
         allowed = f"a continuous distribution of scipy.stats: {', '.join(DISTRIBUTIONS)}, ..."
-        raise InputError(f"distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", allowed, DISTRIBUTION_SAMPLE)
+        raise InputError(f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", allowed, DISTRIBUTION_SAMPLE)
     return there
 
 
@@ -256,5 +256,5 @@ def from_plain(plain: Mapping[str, Any]) -> Any:
     fields = dict(plain)
     kind = str(fields.pop("kind", ""))
     if kind not in VARIATIONS:
-        raise InputError(f"variation '{kind}'{did_you_mean(kind, VARIATIONS)}", ", ".join(VARIATIONS))
+        raise InputError(f"unknown variation '{kind}'{did_you_mean(kind, VARIATIONS)}", ", ".join(VARIATIONS))
     return VARIATIONS[kind](**{name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()})

@@ -19,7 +19,7 @@ from scissordyn.studies.ask.distribution import Distribution, within_tolerance
 from scissordyn.units import Meaning, Quantity, documented
 
 DIAMETERS = (1, 3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
-"""Ends of the ranges of nominal diameters [mm]; each belongs to the range below it, the first to the one above."""
+"""Limits of the ranges of nominal diameters [mm]; a range includes its upper limit, the first range its lower one too."""
 
 GRADES: Mapping[int, tuple[int, ...]] = MappingProxyType(
     {

@@ -81,7 +81,7 @@ def response_values(results: xr.Dataset, response: Response) -> np.ndarray:
     if response.measure not in results:
         names = [str(name) for name in results.data_vars if results[name].attrs.get("role") == "measure"]
         raise InputError(
-            f"measure '{response.measure}'{did_you_mean(response.measure, names)}", ", ".join(names) or "no measure"
+            f"unknown measure '{response.measure}'{did_you_mean(response.measure, names)}", ", ".join(names) or "no measure"
         )
     variable = results[response.measure]
     if response.unit and not response.part:

@@ -141,7 +141,7 @@ class Jobs:
         return f"{count} worker{'' if count == 1 else 's'} connected"
 
     def _say(self, line: str) -> None:
-        """Report a line unless it is the last one again."""
+        """Report a line unless it equals the previous one."""
         if line != self._last_line:
             self._last_line = line
             self._report(line)

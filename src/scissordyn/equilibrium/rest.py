@@ -170,8 +170,10 @@ class StaticEquilibrium(NamedTuple):
     growth: float  # Rate at which the fastest motion away from the equilibrium grows [1/s]; 0 for a stable equilibrium
 
 
-def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0) -> StaticEquilibrium:
-    """Find a stable equilibrium by descent from a position.
+def equilibrium(
+    plan: Plan, handle: Handle, position: np.ndarray, load: float = 0.0, expected: np.ndarray | None = None
+) -> StaticEquilibrium:
+    """Find a stable equilibrium by descent from a position, or near the `expected` position on the same branch.
 
     The method is pseudo-transient continuation: implicit Euler steps from rest, each solved by Newton's method. The step size
     grows while the steps converge, so that the iteration tends to Newton's method. Steps from rest reduce the potential energy
@@ -189,9 +191,35 @@ def equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float = 
     coefficients = rows[rubbing, :2].copy()
     rows[rubbing, :2] = 0.0
     try:
-        return _find_equilibrium(plan, handle, position, load)
+        found = None if expected is None else _continue_branch(plan, handle, position, load, expected)
+        return found or _find_equilibrium(plan, handle, position, load)
     finally:
         rows[rubbing, :2] = coefficients
+
+
+def _continue_branch(
+    plan: Plan, handle: Handle, position: np.ndarray, load: float, expected: np.ndarray
+) -> StaticEquilibrium | None:
+    """Return the stable equilibrium that Newton's method finds near the `expected` position; None if it may be another branch.
+
+    The branch is the same if no mode changes and Newton's method moves by less than expected from `position`.
+    """
+    state = handle.content.state
+    reference, mode = state.reference.copy(), state.mode.copy()
+    descent = _Descent(plan, handle, expected, load)
+    outcome, before = descent.implicit_step(STEP_MAX), np.inf
+    while outcome == "solved" and descent.force < before:
+        before, outcome = descent.force, descent.implicit_step(STEP_MAX)
+    if outcome == "rest":
+        descent.polish(STEP_MAX)
+        change = float(np.linalg.norm(descent.state[: descent.free] - expected))
+        growth = _growth(plan, handle, descent.state)[0]
+        functions.accept(0.0, descent.state, handle.address, np.zeros(2))
+        near = change <= float(np.linalg.norm(expected - position))
+        if near and growth == 0.0 and np.array_equal(state.mode, mode):
+            return StaticEquilibrium(descent.state[: descent.free].copy(), descent.load, growth)
+    state.reference[:], state.mode[:] = reference, mode
+    return None
 
 
 def _find_equilibrium(plan: Plan, handle: Handle, position: np.ndarray, load: float) -> StaticEquilibrium:
@@ -354,8 +382,13 @@ class _Descent:
     def correction(self, residual: np.ndarray, step: float) -> np.ndarray | None:
         """Return Newton's correction of the free coordinates for a residual; None if the matrix is singular."""
         change = np.concatenate([np.zeros(self.free), residual, np.zeros(self.internal)])
+        # The step matrix keeps the second time derivatives of the constraints, and a long step would magnify the accelerations
+        # of the unbalanced force and the round-off of the residual across the constraints. At rest gradients alone are kept.
+        work = self.system.work
+        work.direction_acceleration[:] = 0.0
         if functions.factorize(step, self.handle.address) >= 0:
             return None
+        work.frozen_gradient[:] = 0.0
         functions.solve(change, self.handle.address)
         return change[: self.free]
 

@@ -29,10 +29,13 @@ LockDrives = Callable[[float, Mapping[str, float]], Plan]
 INPUT_STEP_MAX = 0.1  # [rad; lengths in m] largest change of a drive's angle or length between two computed positions
 
 
-def equilibrium_pair(locked: Plan, position: Position, before: StaticPosition | None) -> tuple[StaticPosition, StaticPosition]:
+def equilibrium_pair(
+    locked: Plan, position: Position, before: StaticPosition | None, change: np.ndarray | None = None
+) -> tuple[StaticPosition, StaticPosition]:
     """Return two equilibria of a plan with locked drives: journals resting in contact, and all joints ideal.
 
-    The search starts from the position `before`, or from the start of the plan if it is None.
+    The search starts from the position `before`, or from the start of the plan if it is None. The natural coordinates are
+    expected to change by `change`, if it is given.
     """
     ideal = locked.ideal
     system, n = make_system(ideal), ideal.coordinates.free
@@ -43,7 +46,10 @@ def equilibrium_pair(locked: Plan, position: Position, before: StaticPosition | 
         keep_modes(before.system.content, system.content)
         free_coordinates = assembled_near(ideal, system.content, before.natural, straight=position == "concentric").position
         if position == "static":
-            free_coordinates = equilibrium(ideal, system, free_coordinates).position
+            expected = None
+            if change is not None:
+                expected = assembled_near(ideal, system.content, before.natural + change, straight=False).position
+            free_coordinates = equilibrium(ideal, system, free_coordinates, expected=expected).position
         y = whole_state(system.content, free_coordinates)
     functions.accept(0.0, y, system.address, np.zeros(2))
     place = StaticPosition(ideal, system, y)
@@ -64,40 +70,54 @@ def equilibria_along_motion(
     def ideal(time: float, turned: Mapping[str, float]) -> Plan:
         return lock(time, turned).ideal
 
-    place, before = None, 0.0
+    path = _Path(position)
     for time in times:
-        if place is None and time != 0.0:
-            _, place = _next_equilibria(ideal, position, None, 0.0, 0.0)
+        if not path.places and time != 0.0:
+            path.extend(ideal, 0.0)
+        before = path.times[-1] if path.times else 0.0
         change = float(np.max(np.abs(inputs.at(time) - inputs.at(before)), initial=0.0))
         for between in np.linspace(before, time, max(1, int(np.ceil(change / INPUT_STEP_MAX))) + 1)[1:-1].tolist():
-            _, place = _next_equilibria(ideal, position, place, before, between)
-            before = between
-        at, place = _next_equilibria(lock, position, place, before, time)
-        before = time
-        yield at, place
+            path.extend(ideal, between)
+        yield path.extend(lock, time), path.places[-1]
 
 
-def _next_equilibria(
-    lock: LockDrives, position: Position, place: StaticPosition | None, before: float, time: float
-) -> tuple[StaticPosition, StaticPosition]:
-    """Return both equilibria at `time`, found from the one with ideal joints, `place`, at the time `before`.
+class _Path:
+    """Last two equilibria with ideal joints along a motion, from which the next one is found."""
 
-    The interval is halved if a body turns too far for its full turns to be counted.
-    """
-    shortest, end = 1e-3 * (time - before), time
-    while True:
-        whole = lock(end, place.turned if place else NO_TURNS)
-        try:
-            at, place = equilibrium_pair(whole, position, place)
-        except InputError as error:
-            counted = any(constraint.turning for constraint in whole.coordinates.constraints)
-            if place is None or not counted or end - before <= shortest:
-                raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC_PREFIX)}", error.expected) from None
-            end = 0.5 * (before + end)
-            continue
-        if end == time:
-            return at, place
-        before, end = end, time
+    def __init__(self, position: Position) -> None:
+        self.position: Position = position
+        self.times: list[float] = []
+        self.places: list[StaticPosition] = []
+
+    def extend(self, lock: LockDrives, time: float) -> StaticPosition:
+        """Add the equilibrium with ideal joints at `time`, and return that with clearances.
+
+        The interval is halved if a body turns too far for its full turns to be counted.
+        """
+        before, end = self.times[-1] if self.times else time, time
+        shortest = 1e-3 * (time - before)
+        while True:
+            place = self.places[-1] if self.places else None
+            whole = lock(end, place.turned if place else NO_TURNS)
+            try:
+                at, place = equilibrium_pair(whole, self.position, place, self._expected_change(end))
+            except InputError as error:
+                counted = any(constraint.turning for constraint in whole.coordinates.constraints)
+                if place is None or not counted or end - before <= shortest:
+                    raise InputError(f"at t = {end:.6g} s: {error.what.removeprefix(STATIC_PREFIX)}", error.expected) from None
+                end = 0.5 * (before + end)
+                continue
+            self.times, self.places = [*self.times[-1:], end], [*self.places[-1:], place]
+            if end == time:
+                return at
+            before, end = end, time
+
+    def _expected_change(self, time: float) -> np.ndarray | None:
+        """Return the change of natural coordinates until `time` at the last rate of change; None without a last change."""
+        if len(self.times) < 2 or self.times[0] == self.times[1]:
+            return None
+        earlier, last = (place.natural for place in self.places)
+        return np.asarray((last - earlier) * ((time - self.times[1]) / (self.times[1] - self.times[0])))
 
 
 def release_drives(at: StaticPosition) -> StaticPosition:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -83,16 +83,10 @@ def _depths(contact: JointContact, stiffness: Elastic, forces: np.ndarray) -> np
 def _logarithms(contact: JointContact, stiffness: Elastic) -> tuple[np.ndarray, np.ndarray]:
     """Return the logarithms of forces [N] and indentations [m] of an elastic law, at samples with a positive force."""
     at, row = pointers(stiffness)["force"], row_of(stiffness, contact)
-    depths = _shares_of_radius() * contact.journal_radius
+    depths = np.geomspace(1e-12, 2.0, LAW_SAMPLES) * contact.journal_radius
     table = elastic_forces(at, depths, row)
     positive = np.isfinite(table) & (table > 0.0)
     return np.log(table[positive]), np.log(depths[positive])
-
-
-@cache
-def _shares_of_radius() -> np.ndarray:
-    """Return the indentations at which a law is evaluated, over the journal radius."""
-    return np.geomspace(1e-12, 2.0, LAW_SAMPLES)
 
 
 def contact_warnings(

@@ -10,7 +10,7 @@ import numpy as np
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.declaration import COMPONENT_PARAMETERS_MAX as COMPONENT_PARAMETERS
-from scissordyn.components.declaration import LAW_KINDS, Component
+from scissordyn.components.declaration import LAW_KINDS
 from scissordyn.control.signal import SIGNALS
 from scissordyn.errors import InputError
 from scissordyn.laws.foundation import pressure_table
@@ -84,7 +84,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates, weight: np.n
         damping=tables[1],
         friction=tables[2],
         component=numbers_of,
-        state_scale=np.array([*_contact_scales(contacts), *_component_scales(components)], float),
+        state_scale=np.array([*_contact_scales(contacts), *(s.size(part) for part in components for s in part.states)], float),
         controller=torque,
         control=control,
         actuator=actuator,
@@ -174,8 +174,3 @@ def _contact_scales(contacts: Sequence[Revolute | ContactPoint]) -> list[float]:
         laws = [(law, law.states) for law in (gap.friction, gap.damping)] if gap.contact != "hard" else [(gap, HARD_STATES)]
         scales += [0.0 if state.scale is None else state.size(law) for law, states in laws for state in states]
     return scales
-
-
-def _component_scales(components: Sequence[Component]) -> list[float]:
-    """Return the scales of the states of components and controllers."""
-    return [state.size(component) for component in components for state in component.states]

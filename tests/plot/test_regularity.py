@@ -92,7 +92,11 @@ def test_stroboscopic_map(run):
 
 def test_scatter_shows_both_runs(run, ideal):
     """Contract: the run's samples are dots, the ideal mechanism's a line."""
-    dots, line = velocity_acceleration(scatter(run), scatter(ideal))[0].lines
+    found = scatter(run)
+    found["velocity"].attrs["long_name"] = "velocity of the slider along its guide"
+    (axes,) = velocity_acceleration(found, scatter(ideal))
+    assert axes.get_xlabel() == "velocity of the slider [m/s]"
+    dots, line = axes.lines
     assert (dots.get_linestyle(), line.get_linestyle()) == ("None", "-")
     np.testing.assert_allclose(dots.get_xdata(), run["slider_velocity"], rtol=1e-14)
     np.testing.assert_array_equal(line.get_ydata(), ideal["slider_acceleration"])

@@ -59,6 +59,9 @@ def test_table_file_and_picture(case, tmp_path, capsys):
     assert "hole.first_contact = 2 ms" in text
     assert text.index("hole.clearance") < text.index("hole.restitution")
     assert "\n1 run in " in text
+    lines = {words[0]: words[1:] for words in map(str.split, text.splitlines()) if words}
+    assert lines["hole.clearance"][:2] == ["1", "mm"]
+    assert lines["hole.restitution"] == ["0.9", "0", "0"]  # no unit "1"
     found = sd.load(saved)
     assert found["elasticity"].sel(parameter="hole.clearance").item() == pytest.approx(1.0, abs=1e-9)
     assert "<svg" in drawn.read_text(encoding="utf-8")

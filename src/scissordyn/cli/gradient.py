@@ -11,7 +11,7 @@ from scissordyn.cli.option import AsJson, CaseFile, Changes, read_option
 from scissordyn.cli.output import DONE, check_picture, check_run, print_json, print_table, say
 from scissordyn.cli.parameter import Option
 from scissordyn.errors import InputError
-from scissordyn.units import cell, short
+from scissordyn.units import short
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,11 +84,10 @@ def _show(found: xr.Dataset) -> None:
         rows = []
         for k in order.tolist():
             row = here.isel(parameter=k)
-            value, unit = float(row["parameter_value"]), str(row["parameter_unit"].values)
             rows.append(
                 (
                     str(row["parameter"].values),
-                    f"{math.degrees(value):.4g} deg" if unit == "rad" else cell(value, unit),
+                    _value_text(float(row["parameter_value"]), str(row["parameter_unit"].values)),
                     _number(float(row["derivative"]), 6),
                     _number(float(row["elasticity"]), 4),
                     short(float(row["valid_until"]), "s") if str(row["limit"].values) else "",
@@ -103,6 +102,13 @@ def _show(found: xr.Dataset) -> None:
     if left_out:
         say(f"{len(left_out)} parameters do not act or cannot change alone")
     say(*(f"Warning: {line}" for line in json.loads(found.attrs["warnings"])))
+
+
+def _value_text(value: float, unit: str) -> str:
+    """Return the value of a parameter with its unit; angles are in degrees."""
+    if unit == "rad":
+        return f"{math.degrees(value):.4g} deg"
+    return f"{value:.4g}" if unit == "1" else short(value, unit)
 
 
 def _number(value: float, digits: int) -> str:

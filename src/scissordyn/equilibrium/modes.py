@@ -95,7 +95,7 @@ def modes(
     inputs = Inputs(plan(ideal))
     if inputs.count == 0:
         raise InputError(
-            "modes along the motion: the mechanism has no drive, and a servo has no prescribed motion",
+            "modes along the motion of a mechanism without a drive; a servo does not prescribe a motion",
             "a drive, or modes at the start alone",
             "without --until, in Python without times",
         )

@@ -104,7 +104,8 @@ def velocity_acceleration(scatter: xr.Dataset, ideal: xr.Dataset | None = None, 
     line = {"color": BLACK, "linewidth": LINE_WIDTH, "label": "ideal joints"}
     for part, look in zip(both, (dots, line), strict=False):
         drawn.plot(*(scale.factor * part[name].values for scale, name in zip(scales, names, strict=True)), **look)
-    drawn.set(xlabel=scales[0].label("velocity"), ylabel=scales[1].label("acceleration"))
+    labels = [scale.label(_long_name(scatter[name], name)) for scale, name in zip(scales, names, strict=True)]
+    drawn.set(xlabel=labels[0], ylabel=labels[1])
     legend([drawn], above=axes is None)
     return [drawn]
 

@@ -162,7 +162,7 @@ def response_ranges(study: Study, results: xr.Dataset, points: xr.Dataset) -> Se
         if np.isposinf(values).all() and beyond:
             notes.append(f"{response.name}: not reached within {beyond} in any case.")
         if np.isfinite(values).any():
-            ends = np.nanquantile(values, [0.0, 0.5, 1.0], method="closest_observation")
+            ends = np.array([np.nanmin(values), np.nanmedian(values), np.nanmax(values)])
             scale = scale_of(xr.DataArray(ends, attrs={"units": response_unit(results, response)}))
             none = f"over {beyond.split()[0]}" if beyond else "none"
             shown = [text if math.isfinite(end) else none for end, text in zip(ends, scale.cells(*ends), strict=True)]

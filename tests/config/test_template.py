@@ -6,7 +6,9 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from tests.build import warnings_of
 
 import scissordyn as sd
 from scissordyn.casefile.case import CaseTable
@@ -129,6 +131,25 @@ def test_a_printed_servo_follows_its_reference(case_of, kind):
     assert servo.limit is not None
     assert servo.torque == pytest.approx(servo.limit / 1.5, rel=0.05)
     assert "grows along" in answer.span.change or kind == "four-bar"
+
+
+@pytest.mark.parametrize("kind", ["scissor", "mast", "ring", "n-four-bar", "polar"])
+@pytest.mark.parametrize("part", ["motor", "tabulated_motor"])
+def test_a_printed_motor_moves_the_structure_to_its_stop(case_of, kind, part):
+    """Contract: the motor has the torque for the move, and the stop keeps the structure from its singular position."""
+    case = case_of(template(kind, [part]))
+    run = sd.simulate(case.mechanism.ideal(), until=case.run.until, samples=201)
+    turned = np.ptp(run["angle"].sel(body=case.mechanism.input_body).values)
+    # the stop is 2 % beyond the end of the motion, and yields
+    assert turned == pytest.approx(1.02 * abs(DEPLOYMENT_TURNS[kind]), abs=math.radians(1.0))
+    assert not any("change point" in text for text in warnings_of(run))
+    assert any(isinstance(one, sd.TravelStop) for one in case_of(template(kind, [part, "travel_stop"])).mechanism.components)
+
+
+@pytest.mark.parametrize("kind", ["four-bar", "slider-crank"])
+def test_a_printed_motor_of_a_crank_has_no_stop(case_of, kind):
+    """Contract: a crank that can turn round has no stop."""
+    assert not any(isinstance(one, sd.AngleStop) for one in case_of(template(kind, ["motor"])).mechanism.components)
 
 
 def test_a_printed_servo_has_the_natural_frequency_that_is_said():

@@ -59,6 +59,13 @@ class Stroke:
         return (0, last) if self.turn > 0.0 else (last, 0)
 
     @property
+    def is_limited(self) -> bool:
+        """True if the driven body cannot turn round without passing a singular position."""
+        turn = math.copysign(2.0 * math.pi, self.turn)
+        path = path_of(plan(rigid(self.mechanism.ideal()).driven(speed=turn)), 1.0)
+        return path is None or bool(path.singular)
+
+    @property
     def turn(self) -> float:
         """Rotation of the driven body during the motion [rad]."""
         return self.motion.end - self.motion.start
@@ -294,20 +301,28 @@ def _parts_with_friction(stroke: Stroke) -> Values:
 
 def _parts_on_driven_body(stroke: Stroke) -> Values:
     torque = stroke.load * stroke.weight * stroke.size
-    forward, speed = math.copysign(torque, stroke.turn), 2.0 * stroke.turn / stroke.motion.duration
-    motor = [(-2.0 * speed, forward), (0.0, forward), (0.8 * speed, 1.2 * forward), (speed, 0.0), (5.0 * speed, -forward)]
     cogging = [(0.5 * math.pi * k, _rounded(torque * share, 4)) for k, share in enumerate((0.0, 1.0, 0.0, -1.0, 0.0))]
     parts: Values = {
         "torque": {"torque": _rounded(torque)},
         "angle_load": {"curve": cogging, "periodic": True},
-        "motor": {
-            "stall_torque": _rounded(forward),
-            "no_load_speed": _rounded(abs(speed)),
-            "limit": _rounded(0.8 * torque),
-        },
-        "tabulated_motor": {"curve": _curve(motor)},
     }
     return {name: {"body": stroke.mechanism.input_body, **values} for name, values in parts.items()}
+
+
+def _motors(stroke: Stroke) -> Values:
+    """Return motors with 1.5 times the torque that the motion needs at each speed, and twice its largest speed."""
+    needed = np.abs(feed_forward(stroke.mechanism, stroke.motion, until=stroke.motion.duration, samples=201).values)
+    fastest = 2.0 * stroke.turn / stroke.motion.duration
+    speed = 0.5 * fastest * (1.0 - np.cos(np.linspace(0.0, 2.0 * math.pi, needed.size)))  # of a cycloidal motion
+    stall = math.copysign(1.5 * float(np.max(needed / (1.0 - speed / (2.0 * fastest)))), stroke.turn)
+    body = stroke.mechanism.input_body
+    motor = {
+        "stall_torque": _rounded(stall),
+        "no_load_speed": _rounded(2.0 * abs(fastest)),
+        "limit": _rounded(abs(stall)),
+    }
+    curve = [(-4.0 * fastest, stall), (0.0, stall), (2.0 * fastest, 0.0), (10.0 * fastest, -4.0 * stall)]
+    return {"motor": {"body": body, **motor}, "tabulated_motor": {"body": body, "curve": _curve(curve)}}
 
 
 PART_VALUES: Mapping[str, Callable[[Stroke], Values]] = {
@@ -322,7 +337,8 @@ PART_VALUES: Mapping[str, Callable[[Stroke], Values]] = {
     **dict.fromkeys(("force", "drag"), _parts_at_tip),
     "torque": _parts_on_driven_body,
     "stroke_load": _parts_at_tip,
-    **dict.fromkeys(("angle_load", "motor", "tabulated_motor"), _parts_on_driven_body),
+    "angle_load": _parts_on_driven_body,
+    **dict.fromkeys(("motor", "tabulated_motor"), _motors),
     "linear_motor": _parts_along_line,
     "angle_stop": _parts_at_pin,
     "travel_stop": _parts_at_tip,
@@ -335,6 +351,8 @@ SECTIONS = {name: {"servo": "control", "tip": "track"}.get(name, name) for name 
 """Table of the case file that describes an additional part, by name of the part."""
 
 DRIVING_PARTS = ("motor", "tabulated_motor", "linear_motor", "rod")  # parts that move the structure instead of a drive
+
+MOTORS, STOPS = ("motor", "tabulated_motor"), ("angle_stop", "travel_stop")  # parts that turn the structure or end its motion
 
 NOT_FITTED = {"actuator", "beam", "flexible_bar", "roller", "cam", "edge_contact", "guide_friction", "guide_lugre"}
 """Tables of components that `fit_parts` does not fit to a structure."""
@@ -349,6 +367,7 @@ LOAD_TABLES: Mapping[str, type[Table]] = {"payload": PayloadTable, "panels": Pan
 def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: Changes) -> dict[str, Given]:
     """Return the values of the tables of additional parts, and of other tables that change with them.
 
+    A motor gets an end stop if it could drive the structure through a singular position.
     `turn` is the rotation of the driven body from rest to rest [rad]; `changes` applies the user's changes to a table.
     """
     names = list(dict.fromkeys(parts))
@@ -369,6 +388,8 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     drive = changes("drive", _move(_without_round_off(start), _without_round_off(start + turn), "rad"))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
+    if set(names) & set(MOTORS) and not set(names) & set(STOPS) and Stroke(mechanism, motion).is_limited:
+        names.append(STOPS[0])  # a motor would drive the structure through its singular position
     tables: dict[str, Given] = {}
     for name in sorted(
         names, key=lambda part: part not in LOAD_TABLES

@@ -68,6 +68,14 @@ def test_fit_can_be_run_again(found):
     assert np.allclose(run["angle"].values[:, 0], found["fitted"].values[:, 0], rtol=0.0, atol=1e-9)
 
 
+def test_prediction_from_the_start_of_the_case(found):
+    """Identity: without segments the fitted mechanism predicts its own record by the fitted curve."""
+    made = read_configuration(found)
+    held = sd.prediction(made.build_mechanism(), made.options, [record(inertia=0.0009, damping=0.0012)])
+    np.testing.assert_allclose(held["predicted"], found["fitted"], rtol=0.0, atol=1e-9)
+    assert held["counted"].values.all()
+
+
 def test_standard_errors_are_those_of_the_linear_theory(arm, found):
     """Cross-check: covariance of s^2 (J'J)^-1 with J by differences of the second formulation, blocks left out of account."""
     times = np.linspace(0.0, 3.0, 61)

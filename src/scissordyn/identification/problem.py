@@ -170,8 +170,9 @@ class Problem:
     jumps: np.ndarray | None = None
     runs: int = field(default=0, init=False)
     derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first Jacobian
-    last_runs: tuple[bytes, list[SegmentRun]] = field(default=(b"", []), init=False)  # The last unknowns, and their runs
-    last_jacobian: tuple[bytes, np.ndarray] = field(default=(b"", np.zeros(0)), init=False)  # The same of exact derivatives
+    # The last unknowns, which may be none, and their runs; None before the first
+    last_runs: tuple[bytes | None, list[SegmentRun]] = field(default=(None, []), init=False)
+    last_jacobian: tuple[bytes | None, np.ndarray] = field(default=(None, np.zeros(0)), init=False)  # The same of derivatives
     exact_derivatives_failure: str = field(default="", init=False)  # Reason why exact derivatives do not exist
 
     def __post_init__(self) -> None:

@@ -33,11 +33,12 @@ from scissordyn.run.trajectory import current_trajectory, make_driver
 from scissordyn.sensitivity.curve import curve_derivatives, curve_names, moved_results
 from scissordyn.sensitivity.forward import Forward, forward
 from scissordyn.sensitivity.library import DERIVATIVES
-from scissordyn.sensitivity.limit import LIMIT_REASONS, Limit, find_limit
+from scissordyn.sensitivity.limit import Limit, find_limit
 from scissordyn.sensitivity.measure import INTEGRAL_MEASURES, check_measure, derivatives_of, value_of_response
-from scissordyn.sensitivity.seed import Parameter, Start, derivatives, parameter_of
+from scissordyn.sensitivity.seed import Parameter, Start, parameter_of, sided_derivatives
+from scissordyn.sensitivity.warning import gradient_warnings
 from scissordyn.tolerance import DATA_TOL, REPORTED_FRACTION
-from scissordyn.units import Meaning, Quantity, checked, counted
+from scissordyn.units import Meaning, Quantity, checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,6 +75,7 @@ class _Derived(NamedTuple):
     rough: float
     runs: int
     left_out: dict[str, str]
+    one_sided: dict[str, str]  # Values for which a derivative holds, and the reason, by parameter
     path: Results | None  # Variables over time, and their derivatives by each parameter
     curves: list[dict[str, np.ndarray]]
 
@@ -198,7 +200,7 @@ def compute_gradient(
         "title": TITLE,
         "configuration": write_configuration(mechanism, options),
         "left_out": json.dumps(derived.left_out),
-        "warnings": json.dumps(_warnings(found, change, derived.rough)),
+        "warnings": json.dumps(gradient_warnings(found, change, derived.rough, derived.one_sided)),
         "statistics": json.dumps({"runs": derived.runs, "seconds": seconds, "misfit": derived.misfit}),
     }
     return found
@@ -275,8 +277,8 @@ def _derive(
         rows = _rows(run, parameters, responses, values, change)
         return _Pass(parameters, values, rows, run.misfit, path, curves, run.rough, run if first else None)
 
-    left_out, finished = dict[str, str](), dict[int, _Pass]()
-    seeds = _seeded(made, options, by, left_out, compared=compared, curves=times.size > 0, omits=omits)
+    left_out, one_sided, finished = dict[str, str](), dict[str, str](), dict[int, _Pass]()
+    seeds = _seeded(made, options, by, left_out, one_sided, compared=compared, curves=times.size > 0, omits=omits)
     tasks = enumerate(iter(lambda: list(islice(seeds, DERIVATIVES)), []))
     for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks):
         if outcome.error is not None:
@@ -298,7 +300,7 @@ def _derive(
     parameters = [parameter for part in ordered for parameter in part.parameters]
     curves = [curve for part in ordered for curve in part.curves]
     rough = max(part.rough for part in ordered)
-    return _Derived(parameters, values, rows, misfit, rough, len(ordered), left_out, path, curves)
+    return _Derived(parameters, values, rows, misfit, rough, len(ordered), left_out, one_sided, path, curves)
 
 
 def _rows(
@@ -350,12 +352,13 @@ def _seeded(
     options: Options,
     by: Sequence[str | Parameter],
     left_out: dict[str, str],
+    one_sided: dict[str, str],
     *,
     compared: bool,
     curves: bool,
     omits: bool,
 ) -> Iterator[_Seeded]:
-    """Yield each parameter with the derivatives of the start by it; write the reasons for omitted ones into `left_out`."""
+    """Yield each parameter with the derivatives of the start by it; write reasons into `left_out` and `one_sided`."""
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None, curves)
     if not omits:  # before the first pass
@@ -364,7 +367,7 @@ def _seeded(
         path = given if isinstance(given, str) else given.path
         try:
             parameter = parameter_of(mechanism, given, size) if isinstance(given, str) else given
-            seed = derivatives(begin, parameter)
+            seed, side = sided_derivatives(begin, parameter)
             if not seed:
                 raise InputError(f"'{path}' does not affect this run", "a parameter that affects the run")
         except InputError as error:
@@ -372,6 +375,8 @@ def _seeded(
                 raise
             left_out[path] = error.what
             continue
+        if side:
+            one_sided[parameter.path] = side
         yield parameter, seed
 
 
@@ -444,33 +449,3 @@ def _curves(derived: _Derived) -> xr.Dataset:
         text = f"derivative of '{name}', in its unit per unit of the parameter"
         found[f"{name}_derivative"] = ((*path[name].dims, "parameter"), slopes, {"long_name": text})
     return found.rename(unit="scissor_unit") if "unit" in found.dims else found  # `unit` is that of a measure
-
-
-def _warnings(found: xr.Dataset, change: float, rough: float) -> list[str]:
-    warnings = []
-    if rough > DATA_TOL:
-        warnings.append(
-            f"derivatives of works, losses and other integrals have errors of about {rough:.1g} of their size, "
-            "because forces change too often within a step"
-        )
-    for path, limit, time in zip(
-        found["parameter"].values.tolist(), found["limit"].values.tolist(), found["valid_until"].values.tolist(), strict=True
-    ):
-        if limit == "horizon":
-            warnings.append(
-                f"'{path}': from t = {time:.6g} s on, a run at another tolerance or step diverges: "
-                "the derivatives may be those of this computed trajectory only"
-            )
-        elif limit:
-            warnings.append(
-                f"'{path}': from t = {time:.6g} s on, a change of {100.0 * change:g} % {LIMIT_REASONS[limit]}: "
-                "the derivatives are valid only for smaller changes"
-            )
-    for name, flags in zip(found["measure"].values.tolist(), found["smooth"].values, strict=True):
-        if not np.all(flags):
-            warnings.append(f"'{name}': another part, contact or instant has nearly the same value, with another derivative")
-    for name, slopes in zip(found["measure"].values.tolist(), found["derivative"].values, strict=True):
-        if unknown := int(np.isnan(slopes).sum()):
-            reason = "its largest value is at a kink or a jump"
-            warnings.append(f"'{name}': no derivative by {counted(unknown, 'parameter')}: {reason}")
-    return warnings

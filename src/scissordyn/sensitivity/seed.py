@@ -188,6 +188,14 @@ def _arrays(path: str, content: Any) -> Iterator[tuple[str, np.ndarray]]:
             yield from _arrays(f"{path}{name}.", part)
 
 
+class JumpError(InputError):
+    """Error: the start is no smooth function of the parameter at its value."""
+
+
+class OtherContactsError(JumpError):
+    """Error: a change of the parameter closes or opens a contact at the start."""
+
+
 @dataclass(frozen=True)
 class _Slope:
     """Derivative of an array, its estimated error relative to the size of both, and True if a shorter step reduces it."""
@@ -198,55 +206,78 @@ class _Slope:
 
 
 def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
-    """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays.
+    """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays."""
+    return sided_derivatives(start, parameter)[0]
 
-    Each array has those of the step with its smallest estimated error.
+
+def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.ndarray], str]:
+    """Return the derivatives of the start's arrays by the parameter divided by its scale, and why they are one-sided, or "".
+
+    They are one-sided for a parameter at its bound, or where the start jumps at its value.
     """
-    most_steps, longest, shortest = 3, 0.5, 1.0 / 64.0  # number of tried steps, and ratios of a step to the one before
-    step, best = LARGEST_STEP, dict[str, _Slope]()
-    for _ in range(most_steps):
-        found = _derivatives_by(start, parameter, step)
+    refused: InputError | None = None
+    for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
+        try:
+            found = _derivatives_at(start, parameter, places, weights)
+        except ScissordynError as error:
+            if refused is None or isinstance(error, JumpError):
+                refused = error if isinstance(error, InputError) else InputError(str(error))
+            continue
+        return found, "" if refused is None else f"{'larger' if places[-1] > 0 else 'smaller'} values: {refused.what}"
+    assert refused is not None
+    raise InputError(
+        refused.what if parameter.path in refused.what else f"'{parameter.path}' cannot change alone: {refused.what}",
+        refused.expected or "another parameter, or a pattern that changes several parameters together",
+    )
+
+
+def _derivatives_at(
+    start: Start, parameter: Parameter, places: Sequence[int], weights: Sequence[Sequence[float]]
+) -> dict[str, np.ndarray]:
+    """Return the derivatives of the start's arrays by differences, for each array with the step of its smallest error."""
+    most_steps, longest, shortest = 6, 0.5, 1.0 / 64.0  # number of tried steps, and ratios of a step to the one before
+    step, best, largest = LARGEST_STEP, dict[str, _Slope](), 1.0
+    for tried in range(most_steps):
+        try:
+            found = _derivatives_by(start, parameter, step, places, weights)
+        except OtherContactsError:
+            if best or tried == most_steps - 1:
+                raise
+            step *= shortest
+            continue
         for name, slope in found.items():
             if name not in best or slope.error < best[name].error:
                 best[name] = slope
-        largest = max((slope.error for slope in found.values() if slope.truncated), default=0.0)
-        if largest <= STEP_ROUND_OFF:
+        largest = max((slope.error for slope in found.values() if slope.truncated or slope.error > DATA_TOL), default=0.0)
+        accurate = all(slope.error <= DATA_TOL for slope in best.values())
+        if largest <= STEP_ROUND_OFF or (accurate and tried >= 2):
             break
         step *= min(longest, max(shortest, (STEP_ROUND_OFF / largest) ** (1 / 7)))
     if any(slope.error > DATA_TOL for slope in best.values()):
-        raise InputError(
+        raise JumpError(
             f"'{parameter.path}' = {parameter.value:g}: the arrays at the start are not smooth functions of it",
             "another value of the parameter",
         )
     return {name: slope.values for name, slope in best.items()}
 
 
-def _derivatives_by(start: Start, parameter: Parameter, step: float) -> dict[str, _Slope]:
+def _derivatives_by(
+    start: Start, parameter: Parameter, step: float, places: Sequence[int], weights: Sequence[Sequence[float]]
+) -> dict[str, _Slope]:
     """Return the derivatives of the arrays by differences with a step [parameter scales]."""
-    refused: ScissordynError | None = None
-    for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
-        try:
-            known = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
-            # in a shorter step round-off hides a bend
-            slopes = _linear_slopes(start.arrays, known, step) if step == LARGEST_STEP else None
-            if slopes is not None:
-                return {name: _Slope(values, 0.0, False) for name, values in slopes.items()}
-            constant = start.has_plain_numbers and not any(
-                _is_changed(start.arrays, known.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
-            )
-            several = [
-                known[place] if place in known else _changed_arrays(start, parameter, place * step, constant=constant)
-                for place in places
-            ]
-        except ScissordynError as error:
-            refused = refused or error
-            continue
-        return _differences(start.arrays, several, weights, step)
-    assert refused is not None
-    raise InputError(
-        f"'{parameter.path}' cannot change alone: {getattr(refused, 'what', refused)}",
-        "another parameter, or a pattern that changes several parameters together",
+    known = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
+    # in a shorter step round-off hides a bend
+    slopes = _linear_slopes(start.arrays, known, step) if step == LARGEST_STEP else None
+    if slopes is not None:
+        return {name: _Slope(values, 0.0, False) for name, values in slopes.items()}
+    constant = start.has_plain_numbers and not any(
+        _is_changed(start.arrays, known.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
     )
+    several = [
+        known[place] if place in known else _changed_arrays(start, parameter, place * step, constant=constant)
+        for place in places
+    ]
+    return _differences(start.arrays, several, weights, step)
 
 
 def _is_changed(base: dict[str, np.ndarray], several: Iterable[dict[str, np.ndarray]], name: str) -> bool:
@@ -297,7 +328,12 @@ def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant
         if found is array:  # a table that both mechanisms share
             continue
         if found.shape != array.shape or (array.dtype.kind == "i" and found.tobytes() != array.tobytes()):
-            raise InputError("a change of the parameter changes the structure of the mechanism", "another parameter")
+            if name == "state.mode" and found.shape == array.shape:
+                raise OtherContactsError(
+                    f"'{parameter.path}': a small change of it begins or ends a contact at the start",
+                    "another start of the run",
+                )
+            raise InputError("a change of the parameter changes the structure of the mechanism")
     return arrays
 
 

@@ -14,7 +14,7 @@ from scissordyn.integrate.monitor import is_monitored
 from scissordyn.integrate.step import speed
 from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import derivative, kernel, value_of
-from scissordyn.sensitivity.kronrod import GAUSS_WEIGHTS, NODES, WEIGHTS
+from scissordyn.sensitivity.lobatto import COARSE_WEIGHTS, NODES, WEIGHTS
 from scissordyn.sensitivity.part_error import PART_MIN_FRACTION, PARTS_MAX
 from scissordyn.sensitivity.reversal import END, INSTANT, START, rates_inside, reversal
 from scissordyn.tolerance import ROUND_OFF_TOL
@@ -167,7 +167,7 @@ def integrate_part(problem, T, first, size, t, h, s, w, system):
         now = rates_inside(problem, T, theta, t, h, s, w, system)
         problem.monitor(now, w.inside, system, w.power[POINT], w.monitored[POINT])
         weight = size * speed(w.scaling[0], theta) * h
-        fine, coarse = WEIGHTS[node] * weight, GAUSS_WEIGHTS[node] * weight
+        fine, coarse = WEIGHTS[node] * weight, COARSE_WEIGHTS[node] * weight
         for q in range(s.total.size):
             w.power[FINE, q] += fine * w.power[POINT, q]
             w.power[COARSE, q] += coarse * w.power[POINT, q]

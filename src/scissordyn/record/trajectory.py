@@ -122,7 +122,7 @@ class Trajectory:
         peaks = self.peaks(kind)
         if self.end <= 0.0:
             return np.asarray(peaks["largest"])
-        return np.asarray(np.minimum(np.sqrt(np.maximum(peaks["square"], 0.0) / self.end), peaks["largest"]))
+        return np.asarray(np.fmin(np.sqrt(np.maximum(peaks["square"], 0.0) / self.end), peaks["largest"]))
 
     def monitored(self, kind: int) -> np.ndarray:
         """Return the indices of the drives, components, contacts or tracked points with a monitored quantity of this kind."""

@@ -40,10 +40,28 @@ def slope_at(problem, T, row, theta, t, h, s, w, system, seed):
 
 
 @kernel
-def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
-    """Write a largest value with its derivatives: at the root of its slope, or at an end of the step without such a root.
+def value_on_plateau(problem, T, row, start, t, h, s, w, system, seed):
+    """Return a largest value that a step also has at an end away from it, as at the limit of a controller; else NaN.
 
-    The derivatives are NaN if the value has neither.
+    The values are equal to the last bit there: at a kink close to an end they are equal up to round-off.
+    """
+    here = value_of(value_at(problem, T, row, start, t, h, s, w, system))
+    if start < 1.0 - SLOPE_PROBE:
+        at_end = probed(problem, t + h, w.new, row, w, system)
+        if value_of(at_end) == here:
+            return at_end
+    if start > SLOPE_PROBE:
+        at_start = probed(problem, t, s.y, row, w, system)
+        if value_of(at_start) == here:
+            return at_start
+    return here + math.nan * seed[0]
+
+
+@kernel
+def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
+    """Write a largest value with its derivatives: at the root of its slope, at an end of the step, or on a plateau.
+
+    The derivatives are NaN at another kink or at a jump.
     """
     complete(problem, T, t, h, s, w, system)
     start = place(w.scaling[0], min(max((when - value_of(t)) / value_of(h), 0.0), 1.0))
@@ -66,5 +84,5 @@ def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
         elif when == value_of(t):
             found = probed(problem, t, s.y, row, w, system)
         else:
-            found = found + math.nan * seed[0]
+            found = value_on_plateau(problem, T, row, start, t, h, s, w, system, seed)
     s.peak[row, LARGEST] = found

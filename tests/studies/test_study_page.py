@@ -53,7 +53,9 @@ def test_study_files(number, folder, capsys):
             in capsys.readouterr().err
         )
     (folder / "mine.py").unlink()  # no function of the user's is needed to read a study
+    capsys.readouterr()
     assert status_of(["study", "status", "study.db"]) == 0
+    assert "left for one worker" not in capsys.readouterr().out  # nothing is pending
     assert status_of(["study", "export", "study.db", "-o", "study.csv"]) == 0
     assert status_of(["study", "report", "study.db", "-o", "report.html"]) == 0
     assert (folder / "report.html").read_text().startswith("<!doctype html>")

@@ -323,10 +323,11 @@ def _status(result: StudyResult) -> int:
     worked, cases = float(times["seconds"].sum()), float(times["cases"].sum())
     if cases and worked:
         integration = float(times["integration_seconds"].sum())
-        print(
-            f"{short(worked / cases, 's')} a case and worker, {1.0 - integration / worked:.0%} of it outside the integration; "
-            f"about {counts['pending'] * worked / cases / 60.0:.3g} worker minutes to go"
+        left = (
+            f"; about {counts['pending'] * worked / cases / 60.0:.3g} minutes left for one worker" if counts["pending"] else ""
         )
+        outside = f"{1.0 - integration / worked:.0%} of it outside the integration"
+        print(f"{short(worked / cases, 's')} for each case on one worker, {outside}{left}")
     for part in (*cause_sections(result, store, ROWS_MAX), damage_section(result, store)):
         _show(part)
     if counts["pending"]:

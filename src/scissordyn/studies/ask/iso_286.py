@@ -54,9 +54,9 @@ SAMPLE = "'H7/g6 at 10 mm'"  # Example of a fit in error messages
 class Fit:
     """A hole and a shaft of the same nominal diameter, by ISO 286-1:2010."""
 
-    hole_grade: Annotated[int, Meaning("of a hole H: 5 to 11")]
+    hole_grade: Annotated[int, Meaning("tolerance grade of the hole H, 5 to 11")]
     shaft: Annotated[str, Meaning("fundamental deviation of the shaft: e, f, g or h")]
-    shaft_grade: int
+    shaft_grade: Annotated[int, Meaning("tolerance grade of the shaft, 5 to 11")]
     diameter: Annotated[float, Quantity("m", help="nominal diameter")]
 
     def __post_init__(self) -> None:
@@ -64,7 +64,7 @@ class Fit:
             if not isinstance(grade, int) or grade not in GRADES:
                 raise InputError(f"tolerance grade {grade}", f"{min(GRADES)} to {max(GRADES)}", SAMPLE)
         if not isinstance(self.shaft, str) or self.shaft not in DEVIATIONS:
-            raise InputError(f"shaft '{self.shaft}'", ", ".join(DEVIATIONS), SAMPLE)
+            raise InputError(f"unknown shaft '{self.shaft}' of a fit", "one of " + ", ".join(DEVIATIONS), SAMPLE)
         if not is_number(self.diameter):
             raise InputError(f"a fit at {shown(self.diameter)}", "a diameter [m]", SAMPLE)
         if not DIAMETERS[0] <= self._millimetres <= DIAMETERS[-1]:

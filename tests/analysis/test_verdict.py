@@ -114,10 +114,15 @@ def test_corners_of_a_guide_count_together(begin, flight, since):
     run = run.assign_coords(joint=corners).assign(
         clearance=("joint", [CLEARANCE, CLEARANCE]), contact_joint=("contact", [*corners, corners[0]])
     )
-    found = sd.classify(run)
+    block = sd.slider_crank(slider_inertia=2.3e-5).with_clearance("guide", sd.GuideClearance(CLEARANCE, 0.04, 0.02))
+    found = sd.classify(run.assign_attrs(configuration=write_configuration(block)))
     assert found.kind == ("transient only" if flight else "continuous contact")
     assert found.measures["flight_fraction"] == pytest.approx(flight, abs=1e-15)
     assert found.measures["contact_since"] == since
+    # pins of these names are not corners of a guide
+    apart = sd.classify(run)
+    assert apart.kind == "transient only"
+    assert apart.measures["flight_fraction"] == pytest.approx(max(0.55, flight), abs=1e-15)
 
 
 def driven(map_, spans):

@@ -30,11 +30,13 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
     return np.stack([start, np.where(np.isnan(end), float(table["time"].values[-1]), end)], axis=1)
 
 
-def contact_groups(joints: Iterable[str]) -> dict[str, list[str]]:
+def contact_groups(run: xr.Dataset, joints: Iterable[str]) -> dict[str, list[str]]:
     """Return the clearance joints by the joint or guide that they belong to; a guide has several corners."""
+    points = read_configuration(run).mechanism.contact_points if ATTRIBUTE in run.attrs else ()
+    guides = {point.name: point.guide for point in points}
     groups: dict[str, list[str]] = {}
     for joint in joints:
-        groups.setdefault(re.sub(r"/corner \d+$", "", joint), []).append(joint)
+        groups.setdefault(guides.get(joint, joint), []).append(joint)
     return groups
 
 
@@ -52,7 +54,7 @@ def united_spans(run: xr.Dataset, joints: Iterable[str], start: float, end: floa
 
 def flight_fractions(run: xr.Dataset, start: float, end: float) -> dict[str, float]:
     """Return the fraction of the time in which no surfaces touch, by joint or guide with clearance."""
-    groups = contact_groups(require_clearance_joints(run))
+    groups = contact_groups(run, require_clearance_joints(run))
     return {
         name: 1.0 - float(np.sum(np.diff(united_spans(run, joints, start, end)))) / (end - start)
         for name, joints in groups.items()

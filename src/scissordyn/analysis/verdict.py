@@ -287,7 +287,7 @@ def classify(
             raise InputError("the dataset has no dimension time, strobe or cycle", "a run, or a stroboscopic map of a run")
         strobe = run.isel({dim: slice(skip, None)})
         if "contact_fraction" in strobe and strobe.sizes[dim]:
-            fraction = _flight_fraction_of_map(strobe["contact_fraction"].isel({dim: slice(strobe.sizes[dim] // 2, None)}))
+            fraction = _flight_fraction_of_map(strobe.isel({dim: slice(strobe.sizes[dim] // 2, None)}))
     dim = next(name for name in MAP_DIMENSIONS if name in strobe.dims)
     if strobe.sizes[dim] < 2:
         raise InputError(f"{strobe.sizes[dim]} samples are left after skip = {skip}", "at least 2, and 200 for a verdict")
@@ -319,14 +319,14 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
     return strobe, _exact_zero(max(flight_fractions(run, settled, float(run["time"].values[-1])).values()))
 
 
-def _flight_fraction_of_map(touching: xr.DataArray) -> float | None:
+def _flight_fraction_of_map(strobe: xr.Dataset) -> float | None:
     """Return the largest free-flight fraction of a joint in the cycles of a map; None if that of a guide is not known.
 
     The corners of a guide touch at different times, so that its fraction follows from theirs only if one of them stays closed.
     """
-    joints, values = list(map(str, touching["joint"].values)), touching.transpose(..., "joint").values
+    joints, values = list(map(str, strobe["joint"].values)), strobe["contact_fraction"].transpose(..., "joint").values
     flights = []
-    for corners in contact_groups(joints).values():
+    for corners in contact_groups(strobe, joints).values():
         closed = values[:, [joints.index(corner) for corner in corners]].max(axis=1)
         flights.append(_exact_zero(float(1.0 - closed.min())))
         if len(corners) > 1 and flights[-1] > 0.0:
@@ -356,7 +356,7 @@ def _classify_stroke(run: xr.Dataset, after: float, trusted: float) -> Verdict:
     start, end = number_attribute(statistics, "after"), number_attribute(statistics, "until")
     fraction = _exact_zero(max(flight_fractions(run, start, end).values()))
     last = -math.inf
-    for joints in contact_groups(require_clearance_joints(run)).values():
+    for joints in contact_groups(run, require_clearance_joints(run)).values():
         spans = united_spans(run, joints, 0.0, end)
         last = max(last, float(spans[-1, 0]) if spans.size and spans[-1, 1] >= end else math.inf)
     measures = {

@@ -39,7 +39,9 @@ def test_a_journal_that_touches_its_bearing():
     """A change in one direction ends the contact at the start, so that the derivative is that of the other direction."""
     begin = Start(flying(DISTANCE), "as-placed")
     slopes, reason = sided_derivatives(begin, parameter_of(begin.mechanism, "body.ball.position.x", 1.0))
-    assert reason == "larger values: 'body.ball.position.x': a small change of it begins or ends a contact at the start"
+    assert reason.startswith(
+        "larger values: 'body.ball.position.x': a small change of it begins or ends a contact at the start"
+    )
     assert "y" in slopes
 
 
@@ -50,7 +52,8 @@ def test_a_parameter_at_its_bound():
     wanted = {"of": ["damper_loss"], "until": 1e-3, "start": "as-placed"}
     found = sd.gradient(held, by=["spring.damping", "spring.stiffness"], **wanted)
     (warning,) = json.loads(found.attrs["warnings"])
-    assert warning.startswith("derivatives by 'spring.damping' are those for larger values only")
+    assert warning.startswith("derivatives by 'spring.damping' are those for larger values only, for example because of this: ")
+    assert "expected a number from 0" in warning
 
 
 def test_an_inertia_of_zero():

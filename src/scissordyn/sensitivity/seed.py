@@ -223,7 +223,7 @@ def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.
             if refused is None or isinstance(error, JumpError):
                 refused = error if isinstance(error, InputError) else InputError(str(error))
             continue
-        return found, "" if refused is None else f"{'larger' if places[-1] > 0 else 'smaller'} values: {refused.what}"
+        return found, "" if refused is None else f"{'larger' if places[-1] > 0 else 'smaller'} values: {refused}"
     assert refused is not None
     raise InputError(
         refused.what if parameter.path in refused.what else f"'{parameter.path}' cannot change alone: {refused.what}",

@@ -224,3 +224,21 @@ def test_the_body_that_a_mode_without_displacements_turns_is_named(tmp_path, cap
     first, second = capsys.readouterr().out.splitlines()[:2]
     assert "0.768791 Hz   moves 'right' most" in first
     assert "2.05468 Hz   moves 'left' most" in second
+
+
+@pytest.mark.parametrize(("units", "angle", "stiffness"), [(1, 55.0, 700.0), (2, 40.0, 500.0), (3, 45.0, 900.0)])
+def test_a_small_free_motion_has_the_first_frequency(units, angle, stiffness):
+    """Cross-check: the mean period of a small swing about equilibrium, by its zero crossings; it grows with the amplitude."""
+    placed = math.radians(angle)
+    arm = sd.scissor(units=units, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=placed, gravity=2.0)
+    spring = sd.TorsionSpring("spring", "unit 1/bar 1", "unit 1/bar 2", stiffness=stiffness, free_angle=2.0 * placed)
+    held = dataclasses.replace(arm, components=(spring,))
+    omega = float(sd.modes(held)["angular_frequency"][0])
+    run = sd.simulate(held, until=20.0 * 2.0 * math.pi / omega, samples=2001)
+    swing, time = run["angle"].values[:, 0], run["time"].values
+    swing = swing - 0.5 * (swing.max() + swing.min())
+    up = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
+    crossing = time[up] - swing[up] * (time[up + 1] - time[up]) / (swing[up + 1] - swing[up])
+    amplitude = float(swing.max())
+    assert 1e-4 < amplitude < 2e-2
+    assert 2.0 * math.pi / float(np.mean(np.diff(crossing))) == pytest.approx(omega, rel=1e-6 + amplitude**2)

@@ -373,3 +373,20 @@ def test_restart_from_a_sample():
     for name in ("position", "angle", "velocity", "angular_velocity"):
         assert first[name].values == pytest.approx(last[name].values, abs=1e-11)
     assert warnings == "[]"
+
+
+@pytest.mark.parametrize(("units", "angle", "stiffness"), [(1, 50.0, 60.0), (3, 40.0, 150.0)])
+def test_a_damped_motion_ends_in_static_equilibrium(units, angle, stiffness):
+    """Cross-check: the end of a damped motion from aside has the positions and reactions of the static equilibrium."""
+    arm = sd.scissor(units=units, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=math.radians(angle), gravity=4.0)
+    between = {"body": "unit 1/bar 1", "base": "unit 1/bar 2", "free_angle": math.radians(2.0 * angle)}
+    spring = sd.TorsionSpring("spring", stiffness=stiffness, damping=40.0, **between)
+    load = sd.Force("load", (f"unit {units}/bar 1", "end"), (6.0, -8.0))
+    loaded = dataclasses.replace(arm, components=(spring, load))
+    moved = sd.simulate(loaded, until=60.0, samples=3)
+    still = sd.simulate(loaded, until=1e-6, samples=2, start="static")
+    assert float(np.ptp(moved["angle"].values[:, 0])) > 1e-3
+    np.testing.assert_allclose(moved["angle"].values[-1], still["angle"].values[0], rtol=0.0, atol=1e-8)
+    reaction = still["reaction"].values[0]
+    largest = float(np.max(np.abs(reaction)))
+    np.testing.assert_allclose(moved["reaction"].values[-1], reaction, rtol=0.0, atol=1e-6 * largest)

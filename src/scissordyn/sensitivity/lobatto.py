@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-END_OFFSET = 1e-10  # Distance of the outer nodes from the ends, where a jump at an end does not count
+from scissordyn.tolerance import EVENT_TOL
 
 _OUTER, _INNER = 0.5 - 0.5 * math.sqrt(2.0 / 3.0), 0.5 - 0.5 / math.sqrt(5.0)
 _WEIGHT = (77 / 1470 / 2, 432 / 1470 / 2, 625 / 1470 / 2)
 
-NODES = np.array([END_OFFSET, _OUTER, _INNER, 0.5, 1.0 - _INNER, 1.0 - _OUTER, 1.0 - END_OFFSET])
+NODES = np.array([EVENT_TOL, _OUTER, _INNER, 0.5, 1.0 - _INNER, 1.0 - _OUTER, 1.0 - EVENT_TOL])  # inside jumps at the ends
 WEIGHTS = np.array([*_WEIGHT, 672 / 1470 / 2, *_WEIGHT[::-1]])  # exact up to degree 9
 COARSE_WEIGHTS = np.array([1 / 12, 0.0, 5 / 12, 0.0, 5 / 12, 0.0, 1 / 12])  # exact up to degree 5

@@ -242,3 +242,109 @@ def test_a_small_free_motion_has_the_first_frequency(units, angle, stiffness):
     amplitude = float(swing.max())
     assert 1e-4 < amplitude < 2e-2
     assert 2.0 * math.pi / float(np.mean(np.diff(crossing))) == pytest.approx(omega, rel=1e-6 + amplitude**2)
+
+
+def wheels(*dampings, stiffness=(50.0, 30.0), inertias=(2.0, 0.5)):
+    """Return wheels in a row, each on a spring and a damper to the one before it; the first to the ground."""
+    bodies = tuple(
+        sd.Body(f"wheel {k}", 1.0, inertia, {"pin": (0.0, 0.0)}, position=(float(k), 0.0), angle=0.0)
+        for k, inertia in enumerate(inertias)
+    )
+    pins = tuple(sd.Revolute(f"pin {k}", (body.name, "pin"), ("ground", body.name)) for k, body in enumerate(bodies))
+    bases = ["ground", *(body.name for body in bodies[:-1])]
+    springs = tuple(
+        sd.TorsionSpring(f"spring {k}", body.name, base, stiffness=k_spring, damping=damping)
+        for k, (body, base, k_spring, damping) in enumerate(zip(bodies, bases, stiffness, dampings, strict=False))
+    )
+    ground = tuple((body.name, (float(k), 0.0)) for k, body in enumerate(bodies))
+    return sd.Mechanism(bodies, pins, ground=ground, components=springs)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.02, 0.7, 0.99, 1.5, 20.0])
+def test_damping_of_one_wheel(ratio):
+    """Closed form: c/(2 sqrt(k J)) and sqrt(1 - ratio^2) of the natural frequency, below and above critical damping."""
+    damping, omega = 2.0 * ratio * math.sqrt(50.0 * 2.0), math.sqrt(50.0 / 2.0)
+    found = sd.modes(wheels(damping, inertias=(2.0,)))
+    assert found["damping_ratio"].item() == pytest.approx(ratio, rel=1e-7, abs=1e-15)
+    assert 2.0 * math.pi * found["damped_frequency"].item() == pytest.approx(
+        omega * math.sqrt(max(0.0, 1.0 - ratio**2)), rel=1e-6
+    )
+    assert found["damping_match"].item() == pytest.approx(1.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("dampings", [(0.2, 0.3), (4.0, 0.0), (0.0, 5.0)])
+def test_damping_of_two_wheels(dampings):
+    """Closed form: roots of the characteristic polynomial of two wheels, also if the damping is not proportional."""
+    found = sd.modes(wheels(*dampings))
+    c, k = np.array(dampings), np.array([50.0, 30.0])
+    first = np.array([2.0, c[0] + c[1], k[0] + k[1]])
+    second, between = np.array([0.5, c[1], k[1]]), np.array([c[1], k[1]])
+    roots = np.roots(np.polysub(np.polymul(first, second), np.polymul(between, between)))
+    oscillating = sorted(roots[roots.imag > 0.0], key=abs)
+    real = roots.real[roots.imag == 0.0]
+    for mode, root in enumerate(oscillating):
+        assert found["damping_ratio"].values[mode] == pytest.approx(-root.real / abs(root), rel=1e-6)
+        assert 2.0 * math.pi * found["damped_frequency"].values[mode] == pytest.approx(root.imag, rel=1e-6)
+    if real.size:
+        assert found["damping_ratio"].values[1] == pytest.approx(-0.5 * sum(real) / math.sqrt(np.prod(real)), rel=1e-6)
+        assert found["damped_frequency"].values[1] == 0.0
+
+
+def test_a_damper_that_nearly_locks_a_wheel_mixes_the_modes(tmp_path, capsys):
+    """Limit: the damper holds the first wheel, the other one swings alone; the modes with poor shapes are named."""
+    made = wheels(100.0, 0.0, stiffness=(50.0, 50.0), inertias=(1.0, 1.0))
+    found = sd.modes(made)
+    assert 2.0 * math.pi * found["damped_frequency"].values == pytest.approx([math.sqrt(50.0), 0.0], rel=1e-2)
+    assert found["damping_match"].values[1] < 0.5 < found["damping_match"].values[0]
+    sd.write_case(made, tmp_path / "case.toml")
+    assert status_of(["modes", str(tmp_path / "case.toml")]) == 0
+    first, second, last = capsys.readouterr().out.splitlines()[:3]
+    assert first.endswith("moves 'wheel 1' most   damping ratio 0.03553 at 1.12468 Hz")
+    assert second.endswith("most   damping ratio 7.036")
+    assert last.startswith("Warning: damping changes the shape of mode 2 so much")
+
+
+@pytest.mark.parametrize("integral", [0.0, 40.0, 150.0])
+def test_a_controller_with_an_integral_can_be_unstable(integral):
+    """Closed form: J s^3 + k_d s^2 + k_p s + k_i = 0 of a wheel on a servo; above k_i = 100 the oscillation grows."""
+    held = dataclasses.replace(wheels(inertias=(2.0,)), components=()).controlled(sd.PID(50.0, 4.0, integral), body="wheel 0")
+    roots = np.roots([2.0, 4.0, 50.0, integral])
+    root = roots[np.argmax(roots.imag)]
+    found = sd.modes(held)
+    assert found["damping_ratio"].item() == pytest.approx(-root.real / abs(root), rel=1e-6)
+    assert 2.0 * math.pi * found["damped_frequency"].item() == pytest.approx(root.imag, rel=1e-6)
+    assert (found["damping_ratio"].item() < 0.0) == (integral > 100.0)
+
+
+def test_friction_of_a_seal_is_left_out():
+    """Contract: a gas spring's friction, which is steep about rest, has no part in the damping; its damper has.
+
+    The derivative of a force of 300 N by differences of 1e-9 m/s has a round-off of 2e-5 N s/m.
+    """
+    body = sd.Body("mass", 2.0, 1.0, {"centre": (0.0, 0.0)}, position=(0.5, 0.0), angle=0.0)
+    guide = sd.Guide("guide", ("mass", "centre"), aligned=True)
+    ends = (("mass", "centre"), ("ground", "O"))
+    gas = sd.GasSpring("gas", *ends, force=300.0, extended_length=0.6, stroke=0.3, friction=20.0, damping=50.0)
+    spring = sd.Spring("spring", *ends, stiffness=2e3, free_length=0.35)
+    found = sd.modes(sd.Mechanism((body,), guides=(guide,), ground=(("O", (0.0, 0.0)),), components=(gas, spring), gravity=0.0))
+    omega = found["angular_frequency"].item()
+    assert found["damping_ratio"].item() == pytest.approx(50.0 / (2.0 * 2.0 * omega), rel=2e-5 / 50.0)
+
+
+@pytest.mark.parametrize("units", [1, 2])
+def test_a_small_free_motion_decays_with_the_damping_ratio(units):
+    """Cross-check: the logarithmic decrement and the period of a small swing, by least squares over its extremes."""
+    placed = math.radians(50.0)
+    arm = sd.scissor(units=units, bar_length=1.0, bar_mass=1.0, slider_mass=1.0, angle=placed, gravity=2.0)
+    spring = sd.TorsionSpring("spring", "unit 1/bar 1", "unit 1/bar 2", stiffness=5e4, damping=40.0, free_angle=2.0 * placed)
+    held = dataclasses.replace(arm, components=(spring,))
+    found = sd.modes(held).isel(mode=0)
+    ratio, period = found["damping_ratio"].item(), 1.0 / found["damped_frequency"].item()
+    run = sd.simulate(held, until=6.0 * period, samples=6001, rtol=1e-11)
+    rest = sd.modes(held)["angle"].values[0]
+    swing = run["angle"].values[::500, 0] - rest
+    decrement = np.diff(np.log(np.abs(swing)))
+    assert 1e-5 < abs(swing[0]) < 1e-3
+    wanted = math.pi * ratio / math.sqrt(1.0 - ratio**2)
+    assert wanted > 0.01
+    assert decrement == pytest.approx(np.full(decrement.size, -wanted), rel=abs(swing[0]) * 10)

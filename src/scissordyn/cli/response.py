@@ -188,7 +188,8 @@ def modes(
     mechanism = read_case(case, change or []).mechanism
     solved = compute(mechanism, count=count, position=position, joints=joints, drive=drive, times=times)  # type: ignore[arg-type]
     first = solved if times is None else solved.isel(time=0)
-    say(*(_modes(solved) if times is None else _frequencies(solved)), *_contacts(first))
+    notes = [f"Warning: {text}." for text in json.loads(solved.attrs["warnings"])]
+    say(*(_modes(solved) if times is None else _frequencies(solved)), *_contacts(first), *notes)
     if output is not None:
         save(solved, output)
         say(output)
@@ -212,13 +213,16 @@ def modes(
 def _modes(solved: xr.Dataset) -> list[str]:
     """Return a line for each mode."""
     lines = []
-    columns = (solved[name].values for name in ("frequency", "angular_frequency", "shape", "rotation"))
-    for k, (frequency, angular, shape, rotation) in enumerate(zip(*columns, strict=True)):
+    names = ("frequency", "angular_frequency", "shape", "rotation", "damping_ratio", "damped_frequency")
+    columns = (solved[name].values for name in names)
+    for k, (frequency, angular, shape, rotation, ratio, damped) in enumerate(zip(*columns, strict=True)):
         moved = (shape**2).sum(axis=-1)
         # a shape is scaled by its largest displacement, or by its largest rotation where all mass centres rest
         most = solved["body"].values[int((moved if moved.max() > 0.5 else rotation**2).argmax())]
         text = f"{frequency:12.6g} Hz" if frequency >= 0.0 else f"unstable, grows with {-angular:.6g} 1/s"
-        lines.append(f"mode {k + 1:3d}  {text}   moves '{most}' most")
+        damping = f"   damping ratio {ratio:.4g}" if abs(ratio) > 0.0 else ""  # NaN without a restoring force
+        damping += f" at {damped:.6g} Hz" if damping and damped > 0.0 else ""
+        lines.append(f"mode {k + 1:3d}  {text}   moves '{most}' most{damping}")
     return lines
 
 

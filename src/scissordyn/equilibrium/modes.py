@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -9,6 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from scissordyn.components.gas_spring import GasSpring
+from scissordyn.equilibrium.damping import MATCH_MIN, damped_modes
 from scissordyn.equilibrium.deflection import places
 from scissordyn.equilibrium.rest import StaticPosition, small_motions
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
@@ -37,12 +41,19 @@ def modes(
     drive: Drives = "locked",
     times: ArrayLike | None = None,
 ) -> xr.Dataset:
-    """Return natural frequencies and mode shapes of small undamped oscillations about one or several positions.
+    """Return natural frequencies, mode shapes and damping ratios of small oscillations about one or several positions.
 
     Drives and prescribed distances are locked at their values at t = 0, or at each of `times`; loads and references of servos
-    have their values at that time. Friction and dampers are left out. The eigenvalue problem is
+    have their values at that time. Frequencies and shapes are those without damping. The eigenvalue problem is
     Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the motions that the constraints allow, f are the forces,
     lambda the multipliers, and the mass matrix is the identity.
+
+    Damping comes from the eigenvalues s of the problem with -df/dv, which includes dampers, motors and controllers with their
+    internal states. Left out are friction, clutches, the damping of contacts, which depends on the speed at their onset,
+    and changes of delayed signals. Each pair of eigenvalues is assigned to the undamped mode whose shape is most alike, so
+    that the sum of the modal assurance criteria is largest. Strong damping that is not proportional to mass and stiffness
+    mixes the modes; ratio and damped frequency are then those of a damped shape that is no longer the mode's.
+    `damping_match` is the criterion, 1 for the same shape; `attrs["warnings"]` names modes where it is below 0.5.
 
     Parameters
     ----------
@@ -64,8 +75,11 @@ def modes(
     -------
     Dataset
         Coordinates: mode, body, axis. `frequency` [Hz] and `angular_frequency` [rad/s]; a negative value is minus the growth
-        rate of an unstable position, which flutter has twice. `shape` (displacements of mass centres) and `rotation` of the
-        bodies are scaled to a largest displacement of 1 m, or to a largest rotation of 1 rad if all mass centres rest.
+        rate of an unstable position, which flutter has twice. `damping_ratio` is -Re(s)/|s|, above 1 for an overdamped mode
+        (minus half the sum of both real s over the root of their product), negative for an oscillation that grows, and NaN
+        without a restoring force. `damped_frequency` [Hz] is Im(s)/(2 pi), 0 for a mode that does not oscillate. `shape`
+        (displacements of mass centres) and `rotation` of the bodies are scaled to a largest displacement of 1 m, or to a
+        largest rotation of 1 rad if all mass centres rest.
         `position` [m] and `angle` [rad] of the bodies. With `times`, all variables have the dimension `time`, and `input`
         gives the value of each `drive` in its `unit` (rad or m). With joints in contact: `contact_force` [N] and
         `contact_stiffness` [N/m] of each `contact`, zero without contact.
@@ -82,11 +96,14 @@ def modes(
             raise InputError('joints = "contact" for a mechanism without clearance joints', 'joints = "ideal"')
     if drive == "released" and not mechanism.drives:
         raise InputError('drive = "released" for a mechanism without a drive', 'drive = "locked"')
+    sealed = tuple(dataclasses.replace(p, friction=0.0) if isinstance(p, GasSpring) else p for p in mechanism.components)
+    if sealed != mechanism.components:
+        mechanism = mechanism.with_parts({"components": sealed}, check=False)
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
         at, with_ideal_joints = equilibrium_pair(plan_at_rest(plan(taken)), position, None)
-        return _modes_at(at, with_ideal_joints, count, position, released_drive)
+        return _with_warnings(_modes_at(at, with_ideal_joints, count, position, released_drive))
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
         raise InputError(
@@ -109,9 +126,18 @@ def modes(
     joined = xr.concat(
         datasets, xr.DataArray(instants, dims="time", name="time", attrs={"units": "s"}), combine_attrs="override"
     )
-    return joined.assign(
+    joined = joined.assign(
         input=(("time", "drive"), inputs.over(instants), {"long_name": "value of the drive, in its unit"})
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
+    return _with_warnings(joined)
+
+
+def _with_warnings(found: xr.Dataset) -> xr.Dataset:
+    """Return the modes with a warning of those whose damped shape is another one."""
+    match = found["damping_match"].values.reshape(-1, found.sizes["mode"]).min(axis=0)
+    poor = [str(mode) for mode, least in zip(found["mode"].values, match, strict=True) if least < MATCH_MIN]
+    text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"
+    return found.assign_attrs(warnings=json.dumps([text] if poor else []))
 
 
 def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: Position, released_drive: bool) -> xr.Dataset:
@@ -127,6 +153,7 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
             "--drive released, in Python drive='released'",
         )
     squares[np.abs(squares) < 1e-15 * squares.size * np.max(np.abs(squares))] = 0.0  # round-off
+    ratio, damped, match = (values[:count] for values in damped_modes(at, squares, motions))
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)
@@ -140,6 +167,9 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
     variables = {
         "frequency": ("mode", angular / (2.0 * np.pi), {"units": "Hz", "long_name": "natural frequency"}),
         "angular_frequency": ("mode", angular, {"units": "rad/s", "long_name": "natural angular frequency"}),
+        "damping_ratio": ("mode", ratio, {"units": "1", "long_name": "damping ratio"}),
+        "damped_frequency": ("mode", damped / (2.0 * np.pi), {"units": "Hz", "long_name": "damped frequency"}),
+        "damping_match": ("mode", match, {"units": "1", "long_name": "likeness of damped and undamped shape"}),
         "shape": (vector, bodies * scale[:, None, None], {"units": "m", "long_name": "displacement of the mass centre"}),
         "rotation": (scalar, turning * scale[:, None], {"units": "rad", "long_name": "rotation"}),
         "position": (("body", "axis"), where, {"units": "m", "long_name": "mass centre"}),

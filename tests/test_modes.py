@@ -316,6 +316,15 @@ def test_a_controller_with_an_integral_can_be_unstable(integral):
     assert (found["damping_ratio"].item() < 0.0) == (integral > 100.0)
 
 
+def test_the_limit_of_a_servo_has_risen():
+    """Contract: a limit that rises from zero over a ramp leaves the servo its stiffness, at the start and along a motion."""
+    arm = sd.scissor(units=2, angle=0.7)
+    steady, rising = (arm.controlled(sd.PID(2e4, 100.0, limit=700.0, ramp=ramp)) for ramp in (0.0, 0.1))
+    for name in ("frequency", "damping_ratio"):
+        assert sd.modes(rising)[name].item() == sd.modes(steady)[name].item()
+    assert sd.modes(rising)["frequency"].item() > 5.0
+
+
 def test_friction_of_a_seal_is_left_out():
     """Contract: a gas spring's friction, which is steep about rest, has no part in the damping; its damper has.
 

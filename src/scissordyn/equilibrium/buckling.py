@@ -38,7 +38,7 @@ from scissordyn.plan.elimination import in_words
 from scissordyn.plan.flexible import Axis, with_mode_counts
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.plan.rail import rail_axes, shapes_beyond
-from scissordyn.plan.rest import plan_at_rest
+from scissordyn.plan.rest import plan_at_rest, without_ramps
 from scissordyn.plan.system import make_system
 from scissordyn.record.bars import BarMotion, axial_force_at_points, bar_motions, part_names, shape_forces
 from scissordyn.record.internal_forces import Bar, bars_of
@@ -85,7 +85,7 @@ def buckling(
     import scipy.linalg as sl  # imported here: they take longer to import than most runs take
     import xarray as xr
 
-    ideal = with_mode_counts(mechanism).ideal()
+    ideal = without_ramps(with_mode_counts(mechanism).ideal())
     if ideal.gravity == 0.0 and not any(isinstance(part, Force | Torque) for part in ideal.components):
         raise InputError("buckling of a mechanism without loads", "gravity, forces or torques")
     at, _ = equilibrium_pair(plan_at_rest(plan(_with_loads(ideal, 0.0))), "concentric", None)

@@ -22,7 +22,7 @@ from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, plan_at_rest
+from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, plan_at_rest, without_ramps
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import Quantity, checked
 
@@ -44,9 +44,9 @@ def modes(
     """Return natural frequencies, mode shapes and damping ratios of small oscillations about one or several positions.
 
     Drives and prescribed distances are locked at their values at t = 0, or at each of `times`; loads and references of servos
-    have their values at that time. Frequencies and shapes are those without damping. The eigenvalue problem is
-    Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the motions that the constraints allow, f are the forces,
-    lambda the multipliers, and the mass matrix is the identity.
+    have their values at that time, and limits of servos their full values. Frequencies and shapes are those without damping.
+    The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the motions that the constraints
+    allow, f are the forces, lambda the multipliers, and the mass matrix is the identity.
 
     Damping comes from the eigenvalues s of the problem with -df/dv, which includes dampers, motors and controllers with their
     internal states. Left out are friction, clutches, the damping of contacts, which depends on the speed at their onset,
@@ -99,6 +99,7 @@ def modes(
     sealed = tuple(dataclasses.replace(p, friction=0.0) if isinstance(p, GasSpring) else p for p in mechanism.components)
     if sealed != mechanism.components:
         mechanism = mechanism.with_parts({"components": sealed}, check=False)
+    mechanism = without_ramps(mechanism)
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:

@@ -14,6 +14,8 @@ from scissordyn.components.edge_contact import EdgeContact
 from scissordyn.components.lugre import GuideLuGre, PinLuGre
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import Polynomial, TimeFunction
+from scissordyn.control.tracking.feed_forward import FeedForward
+from scissordyn.control.tracking.pid import PID
 from scissordyn.errors import InputError
 from scissordyn.laws.friction.none import NoFriction
 from scissordyn.mechanics.time_function import function_at, function_rows, function_start
@@ -93,6 +95,17 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
     )
     locked.__dict__["ideal"] = locked if whole.ideal is whole else with_inputs(whole.ideal, inputs, turned)
     return locked
+
+
+def without_ramps(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with servos whose limits have risen to their full values."""
+    parts = tuple(
+        dataclasses.replace(part, controller=dataclasses.replace(part.controller, ramp=0.0))
+        if isinstance(part, Actuator) and isinstance(part.controller, PID | FeedForward) and part.controller.ramp > 0.0
+        else part
+        for part in mechanism.components
+    )
+    return mechanism if parts == mechanism.components else mechanism.with_parts({"components": parts}, check=False)
 
 
 def lock_loads(mechanism: Mechanism, time: float) -> Mechanism:

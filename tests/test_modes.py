@@ -322,7 +322,6 @@ def test_the_limit_of_a_servo_has_risen():
     steady, rising = (arm.controlled(sd.PID(2e4, 100.0, limit=700.0, ramp=ramp)) for ramp in (0.0, 0.1))
     for name in ("frequency", "damping_ratio"):
         assert sd.modes(rising)[name].item() == sd.modes(steady)[name].item()
-    assert sd.modes(rising)["frequency"].item() > 5.0
 
 
 def test_friction_of_a_seal_is_left_out():

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import scissordyn as sd
 from reference.block import Block
+from scissordyn.analysis.contact import flight_fractions
 from scissordyn.laws import catalogue
 from scissordyn.laws.damping.kelvin_voigt import KelvinVoigt
 from scissordyn.laws.damping.none import NoDamping
@@ -161,6 +162,22 @@ def test_mechanism_with_a_clearance_guide_and_a_clearance_joint():
     turnover = np.max(run["kinetic_energy"].values) + run["dissipated_energy"].values[-1]
     assert run["friction_loss"].values[-1] > 1e-3 * turnover
     assert np.max(np.abs(run["energy_residual"].values)) < 1e-6 * turnover
+
+
+def test_cycles_know_how_long_any_corner_touches():
+    """Second road: the free flight of a guide from the cycles of a run, and from the contacts of one run over all of them."""
+    linkage = sd.slider_crank(slider_inertia=2e-5, gravity=9.81).driven(speed=sd.rpm(600))
+    linkage = linkage.with_clearance("slider pin", sd.Clearance(0.2e-3))
+    linkage = linkage.with_clearance("guide", sd.GuideClearance(0.1e-3, 0.04, 0.02))
+    cycles = sd.cycle(linkage, cycles=4, rtol=1e-10)
+    united = cycles["united_contact_fraction"].values
+    # later cycles of the two runs differ, because the motion is irregular
+    run = sd.simulate(linkage, until=0.1, samples=5, rtol=1e-10)
+    wanted = 1.0 - np.array(list(flight_fractions(run, 0.0, 0.1).values()))
+    assert united[0] == pytest.approx(wanted[[0, 1, 1, 1, 1]], rel=1e-5)
+    assert np.all(united[:, 1] > cycles["contact_fraction"].values[:, 1:].max(axis=1))
+    flight = float(np.max(1.0 - united[2:].mean(axis=0)))
+    assert sd.classify(cycles).measures["flight_fraction"] == pytest.approx(flight, rel=1e-12)
 
 
 def test_without_gap_it_is_the_ideal_guide():

@@ -320,18 +320,17 @@ def _sampled_map(run: xr.Dataset, period: float, phase: float, skip: int) -> tup
 
 
 def _flight_fraction_of_map(strobe: xr.Dataset) -> float | None:
-    """Return the largest free-flight fraction of a joint in the cycles of a map; None if that of a guide is not known.
+    """Return the largest free-flight fraction of a joint or guide in the cycles of a map; None if that of a guide is not known.
 
-    The corners of a guide touch at different times, so that its fraction follows from theirs only if one of them stays closed.
+    The corners of a guide touch at different times, so that its fraction does not follow from theirs.
     """
-    joints, values = list(map(str, strobe["joint"].values)), strobe["contact_fraction"].transpose(..., "joint").values
-    flights = []
-    for corners in contact_groups(strobe, joints).values():
-        closed = values[:, [joints.index(corner) for corner in corners]].max(axis=1)
-        flights.append(_exact_zero(float(1.0 - closed.min())))
-        if len(corners) > 1 and flights[-1] > 0.0:
+    joints = list(map(str, strobe["joint"].values))
+    united = strobe.get("united_contact_fraction")
+    if united is None:
+        if len(contact_groups(strobe, joints)) < len(joints):
             return None
-    return max(flights)
+        united = strobe["contact_fraction"]
+    return _exact_zero(1.0 - float(united.transpose(..., "joint").values.mean(axis=0).min()))
 
 
 def _exact_zero(fraction: float) -> float:

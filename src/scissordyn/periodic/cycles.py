@@ -120,6 +120,7 @@ def recorded_names(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the names of the variables that `cycle` records once per cycle of this mechanism."""
     absent = [name for name in CYCLE_VARIABLES if name.startswith("slider_")] if mechanism.output_guide is None else []
     absent += [name for name, (dims, _, _) in CYCLE_VARIABLES.items() if "joint" in dims and not mechanism.contacts]
+    absent += [] if mechanism.contact_points else ["united_contact_fraction"]
     return tuple(name for name in CYCLE_VARIABLES if name not in absent)
 
 

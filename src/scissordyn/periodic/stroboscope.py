@@ -36,6 +36,11 @@ CYCLE_VARIABLES = {
     "energy": (("cycle",), "J", "kinetic, potential, elastic and spring energy"),
     "impacts": (("cycle", "joint"), "1", "contacts that started in the cycle"),
     "contact_fraction": (("cycle", "joint"), "1", "fraction of the cycle in contact"),
+    "united_contact_fraction": (
+        ("cycle", "joint"),
+        "1",
+        "fraction of the cycle with contact of the joint, or its guide's corners",
+    ),
     "peak_force": (("cycle", "joint"), "N", "largest force that the joint transmits in the cycle"),
     "drive_work": (("cycle",), "J", "work of the drives in the cycle"),
     "dissipated_energy": (("cycle",), "J", "energy dissipated in the cycle"),
@@ -136,6 +141,9 @@ def _run_cycles(
         "dissipated_energy": np.zeros(cycles),
         "steps": np.zeros(cycles, np.int64),
     }
+    guides = contacts_by_guide(driver.plan)
+    if guides:
+        rows["united_contact_fraction"] = np.zeros((cycles, contacts))
     losses = [name.endswith("loss") for name in ENERGY_TERMS]
     extremes = Extremes(driver.plan)
     done, events, cause, end = 0, 0, "", driver.snapshot()
@@ -149,6 +157,8 @@ def _run_cycles(
                 break
             log, begin, mode = driver.log, (first + done) * period, stop.mode[:contacts]
             count_contacts(log, mode, begin, period, rows["impacts"][done], rows["contact_fraction"][done])
+            for guide in guides:
+                rows["united_contact_fraction"][done, guide] = united_contact_fraction(log, mode, guide, begin, period)
             rows["peak_force"][done] = _peak_forces(driver)
             booked = accounts(driver.plan, driver.state.total[None], log, np.array([math.inf]))[0]
             rows["drive_work"][done], rows["dissipated_energy"][done] = (
@@ -239,3 +249,20 @@ def count_contacts(
         if (contacts["mode"][-1] if contacts.size else mode[j]) == 1:
             lasted += begin + period
         fraction[j] = min(1.0, max(0.0, lasted / period))
+
+
+def contacts_by_guide(plan: Plan) -> list[list[int]]:
+    """Return the indices of the contacts of each clearance joint and clearance guide; an empty list without such a guide."""
+    guides = {point.name: point.guide for point in plan.mechanism.contact_points}
+    groups: dict[str, list[int]] = {}
+    for j, contact in enumerate(plan.contacts):
+        groups.setdefault(guides.get(contact.name, contact.name), []).append(j)
+    return list(groups.values()) if guides else []
+
+
+def united_contact_fraction(log: np.ndarray, mode: np.ndarray, contacts: list[int], begin: float, period: float) -> float:
+    """Return the fraction of a cycle in which at least one of some contacts is closed; `mode` as in `count_contacts`."""
+    ours = log[np.isin(log["guard"], contacts)]
+    closed = np.cumsum([np.sum(mode[contacts] == 1), *np.where(ours["mode"] == RISE, 1, -1)])
+    lasted = np.diff([begin, *ours["time"], begin + period])[closed > 0]
+    return min(1.0, float(np.sum(lasted)) / period)

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+import scissordyn as sd
 from reference.balance import Places, rotated
 from scissordyn.components.port import AXIS, FRAME, HINGE, LINE, POINT, TRAVEL
 
@@ -28,7 +29,10 @@ class VirtualWork:
         weight = np.einsum("b,tba,a->t", masses, forces["position"].transpose("time", "body", "axis").values, down)
         if "beam_energy" in forces:  # bars that bend have their mass between their ends
             weight = -forces["potential_energy"].values
-            self.work["bars"] = self._of_energy(-forces["beam_energy"].sum("beam").values)
+            # work of the forces of beam elements is that of components
+            elements = {part.name for part in mechanism.components if isinstance(part, sd.Beam)}
+            pieces = [name for name in forces["beam"].values.tolist() if name not in elements]
+            self.work["bars"] = self._of_energy(-forces["beam_energy"].sel(beam=pieces).sum("beam").values)
         self.work["weight"] = self._of_energy(weight)
 
     @property

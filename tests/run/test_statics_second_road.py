@@ -191,6 +191,17 @@ def test_bars_that_bend():
         np.testing.assert_allclose(np.abs(forces[f"bar_largest_{quantity}"]), largest, rtol=2e-3)
 
 
+@pytest.mark.parametrize("how", [{"modes": 3}, {"elements": 2}])
+def test_scissors_that_bend(how):
+    """Identity: virtual work of drive, weight and bars, by modes with their energy, by beam elements with their end forces."""
+    rigid = sd.scissor(units=2, angle=0.5, gravity=G)
+    mechanism = sd.with_bending(rigid, section="tube 20x20x1 mm", material="steel", mass="section", **how).driven(speed=0.5)
+    forces = sd.statics(mechanism, until=1.0, points=81)
+    work = VirtualWork(forces, mechanism)
+    assert work.imbalance() < 1e-6
+    assert float(np.abs(sum(work.work[name] for name in work.work if "bar" in name and "drive" not in name)).max()) > 1.0
+
+
 @pytest.mark.parametrize("how", [{"modes": 4}, {"elements": 4}])
 def test_thin_bar_over_a_turn(how):
     """Identity: the torque that turns a thin bar against its weight is the slope of the potential energy over the angle."""

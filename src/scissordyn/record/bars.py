@@ -45,7 +45,7 @@ PART_VARIABLES = (
     ("fibre_strain", "1", "largest strain of an extreme fibre, of the axis alone if the depth is unknown (beam)"),
     ("stress", "Pa", "stress in the extreme fibre, 0 if the material is unknown (beam)"),
     ("utilisation", "1", "stress in the extreme fibre over the yield strength, 0 if the strength is unknown (beam)"),
-    ("energy", "J", "stored energy (beam)"),
+    ("energy", "J", "strain energy by the internal forces (beam)"),
     ("deflection", "m", "deflection of the end, across the line between the ends of the bar (beam)"),
 )
 """Name, unit and meaning of the variables of each part of a bar."""

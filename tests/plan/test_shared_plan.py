@@ -115,6 +115,16 @@ def test_plans_with_the_same_structure_share_templates(changed):
     assert_same(run(made), run(compiled(other)))
 
 
+def test_inertia_of_a_section_of_a_bar_can_need_coordinates_of_its_own():
+    """Identity: a section with another inertia than its bar has a direction; the plan is that of the mechanism alone."""
+    known = sd.with_bending(array(), section="tube 60x60x1.56 mm", material="steel")
+    plan(known)
+    name = next(body.name for body in known.bodies if body.name.endswith("/1"))
+    other = known.replace(f"{name}.inertia", 1.01 * known.body(name).inertia)
+    assert plan(other).coordinates.free > plan(known).coordinates.free
+    assert plan(other).structure == compiled(other).structure
+
+
 def with_length(known, factor):
     """Return a mechanism of another size."""
     return dataclasses.replace(

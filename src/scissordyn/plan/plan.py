@@ -30,7 +30,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.acting import acting, start_coordinates
 from scissordyn.plan.bodies import balance, body_maps
 from scissordyn.plan.branches import Branches, every_branch
-from scissordyn.plan.coordinates import Coordinates, PointMap
+from scissordyn.plan.coordinates import Coordinates, PointMap, natural_coordinates
 from scissordyn.plan.elimination import in_words
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.joint_friction import make_friction_workspace
@@ -71,9 +71,14 @@ class Plan:
         return all(map(_is_same, _table_entries(self.mechanism), _table_entries(other)))
 
     def differs_in_mass(self, other: Mechanism) -> bool:
-        """Return whether another mechanism differs only as in `fits`, and in masses and moments of inertia of its bodies."""
+        """Return whether another mechanism differs only as in `fits`, and in masses and moments of inertia of its bodies.
+
+        The inertia of a section of a flexible bar decides whether its direction is a coordinate.
+        """
         (one, *here), (two, *there) = _table_entries(self.mechanism), _table_entries(other)
-        return _is_same([*map(_placement, one)], [*map(_placement, two)]) and all(map(_is_same, here, there))
+        if not _is_same([*map(_placement, one)], [*map(_placement, two)]) or not all(map(_is_same, here, there)):
+            return False
+        return natural_coordinates(other).offsets == self.coordinates.natural.offsets
 
     def case(self, other: Mechanism) -> Plan:
         """Return the plan of another case that fits: the same tables with its own parts and parameters."""

@@ -41,6 +41,12 @@ def test_a_rigid_pendulum_on_a_driven_crank_swings_alike_everywhere():
     assert found["angle"].sel(body="rod").values == pytest.approx(np.full(7, -math.pi / 2.0), abs=1e-7)
 
 
+@pytest.mark.parametrize("name", ["planetary-gear", "screw-driven-array", "jansen"])
+def test_neutral_positions_have_no_frequency(name):
+    """Limit: a mechanism at rest in every position, whose stiffnesses of forces and constraints cancel but for round-off."""
+    assert sd.modes(sd.zoo[name].mechanism, drive="released")["frequency"].values.tolist() == [0.0]
+
+
 def test_a_load_has_its_value_of_each_instant():
     """Closed form: a bar on a driven crank under a force that grows with time, omega^2 = F L/(m L^2/3)."""
     bars = [sd.bar(name, length=0.5, mass=1.5, angle=angle) for name, angle in (("crank", 0.3), ("bar", -0.5 * math.pi))]

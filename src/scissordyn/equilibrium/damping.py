@@ -9,14 +9,25 @@ from scipy.optimize import linear_sum_assignment
 from scissordyn.components.clutch import Clutch
 from scissordyn.components.guide_friction import GuideFriction
 from scissordyn.components.pin_friction import PinFriction
-from scissordyn.equilibrium.rest import StaticPosition, has_potential, stiffness
+from scissordyn.equilibrium.rest import StaticPosition, constraint_slopes, force_slopes, has_potential, stiffness
 from scissordyn.mechanics.system import System
 
 MATCH_MIN = 0.5  # [1] below this modal assurance criterion, more of a damped shape belongs to other modes than to its own
 
 
-def damped_modes(at: StaticPosition, squares: np.ndarray, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def square_round_off(at: StaticPosition) -> float:
+    """Return the round-off of squared angular frequencies [1/s^2]; stiffnesses of forces and constraints may cancel."""
+    matrix = force_slopes(at)
+    curved = constraint_slopes(at, at.system.content.work.multiplier)[1]
+    return 1e-15 * len(matrix) * float(np.max(np.abs([matrix, curved]), initial=0.0))
+
+
+def damped_modes(
+    at: StaticPosition, squares: np.ndarray, motions: np.ndarray, round_off: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return damping ratio, damped angular frequency [1/s] and match of all undamped modes, of `small_motions`.
+
+    `round_off` is that of squared angular frequencies [1/s^2].
 
     Eigenvalues are those of the first-order form, with the internal states of controllers and components. Pairs that
     oscillate are assigned first, then two real eigenvalues to each mode that is left.
@@ -37,7 +48,7 @@ def damped_modes(at: StaticPosition, squares: np.ndarray, motions: np.ndarray) -
         ]
     )
     values, vectors = eig(first)
-    values[np.abs(values) ** 2 < 1e-15 * m * np.max(np.abs(squares))] = 0.0  # round-off
+    values[np.abs(values) ** 2 < round_off] = 0.0
     match = _modal_assurance(basis.T @ motions, vectors[:m])
     ratio, angular, matched = np.full(m, np.nan), np.zeros(m), np.zeros(m)
     oscillating, real = np.flatnonzero(values.imag > 0.0), np.flatnonzero(values.imag == 0.0)

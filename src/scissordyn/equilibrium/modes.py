@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.components.gas_spring import GasSpring
-from scissordyn.equilibrium.damping import MATCH_MIN, damped_modes
+from scissordyn.equilibrium.damping import MATCH_MIN, damped_modes, square_round_off
 from scissordyn.equilibrium.deflection import places
 from scissordyn.equilibrium.rest import StaticPosition, small_motions
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
@@ -135,8 +135,9 @@ def modes(
 
 def _with_warnings(found: xr.Dataset) -> xr.Dataset:
     """Return the modes with a warning of those whose damped shape is another one."""
-    match = found["damping_match"].values.reshape(-1, found.sizes["mode"]).min(axis=0)
-    poor = [str(mode) for mode, least in zip(found["mode"].values, match, strict=True) if least < MATCH_MIN]
+    poor_somewhere = (found["damping_match"] < MATCH_MIN) & found["damping_ratio"].notnull()
+    each = poor_somewhere.values.reshape(-1, found.sizes["mode"]).any(axis=0)
+    poor = [str(mode) for mode in found["mode"].values[each]]
     text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"
     return found.assign_attrs(warnings=json.dumps([text] if poor else []))
 
@@ -153,8 +154,9 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
             "bars that bend, springs next to free bodies, or released drives",
             "--drive released, in Python drive='released'",
         )
-    squares[np.abs(squares) < 1e-15 * squares.size * np.max(np.abs(squares))] = 0.0  # round-off
-    ratio, damped, match = (values[:count] for values in damped_modes(at, squares, motions))
+    round_off = square_round_off(at)
+    squares[np.abs(squares) < round_off] = 0.0
+    ratio, damped, match = (values[:count] for values in damped_modes(at, squares, motions, round_off))
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)

@@ -1,6 +1,7 @@
 """Natural frequencies along the motion of the drive: the same as those of a mechanism built there, and closed forms."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
@@ -328,6 +329,15 @@ def test_the_limit_of_a_servo_has_risen():
     steady, rising = (arm.controlled(sd.PID(2e4, 100.0, limit=700.0, ramp=ramp)) for ramp in (0.0, 0.1))
     for name in ("frequency", "damping_ratio"):
         assert sd.modes(rising)[name].item() == sd.modes(steady)[name].item()
+
+
+def test_delayed_feedback_is_named():
+    """Contract: a warning names the actuator whose delayed signal is constant."""
+    held = dataclasses.replace(wheels(inertias=(2.0,)), components=()).controlled(sd.PID(50.0, 4.0), body="wheel 0")
+    assert json.loads(sd.modes(held).attrs["warnings"]) == []
+    delayed = held.controlled(sd.Pyragas(3.0, 0.2), body="wheel 0")
+    (line,) = json.loads(sd.modes(delayed).attrs["warnings"])
+    assert line.startswith(f"actuator '{delayed.components[-1].name}': its delayed signal is constant")
 
 
 def test_friction_of_a_seal_is_left_out():

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from scissordyn.components.actuator import Actuator
 from scissordyn.components.gas_spring import GasSpring
 from scissordyn.equilibrium.damping import MATCH_MIN, damped_modes, square_round_off
 from scissordyn.equilibrium.deflection import places
@@ -53,7 +54,8 @@ def modes(
     and changes of delayed signals. Each pair of eigenvalues is assigned to the undamped mode whose shape is most alike, so
     that the sum of the modal assurance criteria is largest. Strong damping that is not proportional to mass and stiffness
     mixes the modes; ratio and damped frequency are then those of a damped shape that is no longer the mode's.
-    `damping_match` is the criterion, 1 for the same shape; `attrs["warnings"]` names modes where it is below 0.5.
+    `damping_match` is the criterion, 1 for the same shape; `attrs["warnings"]` names modes where it is below 0.5,
+    and actuators with delayed feedback.
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def modes(
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
         at, with_ideal_joints = equilibrium_pair(plan_at_rest(plan(taken)), position, None)
-        return _with_warnings(_modes_at(at, with_ideal_joints, count, position, released_drive))
+        return _with_warnings(_modes_at(at, with_ideal_joints, count, position, released_drive), mechanism)
     instants = np.asarray(times, float)
     if instants.ndim != 1 or instants.size == 0 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) <= 0.0):
         raise InputError(
@@ -130,16 +132,20 @@ def modes(
     joined = joined.assign(
         input=(("time", "drive"), inputs.over(instants), {"long_name": "value of the drive, in its unit"})
     ).assign_coords(drive=[*inputs.bodies, *inputs.timed], unit=("drive", inputs.units))
-    return _with_warnings(joined)
+    return _with_warnings(joined, mechanism)
 
 
-def _with_warnings(found: xr.Dataset) -> xr.Dataset:
-    """Return the modes with a warning of those whose damped shape is another one."""
+def _with_warnings(found: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+    """Return the modes with warnings of those whose damped shape is another one, and of delayed feedback."""
     poor_somewhere = (found["damping_match"] < MATCH_MIN) & found["damping_ratio"].notnull()
     each = poor_somewhere.values.reshape(-1, found.sizes["mode"]).any(axis=0)
     poor = [str(mode) for mode in found["mode"].values[each]]
     text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"
-    return found.assign_attrs(warnings=json.dumps([text] if poor else []))
+    servos = (part for part in mechanism.components if isinstance(part, Actuator) and part.controller.delay > 0.0)
+    delayed = [
+        f"actuator '{part.name}': its delayed signal is constant, and a feedback before its onset is zero" for part in servos
+    ]
+    return found.assign_attrs(warnings=json.dumps([*([text] if poor else []), *delayed]))
 
 
 def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: Position, released_drive: bool) -> xr.Dataset:

@@ -16,6 +16,7 @@ from scissordyn.cli.main import status_of
 from scissordyn.explore.case import open_case
 from scissordyn.explore.drag import Drag
 from scissordyn.kinematics.transmission import dyads
+from scissordyn.model.options import Options
 from scissordyn.plan.plan import plan
 from scissordyn.plot.animation_scene import ring_size, scene_of, upright_turns
 from scissordyn.plot.drawing import BAR_FILLS
@@ -221,6 +222,22 @@ def test_torque_of_a_servo_before_a_run(tmp_path, capsys, command):
     assert f"follows its reference with up to {short(torque, 'N m')}" in answer
     assert status_of([command, str(case), "--set", f"servo.controller.limit={0.5 * torque} N m"]) == 0
     assert "2 times its limit" in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_limit_of_a_servo_that_rises(tmp_path, capsys):
+    """Closed form: a torque of 2 N m below a limit that rises to 8 N m in 0.4 s of 1 s is not held for 0.1 of the time."""
+    wheel = sd.Body("wheel", 1.0, 0.5, {"pin": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
+    made = sd.Mechanism((wheel,), (sd.Revolute("pin", ("wheel", "pin"), ("ground", "O")),), ground=(("O", (0.0, 0.0)),))
+    for ramp in (0.0, 0.4):
+        servo = sd.PID(100.0, 10.0, limit=8.0, ramp=ramp)
+        held = made.controlled(servo, reference=sd.Polynomial((0.0, 0.0, 2.0)), body="wheel")
+        sd.write_case(held, tmp_path / f"servo{ramp}.toml", run=Options(until=1.0))
+        assert status_of(["check", str(tmp_path / f"servo{ramp}.toml")]) == 0
+        answer = " ".join(capsys.readouterr().out.split())
+        if ramp:
+            assert "0.25 times its limit of 8 N m, which rises over 400 ms: it cannot hold for 10% of the time" in answer
+        else:
+            assert "0.25 of its limit of 8 N m." in answer
 
 
 def test_preview_reports_assembly(tmp_path, capsys):

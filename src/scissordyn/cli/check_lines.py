@@ -35,6 +35,7 @@ from scissordyn.model.wear import Wear
 from scissordyn.plan.plan import Plan, plan
 from scissordyn.record.coupling import coupling_warnings
 from scissordyn.record.results import Results, Run
+from scissordyn.record.sampling import time_mean
 from scissordyn.record.summary import summary_of
 from scissordyn.record.warn import warning_lines, warnings_of
 from scissordyn.run.bristle_recoil import recoil_warnings
@@ -222,6 +223,7 @@ class ServoDemand(NamedTuple):
     limit: float | None  # Torque limit of the servo [N m]
     above: float  # Fraction of the time with a torque above the limit
     speed: float  # Largest speed [rad/s]
+    ramp: float  # Time over which the limit rises from zero [s]
 
     def __str__(self) -> str:
         peak = f"up to {short(self.torque, 'N m')}, at {short(self.time, 's')}, and {self.speed * 30.0 / math.pi:.4g} rpm"
@@ -229,11 +231,12 @@ class ServoDemand(NamedTuple):
         if self.limit is None:
             return f"{text}."
         ratio, limit = self.torque / self.limit, f"its limit of {short(self.limit, 'N m')}"
-        if ratio <= 1.0:
+        if ratio <= 1.0 and self.above < 0.005:  # 0 % when rounded
             return f"{text}, {ratio:.2g} of {limit}."
+        rises = f", which rises over {short(self.ramp, 's')}" if self.ramp else ""
         return (
-            f"Warning: {text}, {ratio:.3g} times {limit}: it cannot hold for {self.above:.0%} of the time, and forces with "
-            "ideal joints are those of a servo that can."
+            f"Warning: {text}, {ratio:.3g} times {limit}{rises}: it cannot hold for {self.above:.0%} of the time, and forces "
+            "with ideal joints are those of a servo that can."
         )
 
 
@@ -247,10 +250,12 @@ def servo_demands(mechanism: Mechanism, followed: Mechanism, ideal: Run) -> list
             largest, when = smooth_peak(ideal["time"].values, torque)
             limit = getattr(part.controller, "limit", None)
             limit = limit if limit is not None and math.isfinite(limit) else None
-            above = 0.0 if limit is None else float(np.mean(torque > limit))
+            ramp = getattr(part.controller, "ramp", 0.0)
+            present = 1.0 if ramp == 0.0 else np.minimum(1.0, ideal["time"].values / ramp)
+            above = 0.0 if limit is None else float(time_mean(torque > limit * present, ideal["time"].values))
             speeds = ideal["angular_velocity"].values[:, ideal["body"].values.tolist().index(part.body)]
             speed = float(np.abs(speeds).max(initial=0.0))
-            demands.append(ServoDemand(part.name, float(largest), float(when), limit, above, speed))
+            demands.append(ServoDemand(part.name, float(largest), float(when), limit, above, speed, ramp))
     return demands
 
 

@@ -103,3 +103,25 @@ def test_integrals_of_slidings_that_reverse(method):
     assert found["value"].values == pytest.approx(final_state(*PATHS.values())[0][4:] * factors, rel=1e-5)
     for name, value in PATHS.items():
         assert found["derivative"].sel(parameter=name).values * value == pytest.approx(slope(name)[4:] * factors, rel=2e-7)
+
+
+def test_slip_speeds_that_are_round_off():
+    """Closed form: at rest slip speeds reverse by round-off; the contact force balances the weight and the drag of a flow."""
+    gap = sd.Clearance(
+        5e-4, damping=sd.law("damping", "standard-linear-solid")(), friction=sd.law("friction", "bengisu-akay")(kinetic=0.23)
+    )
+    one = sd.Body("one", 0.5, 0.004, {"start": (0.0, 0.0), "end": (0.17, 0.0)}, (0.08, 0.0), (0.0, 0.0), -1.05)
+    end = (0.17 * math.cos(-1.05), 0.17 * math.sin(-1.05))
+    two = sd.Body("two", 0.6, 0.004, {"start": (0.0, 0.0)}, (0.08, 0.01), end, -1.2)
+    joints = (
+        sd.Revolute("J", ("one", "start"), ("ground", "o"), clearance=gap),
+        sd.Revolute("K", ("two", "start"), ("one", "end")),
+    )
+    drag = sd.Drag("drag", ("two", "start"), damping=60.0, drag_coefficient=0.0, flow=(1.5, -2.2))
+    arms = sd.Mechanism(bodies=(one, two), joints=joints, components=(drag,), ground=(("o", (0.0, 0.0)),), gravity=9.81)
+    by = {"body.one.mass": (0.0, -9.81), "body.one.centre.y": (0.0, 0.0), "drag.damping": (1.5, -2.2)}
+    found = sd.gradient(arms, by=list(by), until=4e-3, start="static", method="rodas5p", trajectory=True, samples=3)
+    force = np.array([60.0 * 1.5, -60.0 * 2.2 - 1.1 * 9.81])
+    assert found["normal_force"].sel(joint="J").values == pytest.approx(np.full(3, np.hypot(*force)), rel=1e-8)
+    slopes = np.array([force @ part / np.hypot(*force) for part in by.values()])
+    assert found["normal_force_derivative"].sel(joint="J").values == pytest.approx(np.tile(slopes, (3, 1)), abs=1e-4)

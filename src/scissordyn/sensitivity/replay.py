@@ -248,7 +248,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             grow *= grow
         if size > shortest and not error <= 1.0:
             run.parts[0] += 1
-            kinked = made and count_reversals(run.speed) > 0
+            kinked = made and not kinked and count_reversals(run.speed) > 0
             if kinked:  # the next part ends just before the kink, the one after it just behind the kink
                 size = max(shortest, first_reversal(problem, T, t, h, run.speed, s, w, system) - 0.5 * shortest)
             else:

@@ -55,22 +55,34 @@ def test_the_end_of_curves():
     assert "normal_force_derivative" not in sd.gradient(mechanism, of=["drive_work"], by=["A.clearance"], until=1e-4)
 
 
-def double_pendulum(mass):
-    """Return a double pendulum whose upper arm has a given mass [kg]."""
+def double_pendulum(mass, clearance=None):
+    """Return a double pendulum whose upper arm has a given mass [kg], with a clearance in the joint between the arms."""
     one = sd.Body("one", mass, 0.004, {"start": (0.0, 0.0), "end": (0.16, 0.12)}, (0.08, 0.01), (0.0, 0.0), -0.3)
     end = 0.16 * np.cos(0.3) + 0.12 * np.sin(0.3), 0.12 * np.cos(0.3) - 0.16 * np.sin(0.3)
     two = sd.Body("two", 0.6, 0.004, {"start": (0.0, 0.0)}, (0.08, 0.01), end, -0.8)
-    joints = sd.Revolute("J", ("one", "start"), ("ground", "o")), sd.Revolute("K", ("two", "start"), ("one", "end"))
+    joints = (
+        sd.Revolute("J", ("one", "start"), ("ground", "o")),
+        sd.Revolute("K", ("two", "start"), ("one", "end"), clearance=clearance),
+    )
     return sd.Mechanism(bodies=(one, two), joints=joints, ground=(("o", (0.0, 0.0)),))
 
 
 def test_angles_by_a_mass():
-    """Cross-check by differences: coordinates of bodies depend on masses, and angles that are zero among them have round-off."""
+    """Cross-check by differences: coordinates depend on masses, and angles that are zero among them have round-off."""
     options = {"until": 0.1, "start": "as-placed", "samples": 3}
     found = sd.gradient(double_pendulum(0.5), by=["body.one.mass"], trajectory=True, **options)
     ends = {k: sd.simulate(double_pendulum(0.5 + k * 1e-3), rtol=1e-12, **options)["angle"].values for k in (-2, -1, 1, 2)}
     expected = (8.0 * (ends[1] - ends[-1]) - (ends[2] - ends[-2])) / 12e-3
     assert found["angle_derivative"].values[..., 0] == pytest.approx(expected, abs=1e-8)
+
+
+def test_journal_in_the_centre_up_to_round_off():
+    """Closed form: energy by the height of a journal whose direction in its bearing is undefined and has a huge derivative."""
+    arms = double_pendulum(0.5, sd.Clearance(1e-3, friction=sd.NoFriction()))
+    path = "body.two.position.y"
+    found = sd.gradient(arms, by=[path], until=1e-3, start="as-placed", trajectory=True, samples=2)
+    assert 0.0 < np.max(np.abs(found["eccentricity"].values[0, -1])) < 1e-15
+    assert found["potential_energy_derivative"].values[0, 0] == pytest.approx(0.6 * 9.81, rel=1e-8)
 
 
 def shifts(run, other, clearance):

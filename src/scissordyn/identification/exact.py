@@ -11,7 +11,7 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all
 from scissordyn.plan.plan import plan
 from scissordyn.record.xarray_dataset import as_dataset
-from scissordyn.sensitivity.curve import weighted_results
+from scissordyn.sensitivity.curve import moved_slopes
 from scissordyn.sensitivity.forward import forward
 from scissordyn.sensitivity.gradient import check_derivable
 from scissordyn.sensitivity.library import DERIVATIVES
@@ -49,8 +49,8 @@ def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, 
         run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times, integrals=problem.monitors)
         problem.runs += 1
         for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
-            terms = weighted_results(run, k, parameter.moved)
-            slopes.append(sum(weight * curves(as_dataset(found), problem.columns) for weight, found in terms))
+            found = moved_slopes(run, k, parameter.moved, lambda path: {"": curves(as_dataset(path), problem.columns)})
+            slopes.append(found[""])
     return np.stack(slopes, axis=2)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -81,13 +81,42 @@ def difference_step(run: Forward, parameter: int) -> float:
     return float(DIFFERENCE_STEP / largest)
 
 
-def weighted_results(run: Forward, parameter: int, mechanism: Callable[[float], Mechanism]) -> Iterator[tuple[float, Results]]:
-    """Yield the terms of the derivatives by parameter / scale: weights, and variables of runs moved along the derivatives.
+def step_ladder(run: Forward, parameter: int) -> np.ndarray:
+    """Return steps of differences [parameter scales], from `DIFFERENCE_STEP` down to `difference_step`, by factors near 1 %."""
+    shortest = difference_step(run, parameter)
+    count = 1 + int(np.ceil(np.log10(DIFFERENCE_STEP / shortest) / 2.0))
+    return np.geomspace(DIFFERENCE_STEP, shortest, count)
 
-    `mechanism` returns the mechanism with the parameter changed by a fraction of its scale.
+
+def most_accurate(slopes: np.ndarray, steps: np.ndarray, size: float) -> np.ndarray:
+    """Return for each element the difference with the smallest estimated error, of several with decreasing steps.
+
+    The error is the round-off of values of a given size, and the change by the next shorter step. A value that is nearly zero
+    makes the shortest step too short for others, as a direction that is undefined where a journal is in the centre.
     """
-    for weight, change, moved in weighted_mechanisms(mechanism, difference_step(run, parameter)):
-        yield weight, moved_results(run, parameter, change, moved)
+    errors = np.finfo(float).eps * size / steps.reshape(-1, *[1] * (slopes.ndim - 1)) + np.zeros(slopes.shape)
+    errors[:-1] += np.nan_to_num(np.abs(np.diff(slopes, axis=0)), nan=np.inf)
+    return np.asarray(np.take_along_axis(slopes, np.argmin(errors, axis=0)[np.newaxis], axis=0)[0])
+
+
+def moved_slopes(
+    run: Forward,
+    parameter: int,
+    mechanism: Callable[[float], Mechanism],
+    values_of: Callable[[Results], Mapping[str, np.ndarray]],
+) -> dict[str, np.ndarray]:
+    """Return the derivatives of functions of a run's results by parameter / scale: differences along the run's derivatives.
+
+    `mechanism` returns the mechanism with the parameter changed by a fraction of its scale, `values_of` the values by name.
+    """
+    steps, several, sizes = step_ladder(run, parameter), dict[str, np.ndarray](), dict[str, float]()
+    for at, step in enumerate(steps.tolist()):
+        for weight, change, moved in weighted_mechanisms(mechanism, step):
+            for name, values in values_of(moved_results(run, parameter, change, moved)).items():
+                several.setdefault(name, np.zeros((steps.size, *values.shape)))[at] += weight * values
+                if at == steps.size - 1:
+                    sizes[name] = float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
+    return {name: most_accurate(slopes, steps, sizes[name]) for name, slopes in several.items()}
 
 
 def curve_derivatives(
@@ -95,14 +124,10 @@ def curve_derivatives(
 ) -> dict[str, np.ndarray]:
     """Return the derivatives of all variables over time by parameter / scale.
 
-    `path` has the variables of the run; `mechanism` as in `weighted_results`. Outputs that are variables, such as positions,
-    keep their derivatives, which are smaller than the round-off of differences where a parameter moves bodies little.
+    `path` has the variables of the run; `mechanism` as in `moved_slopes`. Outputs that are variables, such as positions, keep
+    their derivatives, which are smaller than the round-off of differences where a parameter moves bodies little.
     """
-    total: dict[str, np.ndarray] = {}
-    for weight, found in weighted_results(run, parameter, mechanism):
-        for name in curve_names(found):
-            part = weight * found[name].values
-            total[name] = total[name] + part if name in total else part
+    total = moved_slopes(run, parameter, mechanism, lambda found: {name: found[name].values for name in curve_names(found)})
     for name, values, slopes in zip(Record._fields, *run.outputs, strict=True):
         if name in total and np.array_equal(path[name].values, values, equal_nan=True):
             total[name] = slopes[..., parameter]

@@ -69,3 +69,11 @@ def test_an_inertia_of_zero():
     found = sd.gradient(free, by=["motor.inertia"], until=end, trajectory=True, samples=2)
     slope = float(found["angle_derivative"].sel(body="rotor").values[-1, 0])
     assert slope == pytest.approx(-0.5 * torque * end**2 / inertia**2, rel=1e-8)
+
+
+def test_start_that_is_another_one_beside_its_value():
+    """Contract: speeds at the start of bending bars that meet only at this position jump there; both sides agree."""
+    arm = sd.scissor(units=2, angle=0.8).driven(speed=2.0)
+    bent = sd.with_bending(arm, "unit 1/bar 2", bending_stiffness=10.0, axial_stiffness=1e6, modes=1)
+    with pytest.raises(sd.InputError, match="another one at all smaller and larger values"):
+        sd.gradient(bent, of=["drive_work"], by=["body.unit 1/bar 2/2.position.x"], until=1e-4)

@@ -42,6 +42,8 @@ CENTRAL_DIFFERENCES = (
         (0, 0, -1 / 2, 1 / 2, 0, 0),
     ),
 )
+# Weights of the values at these places in the value at place 0 that lies between them
+MIDDLE_WEIGHTS = (1 / 20, -3 / 10, 3 / 4, 3 / 4, -3 / 10, 1 / 20)
 # The same of finite differences with places on one side only
 FORWARD_DIFFERENCES = (
     (0, 1, 2, 3, 4, 5, 6),
@@ -197,6 +199,10 @@ class OtherContactsError(JumpError):
     """Error: a change of the parameter closes or opens a contact at the start."""
 
 
+class IsolatedStartError(JumpError):
+    """Error: the start at a parameter's value differs from those at smaller and larger values, which agree."""
+
+
 @dataclass(frozen=True)
 class _Slope:
     """Derivative of an array, its estimated error relative to the size of both, and True if a shorter step reduces it."""
@@ -220,6 +226,8 @@ def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.
     for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
             found = _derivatives_at(start, parameter, places, weights)
+        except IsolatedStartError:
+            raise
         except ScissordynError as error:
             if refused is None or isinstance(error, JumpError):
                 refused = error if isinstance(error, InputError) else InputError(str(error))
@@ -243,6 +251,11 @@ def _derivatives_at(
             found = _derivatives_by(start, parameter, step, places, weights)
         except OtherContactsError:
             if best or tried == most_steps - 1:
+                raise
+            step *= shortest
+            continue
+        except IsolatedStartError:
+            if tried > 0:
                 raise
             step *= shortest
             continue
@@ -278,7 +291,21 @@ def _derivatives_by(
         known[place] if place in known else _changed_arrays(start, parameter, place * step, constant=constant)
         for place in places
     ]
+    if places[0] != 0 and _is_isolated(start.arrays["y"], [arrays["y"] for arrays in several]):
+        raise IsolatedStartError(
+            f"'{parameter.path}' = {parameter.value:g}: the start of the run is another one at all smaller and larger values",
+            "a parameter that can change alone",
+        )
     return _differences(start.arrays, several, weights, step)
+
+
+def _is_isolated(state: np.ndarray, several: Sequence[np.ndarray]) -> bool:
+    """Return whether a state is not that between states at smaller and larger values of a parameter.
+
+    Central differences do not contain it. A loop that closes within round-off only at this value starts otherwise beside it.
+    """
+    middle = np.tensordot(np.array(MIDDLE_WEIGHTS), np.stack(several), 1)
+    return bool(np.max(np.abs(middle - state), initial=0.0) > DATA_TOL * np.max(np.abs(state), initial=0.0))
 
 
 def _is_changed(base: dict[str, np.ndarray], several: Iterable[dict[str, np.ndarray]], name: str) -> bool:

@@ -7,6 +7,7 @@ import pytest
 
 import scissordyn as sd
 from scissordyn.components.stop import push, stop_damping
+from scissordyn.laws.damping.exact import returned_restitution
 from scissordyn.plugin.element import arguments_of
 
 from .shared import ENDS
@@ -166,3 +167,17 @@ def test_tape_spring_whose_fold_takes_more_work():
         made(*negative, (0.05, 0.2), (0.3, peak + 0.1), (1.0, 0.3))
     with pytest.raises(sd.InputError, match=r"takes 0\.0075 J more than the straight tape up to the snap at -0\.2 rad"):
         made((-1.0, -0.2), (-0.2, 0.1 - (0.1625 + 0.0075) / 0.075), (-0.05, -0.1), *positive)
+
+
+@pytest.mark.parametrize(("restitution", "rebound"), [(0.5, "0.470"), (0.1, "0.069")])
+def test_rebound_of_an_end_stop(restitution, rebound):
+    """Cross-check: a wheel rebounds from its stop as documented; second road: the equation of free bodies."""
+    wheel = sd.Body("one", 1.0, 0.5, {"pin": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0, angular_velocity=2.0)
+    stop = sd.AngleStop("stop", "one", angle=0.2, stiffness=1e5, restitution=restitution)
+    pin = sd.Revolute("pin", ("one", "pin"), ("ground", "O"))
+    made = sd.Mechanism((wheel,), (pin,), ground=(("O", (0.0, 0.0)),), components=(stop,), gravity=0.0)
+    found = -sd.simulate(made, until=0.4, samples=3, rtol=1e-9)["angular_velocity"].values[-1, 0] / 2.0
+    assert found == pytest.approx(returned_restitution(stop_damping(restitution)), rel=1e-7)
+    assert f"{found:.3f}" == rebound
+    for kind in (sd.AngleStop, sd.TravelStop, sd.Cam, sd.Roller):
+        assert rebound in kind.__doc__

@@ -43,8 +43,9 @@ class AngleStop:
     .. math:: T = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
 
     delta is the angle beyond the stop. v is its rate at the touch, or more where the stop is loaded later. xi is the damping
-    factor of Flores et al. 2011 for the restitution coefficient. The bodies reach the stop from the side on which they start;
-    turns are counted.
+    factor of Flores et al. 2011 for the restitution coefficient, an approximation: a free body rebounds with 0.470 of its
+    speed for a coefficient of 0.5, and with 0.069 for 0.1. The bodies reach the stop from the side on which they start; turns
+    are counted.
     """
 
     name: str

@@ -92,8 +92,9 @@ class Cam:
 
     .. math:: F = K\delta^n\left(1 + \xi\,\dot\delta/v\right)
 
-    v is the speed at the touch, or more where the contact is loaded later. Between its pairs the profile is a periodic
-    cubic spline. The roller rolls without friction.
+    v is the speed at the touch, or more where the contact is loaded later. xi is the damping factor of Flores et al. 2011 for
+    the restitution coefficient, an approximation: a free body rebounds with 0.470 of its speed for a coefficient of 0.5, and
+    with 0.069 for 0.1. Between its pairs the profile is a periodic cubic spline. The roller rolls without friction.
     """
 
     name: str

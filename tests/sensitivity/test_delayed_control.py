@@ -83,6 +83,21 @@ def test_steps_that_no_delay_reaches_are_dropped(monkeypatch):
     assert run_of(mechanism, options, ["body.rod.inertia"]).state == pytest.approx(long.state, rel=1e-13)
 
 
+def test_curves_need_the_whole_history(monkeypatch):
+    """Cross-check: signals over time that contain delayed ones are those of the run, from a history that was full before."""
+    monkeypatch.setattr(pass_, "HISTORY_STEPS", 0)
+    spring = sd.TorsionSpring("spring", "rod", stiffness=3e4)
+    feedback = sd.ExtendedDelayedFeedback(0.6, 0.02, 0.5, recorded="speed", ramp=0.01)
+    mechanism, options = (
+        hanging(spring, spin=1.0).controlled(feedback),
+        {"start": "as-placed", "method": "dopri5", "samples": 9},
+    )
+    found = sd.gradient(mechanism, by=["spring.stiffness"], until=0.4, rtol=1e-13, atol=1e-13, trajectory=True, **options)
+    run = sd.simulate(mechanism, until=0.4, rtol=1e-13, atol=1e-13, **options)
+    assert json.loads(run.attrs["statistics"])["steps"] > 4096
+    assert found["recorded_speed"].values == pytest.approx(run["recorded_speed"].values, abs=1e-9)
+
+
 def test_a_controller_that_begins_abruptly():
     """Contract: the derivative by the delay is refused if the torque jumps after it; that by the gain exists."""
     spring = sd.TorsionSpring("spring", "rod", stiffness=3.0)

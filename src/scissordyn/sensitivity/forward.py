@@ -23,7 +23,7 @@ from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
 from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
-from scissordyn.sensitivity.part_error import WEIGHT_FACTOR
+from scissordyn.sensitivity.part_error import PARTS_MAX, WEIGHT_FACTOR
 from scissordyn.sensitivity.replay import ANOTHER_MODE, FULL, JUMP, NO_ROOT, UNFINISHED, Watched
 from scissordyn.sensitivity.twin import VALUE, Twin
 
@@ -185,6 +185,7 @@ class _Pass:
             left = most_steps - driver.steps_tried
             if left <= 0:
                 return f"{most_steps} steps are not enough"
+            self._make_room()
             status = self.kernels.lockstep(
                 self.run.ctypes.data,
                 self.watching,
@@ -202,11 +203,7 @@ class _Pass:
                 self.twin.grow(old, driver.integration.content.log)
                 self._bind()
             elif status == loop.HISTORY_FULL:
-                old = driver.state.history
-                driver.grow(status)
-                self.twin.grow(old, driver.state.history)
-                self.system = self.twin.address(driver.system.content)
-                self._bind()
+                self._lengthen_history()
             elif status == loop.CHANGE_POINT:
                 return "derivatives across a singular position are not supported"
             elif status != loop.ADVANCING:
@@ -214,6 +211,23 @@ class _Pass:
             check_interrupt()
             if progress is not None:
                 progress(driver.time)
+
+    def _lengthen_history(self) -> None:
+        old = self.driver.state.history
+        self.driver.grow(loop.HISTORY_FULL)
+        self.twin.grow(old, self.driver.state.history)
+        self.system = self.twin.address(self.driver.system.content)
+        self._bind()
+
+    def _make_room(self) -> None:
+        """Lengthen the history of delayed signals if outputs at samples will read it; the repetition drops old steps else."""
+        state, content = self.driver.state, self.driver.integration.content
+        if not content.work.delays.size or not content.samples.time.size:
+            return
+        if self.twin.copy_of(state.history)[0, 0, VALUE] > 0.0:
+            raise ScissordynError(f"no derivatives over time: {REPLAY_FAILURES[UNFINISHED]}")
+        while int(self.twin.copy_of(state.history_length)[0]) + CHECK_STEPS + 2 * PARTS_MAX > len(self.driver.state.history):
+            self._lengthen_history()
 
     def outputs(self, count: int) -> tuple[Record, Record]:
         """Return the outputs at the samples, and their derivatives by the first `count` parameters."""

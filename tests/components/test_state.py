@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 import numpy as np
@@ -129,3 +130,18 @@ def test_the_states_of_friction_laws():
     assert found.group.tolist() == [0, n, 2 * n, 2 * n + contacts]
     np.testing.assert_array_equal(found.relative[2 * n :], 1e-6)
     np.testing.assert_allclose(found.absolute[2 * n :], 1e-6 * 0.05 / law.bristle_stiffness, rtol=1e-3)
+
+
+def test_modes_with_an_internal_state():
+    """Closed form: wheel on a spring, and on a spring and a dashpot in series, by the eigenvalues of angle, speed and twist."""
+    inertia, spring, stiffness, viscosity = 2.0, 50.0, 80.0, 6.0
+    wheel = sd.Body("wheel", 1.0, inertia, {"pin": (0.0, 0.0)}, position=(0.0, 0.0), angle=0.0)
+    pin = sd.Revolute("pin", ("wheel", "pin"), ("ground", "O"))
+    parts = (sd.TorsionSpring("spring", "wheel", stiffness=spring), BY_NUMBER("creep", "wheel", stiffness, viscosity))
+    found = sd.modes(sd.Mechanism((wheel,), (pin,), ground=(("O", (0.0, 0.0)),), components=parts))
+    held = (spring + stiffness) / inertia
+    roots = np.linalg.eigvals([[0, 1, 0], [-held, 0, stiffness / inertia], [stiffness / viscosity, 0, -stiffness / viscosity]])
+    root = roots[np.argmax(roots.imag)]
+    assert found["angular_frequency"].item() == pytest.approx(math.sqrt(held), rel=1e-7)
+    assert found["damping_ratio"].item() == pytest.approx(-root.real / abs(root), rel=1e-7)
+    assert 2.0 * math.pi * found["damped_frequency"].item() == pytest.approx(root.imag, rel=1e-7)

@@ -45,7 +45,8 @@ def modes(
     """Return natural frequencies, mode shapes and damping ratios of small oscillations about one or several positions.
 
     Drives and prescribed distances are locked at their values at t = 0, or at each of `times`; loads and references of servos
-    have their values at that time, and limits of servos their full values. Frequencies and shapes are those without damping.
+    have their values at that time, and limits of servos their full values. Frequencies and shapes are those without damping,
+    with internal states held.
     The eigenvalue problem is Z^T (-df/dx + lambda d^2 Phi) Z a = omega^2 a, where Z spans the motions that the constraints
     allow, f are the forces, lambda the multipliers, and the mass matrix is the identity.
 

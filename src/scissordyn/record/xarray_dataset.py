@@ -72,7 +72,8 @@ def as_dataset(results: Run) -> xr.Dataset:
     for name, part in results.variables.items():
         if part.dims != (name,):
             variables[name] = DatasetVariable.of(part)
-        elif part.dtype.kind == "U":
+            continue
+        if part.dtype.kind == "U":
             indexes[name], named = _index_of_names(name, tuple(part.values.tolist()))
             coordinates[name] = named.copy(deep=False)
             coordinates[name].attrs = part.attrs
@@ -80,8 +81,8 @@ def as_dataset(results: Run) -> xr.Dataset:
             indexes[name] = xr.indexes.PandasIndex(pd.Index(part.values), name)
             label = xr.Variable(part.dims, part.values, part.attrs, fastpath=True)
             coordinates[name] = indexes[name].create_variables({name: label})[name]
+        variables[name] = coordinates[name]
     direct = getattr(xr.Dataset, "_construct_direct", None)
-    variables |= coordinates
     if direct is None:
         return xr.Dataset(variables, attrs=results.attributes)
     dataset: xr.Dataset = direct(variables, set(coordinates), dims=results.sizes, attrs=results.attributes, indexes=indexes)

@@ -12,8 +12,6 @@ from scissordyn.components.pin_friction import PinFriction
 from scissordyn.equilibrium.rest import StaticPosition, constraint_slopes, force_slopes, has_potential, stiffness
 from scissordyn.mechanics.system import System
 
-MATCH_MIN = 0.5  # [1] below this modal assurance criterion, more of a damped shape belongs to other modes than to its own
-
 
 def square_round_off(at: StaticPosition) -> float:
     """Return the round-off of squared angular frequencies [1/s^2]; stiffnesses of forces and constraints may cancel."""

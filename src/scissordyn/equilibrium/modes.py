@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.gas_spring import GasSpring
-from scissordyn.equilibrium.damping import MATCH_MIN, damped_modes, square_round_off
+from scissordyn.equilibrium.damping import damped_modes, square_round_off
 from scissordyn.equilibrium.deflection import places
 from scissordyn.equilibrium.rest import StaticPosition, small_motions
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
@@ -138,7 +138,8 @@ def modes(
 
 def _with_warnings(found: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """Return the modes with warnings of those whose damped shape is another one, and of delayed feedback."""
-    poor_somewhere = (found["damping_match"] < MATCH_MIN) & found["damping_ratio"].notnull()
+    match_min = 0.5  # below this criterion, more of a damped shape belongs to other modes than to its own
+    poor_somewhere = (found["damping_match"] < match_min) & found["damping_ratio"].notnull()
     each = poor_somewhere.values.reshape(-1, found.sizes["mode"]).any(axis=0)
     poor = [str(mode) for mode in found["mode"].values[each]]
     text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"

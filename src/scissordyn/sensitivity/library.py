@@ -1,4 +1,4 @@
-"""Libraries of kernels in dual numbers, two for the time loop and one for the kernels of elements.
+"""Libraries of kernels in dual numbers, three for the time loop and one for the kernels of elements.
 
 A wheel has them compiled, for each level of vector instructions. Without them, in a checkout, they are compiled at their first
 use and stored in the user's cache folder.
@@ -49,11 +49,15 @@ INSTALLED = PACKAGE  # Folder of the libraries of a wheel
 ADVANCE_SYMBOL = "run_advance_system_advance_systems"  # Name, in the package's library, of the function that makes steps
 
 KINDS: Mapping[str, tuple[type, ...]] = {
-    "loop": (Tableau, Watched, HardWatched, Model),  # The model's tables of lengths have no derivatives
-    "loop_with_tables": (Tableau, Watched, HardWatched),
+    "loop": (Tableau, Watched, Model),  # The model's tables of lengths have no derivatives
+    "loop_with_tables": (Tableau, Watched),
+    "hard_loop": (Tableau, Watched, HardWatched),
     "elements": (),
 }
-"""Libraries, and types of named tuples whose arrays have no derivatives. The loops call kernels of elements by pointers."""
+"""Libraries, and types of named tuples whose arrays have no derivatives. The loops call kernels of elements by pointers.
+
+One loop for all contacts would be slower: the compiler inlines a function that is called once.
+"""
 
 VECTOR_FLAGS = {8: ("-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl"), 4: ("-mavx2",)}
 """Compiler flags of x86-64 processors by the number of doubles in a vector; all other processors need none."""
@@ -97,12 +101,13 @@ class Library:
 def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library:
     """Return the library with dual-number versions of the kernels at `pointers`.
 
-    With `tables`, the model's tables of lengths have derivatives too, with `hard` it repeats time steps with hard contacts.
+    With `tables`, the model's tables of lengths have derivatives too. With `hard` they always have, and it repeats time steps
+    with hard contacts.
     """
     wanted = sorted({pointer for pointer in pointers if pointer})
     if any(pointer not in RECIPES for pointer in wanted):
         raise InputError("a user-defined element without source text has no derivatives", "functions in a file")
-    kind = "loop_with_tables" if tables else "loop"
+    kind = "hard_loop" if hard else "loop_with_tables" if tables else "loop"
     with _LOADING:
         compiled, elements = _loaded(kind), _loaded("elements")
     places = {}
@@ -166,7 +171,7 @@ def source_of(kind: str) -> str:
         for recipe in catalogue_recipes():
             unit.kernel(recipe)
         return unit.text()
-    for entry in (FOLLOW, FOLLOW_HARD, END, fill):
+    for entry in (FOLLOW_HARD if kind == "hard_loop" else FOLLOW, END, fill):
         unit.entry(entry)
     return unit.text() + files("scissordyn.sensitivity").joinpath("lockstep.c").read_text(encoding="utf-8")
 

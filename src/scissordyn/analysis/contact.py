@@ -32,12 +32,9 @@ def contact_spans(run: xr.Dataset, joint: str) -> np.ndarray:
 
 def contact_groups(run: xr.Dataset, joints: Iterable[str]) -> dict[str, list[str]]:
     """Return the clearance joints by the joint or guide that they belong to; a guide has several corners."""
-    points = read_configuration(run).mechanism.contact_points if ATTRIBUTE in run.attrs else ()
-    guides = {point.name: point.guide for point in points}
-    groups: dict[str, list[str]] = {}
-    for joint in joints:
-        groups.setdefault(guides.get(joint, joint), []).append(joint)
-    return groups
+    if ATTRIBUTE not in run.attrs:
+        return {joint: [joint] for joint in joints}
+    return read_configuration(run).mechanism.contact_groups(joints)
 
 
 def united_spans(run: xr.Dataset, joints: Iterable[str], start: float, end: float) -> np.ndarray:

@@ -173,6 +173,14 @@ class Mechanism:
         """Possible contacts: the clearance joints, then the contact points of the clearance guides."""
         return (*self.clearance_joints, *self.contact_points)
 
+    def contact_groups(self, names: Iterable[str]) -> dict[str, list[str]]:
+        """Return names of contacts by the clearance joint or guide that they belong to; a guide has several contact points."""
+        guides = {point.name: point.guide for point in self.contact_points}
+        groups: dict[str, list[str]] = {}
+        for name in names:
+            groups.setdefault(guides.get(name, name), []).append(name)
+        return groups
+
     @property
     def lubricated(self) -> tuple[tuple[Revolute, Clearance, Lubrication], ...]:
         """Joints with an oil film, in order, each with its clearance and its oil."""

@@ -253,11 +253,10 @@ def count_contacts(
 
 def contacts_by_guide(plan: Plan) -> list[list[int]]:
     """Return the indices of the contacts of each clearance joint and clearance guide; an empty list without such a guide."""
-    guides = {point.name: point.guide for point in plan.mechanism.contact_points}
-    groups: dict[str, list[int]] = {}
-    for j, contact in enumerate(plan.contacts):
-        groups.setdefault(guides.get(contact.name, contact.name), []).append(j)
-    return list(groups.values()) if guides else []
+    if not plan.mechanism.contact_points:
+        return []
+    names = [contact.name for contact in plan.contacts]
+    return [list(map(names.index, group)) for group in plan.mechanism.contact_groups(names).values()]
 
 
 def united_contact_fraction(log: np.ndarray, mode: np.ndarray, contacts: list[int], begin: float, period: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.components.actuator import Actuator
 from scissordyn.components.edge_contact import EdgeContact
+from scissordyn.components.gas_spring import GasSpring
 from scissordyn.components.lugre import GuideLuGre, PinLuGre
 from scissordyn.components.rod import Rod
 from scissordyn.components.time_function import Polynomial, TimeFunction
@@ -36,9 +37,7 @@ def frictionless(mechanism: Mechanism) -> Mechanism:
     It is the mechanism itself if all joints are ideal and have no bristles.
     """
     rubbing = PinLuGre | GuideLuGre | EdgeContact
-    parts = tuple(part.without_bristles() if isinstance(part, rubbing) else part for part in mechanism.components)
-    if parts != mechanism.components:
-        mechanism = mechanism.with_parts({"components": parts}, check=False)
+    mechanism = _with_components(mechanism, lambda part: part.without_bristles() if isinstance(part, rubbing) else part)
     if not mechanism.contacts:
         return mechanism
     joints, guides = tuple(map(_frictionless, mechanism.joints)), tuple(map(_frictionless, mechanism.guides))
@@ -97,14 +96,27 @@ def with_inputs(whole: Plan, inputs: Sequence[TimeFunction], turned: Mapping[str
     return locked
 
 
+def without_seal_friction(mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with gas springs whose seals do not rub."""
+    return _with_components(
+        mechanism, lambda part: dataclasses.replace(part, friction=0.0) if isinstance(part, GasSpring) else part
+    )
+
+
 def without_ramps(mechanism: Mechanism) -> Mechanism:
     """Return the mechanism with servos whose limits have risen to their full values."""
-    parts = tuple(
-        dataclasses.replace(part, controller=dataclasses.replace(part.controller, ramp=0.0))
-        if isinstance(part, Actuator) and isinstance(part.controller, PID | FeedForward) and part.controller.ramp > 0.0
-        else part
-        for part in mechanism.components
-    )
+
+    def risen(part: Any) -> Any:
+        if not (isinstance(part, Actuator) and isinstance(part.controller, PID | FeedForward) and part.controller.ramp > 0.0):
+            return part
+        return dataclasses.replace(part, controller=dataclasses.replace(part.controller, ramp=0.0))
+
+    return _with_components(mechanism, risen)
+
+
+def _with_components(mechanism: Mechanism, changed: Callable[[Any], Any]) -> Mechanism:
+    """Return the mechanism with changed components; the mechanism itself if none changes."""
+    parts = tuple(map(changed, mechanism.components))
     return mechanism if parts == mechanism.components else mechanism.with_parts({"components": parts}, check=False)
 
 

@@ -9,28 +9,26 @@ from scipy.optimize import linear_sum_assignment
 from scissordyn.components.clutch import Clutch
 from scissordyn.components.guide_friction import GuideFriction
 from scissordyn.components.pin_friction import PinFriction
-from scissordyn.equilibrium.rest import StaticPosition, constraint_slopes, force_slopes, has_potential, stiffness
+from scissordyn.equilibrium.rest import StaticPosition, has_potential
 from scissordyn.mechanics.system import System
 
 
-def square_round_off(at: StaticPosition) -> float:
-    """Return the round-off of squared angular frequencies [1/s^2]; stiffnesses of forces and constraints may cancel."""
-    matrix = force_slopes(at)
-    curved = constraint_slopes(at, at.system.content.work.multiplier)[1]
+def square_round_off(matrix: np.ndarray, curved: np.ndarray) -> float:
+    """Return the round-off of squared angular frequencies [1/s^2] of two stiffnesses, whose sum may cancel."""
     return 1e-15 * len(matrix) * float(np.max(np.abs([matrix, curved]), initial=0.0))
 
 
 def damped_modes(
-    at: StaticPosition, squares: np.ndarray, motions: np.ndarray, round_off: float
+    at: StaticPosition, matrix: np.ndarray, allowed: np.ndarray, squares: np.ndarray, motions: np.ndarray, round_off: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return damping ratio, damped angular frequency [1/s] and match of all undamped modes, of `small_motions`.
+    """Return damping ratio, damped angular frequency [1/s] and match of all undamped modes.
 
-    `round_off` is that of squared angular frequencies [1/s^2].
+    `matrix` and `allowed` are those of `stiffness`, which has just evaluated the position, `squares` and `motions` those of
+    `motions_of`. `round_off` is that of squared angular frequencies [1/s^2].
 
     Eigenvalues are those of the first-order form, with the internal states of controllers and components. Pairs that
     oscillate are assigned first, then two real eigenvalues to each mode that is left.
     """
-    matrix, allowed = stiffness(at)
     damping, by_state, rate_by_x, rate_by_v, rate_by_state = _velocity_and_state_slopes(at)
     m, states = squares.size, len(rate_by_state)
     reduced = allowed.T @ matrix @ allowed

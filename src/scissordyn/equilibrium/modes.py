@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
@@ -12,10 +11,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from scissordyn.components.actuator import Actuator
-from scissordyn.components.gas_spring import GasSpring
 from scissordyn.equilibrium.damping import damped_modes, square_round_off
 from scissordyn.equilibrium.deflection import places
-from scissordyn.equilibrium.rest import StaticPosition, small_motions
+from scissordyn.equilibrium.rest import StaticPosition, motions_of, stiffness_parts
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
@@ -23,7 +21,7 @@ from scissordyn.laws.evaluate import elastic_force, normal_force
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.flexible import with_mode_counts
 from scissordyn.plan.plan import Plan, plan
-from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, plan_at_rest, without_ramps
+from scissordyn.plan.rest import frictionless, lock_drives, lock_loads, plan_at_rest, without_ramps, without_seal_friction
 from scissordyn.tolerance import ROUND_OFF_TOL
 from scissordyn.units import Quantity, checked
 
@@ -99,10 +97,7 @@ def modes(
             raise InputError('joints = "contact" for a mechanism without clearance joints', 'joints = "ideal"')
     if drive == "released" and not mechanism.drives:
         raise InputError('drive = "released" for a mechanism without a drive', 'drive = "locked"')
-    sealed = tuple(dataclasses.replace(p, friction=0.0) if isinstance(p, GasSpring) else p for p in mechanism.components)
-    if sealed != mechanism.components:
-        mechanism = mechanism.with_parts({"components": sealed}, check=False)
-    mechanism = without_ramps(mechanism)
+    mechanism = without_ramps(without_seal_friction(mechanism))
     ideal, released_drive = with_mode_counts(mechanism).ideal(), drive == "released"
     taken = ideal if joints == "ideal" else mechanism
     if times is None:
@@ -145,7 +140,8 @@ def _with_warnings(found: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"
     servos = (part for part in mechanism.components if isinstance(part, Actuator) and part.controller.delay > 0.0)
     delayed = [
-        f"actuator '{part.name}': its delayed signal is constant, and a feedback before its onset is zero" for part in servos
+        f"actuator '{part.name}': its delayed signal is constant in modes, and its feedback zero before the onset"
+        for part in servos
     ]
     return found.assign_attrs(warnings=json.dumps([*([text] if poor else []), *delayed]))
 
@@ -155,16 +151,19 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
     locked = at.plan
     if released_drive:
         at = release_drives(at)
-    squares, motions = small_motions(at)
+    by_forces, by_constraints, allowed = stiffness_parts(at)
+    matrix = by_forces + by_constraints
+    squares, motions = motions_of(matrix, allowed)
     if squares.size == 0:
         raise InputError(
             "the mechanism cannot move with its drives locked, and has no modes",
             "bars that bend, springs next to free bodies, or released drives",
             "--drive released, in Python drive='released'",
         )
-    round_off = square_round_off(at)
+    round_off = square_round_off(by_forces, by_constraints)
     squares[np.abs(squares) < round_off] = 0.0
-    ratio, damped, match = (values[:count] for values in damped_modes(at, squares, motions, round_off))
+    found = damped_modes(at, matrix, allowed, squares, motions, round_off)
+    ratio, damped, match = (values[:count] for values in found)
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)

@@ -67,9 +67,15 @@ def stiffness(at: StaticPosition) -> tuple[np.ndarray, np.ndarray]:
 
     The matrix is not symmetric if a load has no potential, for example a force that turns with its body.
     """
+    matrix, curved, allowed = stiffness_parts(at)
+    return matrix + curved, allowed
+
+
+def stiffness_parts(at: StaticPosition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the stiffness of forces and that of constraint forces, shape (n, n) each, and the basis of `stiffness`."""
     matrix = force_slopes(at)
     gradients, curved = constraint_slopes(at, at.system.content.work.multiplier)
-    return matrix + curved, free_directions(gradients)
+    return matrix, curved, free_directions(gradients)
 
 
 def has_potential(matrix: np.ndarray) -> bool:
@@ -78,12 +84,16 @@ def has_potential(matrix: np.ndarray) -> bool:
 
 
 def small_motions(at: StaticPosition) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared angular frequencies [1/s^2], shape (m,), ascending, and motions of free coordinates, in columns, (n, m).
+    """Return squared angular frequencies [1/s^2], shape (m,), ascending, and motions of free coordinates, shape (n, m)."""
+    return motions_of(*stiffness(at))
+
+
+def motions_of(matrix: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the results of `small_motions` from those of `stiffness`.
 
     A negative square is minus the square of a growth rate. A pair of oscillations that grow and decay (flutter) has the
     growth rate of the former twice, and as motions those of two instants a quarter of a period apart.
     """
-    matrix, allowed = stiffness(at)
     reduced = allowed.T @ matrix @ allowed
     if has_potential(reduced):
         squares, vectors = np.linalg.eigh(0.5 * (reduced + reduced.T))

@@ -75,7 +75,7 @@ class _Derived(NamedTuple):
     rough: float
     runs: int
     left_out: dict[str, str]
-    one_sided: dict[str, str]  # Values for which a derivative holds, and the reason, by parameter
+    one_sided: dict[str, tuple[str, str]]  # Values for which a derivative holds, and the reason, by parameter
     path: Results | None  # Variables over time, and their derivatives by each parameter
     curves: list[dict[str, np.ndarray]]
 
@@ -277,7 +277,7 @@ def _derive(
         rows = _rows(run, parameters, responses, values, change)
         return _Pass(parameters, values, rows, run.misfit, path, curves, run.rough, run if first else None)
 
-    left_out, one_sided, finished = dict[str, str](), dict[str, str](), dict[int, _Pass]()
+    left_out, one_sided, finished = dict[str, str](), dict[str, tuple[str, str]](), dict[int, _Pass]()
     seeds = _seeded(made, options, by, left_out, one_sided, compared=compared, curves=times.size > 0, omits=omits)
     tasks = enumerate(iter(lambda: list(islice(seeds, DERIVATIVES)), []))
     for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks):
@@ -352,7 +352,7 @@ def _seeded(
     options: Options,
     by: Sequence[str | Parameter],
     left_out: dict[str, str],
-    one_sided: dict[str, str],
+    one_sided: dict[str, tuple[str, str]],
     *,
     compared: bool,
     curves: bool,
@@ -375,7 +375,7 @@ def _seeded(
                 raise
             left_out[path] = error.what
             continue
-        if side:
+        if side is not None:
             one_sided[parameter.path] = side
         yield parameter, seed
 

@@ -217,10 +217,10 @@ def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
     return sided_derivatives(start, parameter)[0]
 
 
-def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.ndarray], str]:
-    """Return the derivatives of the start's arrays by the parameter divided by its scale, and why they are one-sided, or "".
+def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.ndarray], tuple[str, str] | None]:
+    """Return the derivatives of the start's arrays by the parameter divided by its scale, and their side with its reason.
 
-    They are one-sided for a parameter at its bound, or where the start jumps at its value.
+    They are one-sided for a parameter at its bound, or where the start jumps at its value; the side is None elsewhere.
     """
     refused: InputError | None = None
     for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
@@ -232,7 +232,7 @@ def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.
             if refused is None or isinstance(error, JumpError):
                 refused = error if isinstance(error, InputError) else InputError(str(error))
             continue
-        return found, "" if refused is None else f"{'larger' if places[-1] > 0 else 'smaller'} values: {refused}"
+        return found, None if refused is None else ("larger values" if places[-1] > 0 else "smaller values", str(refused))
     assert refused is not None
     raise InputError(
         refused.what if parameter.path in refused.what else f"'{parameter.path}' cannot change alone: {refused.what}",

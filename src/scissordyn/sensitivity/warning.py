@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def gradient_warnings(found: xr.Dataset, change: float, rough: float, one_sided: Mapping[str, str]) -> list[str]:
+def gradient_warnings(found: xr.Dataset, change: float, rough: float, one_sided: Mapping[str, tuple[str, str]]) -> list[str]:
     """Return the warnings about the derivatives in a Dataset of `sensitivity.gradient`.
 
     `rough` is the estimated relative error of derivatives of integrals. `one_sided` has the values for which derivatives hold,
-    and the reason, by parameter.
+    and the reason, by the parameter's path.
     """
     warnings = _one_sided_warnings(one_sided)
     if rough > DATA_TOL:
@@ -50,13 +50,13 @@ def gradient_warnings(found: xr.Dataset, change: float, rough: float, one_sided:
     return warnings
 
 
-def _one_sided_warnings(reasons: Mapping[str, str]) -> list[str]:
+def _one_sided_warnings(one_sided: Mapping[str, tuple[str, str]]) -> list[str]:
     """Return a warning for all parameters with derivatives for larger values only, and one for those for smaller values."""
     sides = dict[str, list[str]]()
-    for path, reason in reasons.items():
-        sides.setdefault(reason.partition(":")[0], []).append(path)
+    for path, (side, _) in one_sided.items():
+        sides.setdefault(side, []).append(path)
     return [
         f"derivatives by {', '.join(map(repr, paths))} are those for {side} only, for example because of this: "
-        + reasons[paths[0]].partition(": ")[2]
+        + one_sided[paths[0]][1]
         for side, paths in sides.items()
     ]

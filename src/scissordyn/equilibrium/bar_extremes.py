@@ -20,7 +20,7 @@ def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Vari
     bars = bars_of(mechanism)
     if not bars or not samples.time.size:
         return {}
-    known = dict(variables)  # the caller adds the returned variables to its own
+    known = dict(variables)  # without the returned ones: variables that refer to themselves are freed late
 
     def largest() -> Largest:
         return largest_along(mechanism, known, samples.time, buckling_ratios(path.plan, samples, record, known))

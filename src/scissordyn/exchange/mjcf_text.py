@@ -14,8 +14,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
-from scissordyn.components.beam import Beam
-from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import GROUND
 from scissordyn.errors import InputError
 from scissordyn.exchange.xml_element import number_text
@@ -25,6 +23,7 @@ from scissordyn.model.commanded import rigid
 from scissordyn.model.coupling import Coordinate, CoordinateDrive, Coupling, Distance, RelativeAngle
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.bending import bends
 from scissordyn.run.simulate import simulate
 
 TIME_STEP = 1e-4  # [s] step size that exported models prescribe to MuJoCo
@@ -75,7 +74,7 @@ def mjcf(mechanism: Mechanism) -> Model:
     ]
     notes += [f"the motion of drive '{drive.name}': replaced by a motor" for drive in ideal.coordinate_drives]
     notes += [f"the backlash of coupling '{name}': left out" for name in backlashes]
-    notes += ["bars that bend are rigid"] if any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components) else []
+    notes += ["bars that bend are rigid"] if bends(mechanism) else []
     notes += ["joints with clearance are ideal"] if mechanism.clearance_joints else []
     root = _Writer(ideal).root
     ET.indent(root)

@@ -220,7 +220,7 @@ class _Pass:
         self._bind()
 
     def _make_room(self) -> None:
-        """Lengthen the history of delayed signals if outputs at samples will read it; the repetition drops old steps else."""
+        """Lengthen the history of delayed signals if outputs at samples will read it, before the repetition drops old steps."""
         state, content = self.driver.state, self.driver.integration.content
         if not content.work.delays.size or not content.samples.time.size:
             return

@@ -101,8 +101,8 @@ class Library:
 def library_for(pointers: Iterable[int], *, tables: bool, hard: bool) -> Library:
     """Return the library with dual-number versions of the kernels at `pointers`.
 
-    With `tables`, the model's tables of lengths have derivatives too. With `hard` they always have, and it repeats time steps
-    with hard contacts.
+    With `tables`, the model's tables of lengths have derivatives too. With `hard`, it repeats time steps with hard contacts,
+    and the tables always have derivatives.
     """
     wanted = sorted({pointer for pointer in pointers if pointer})
     if any(pointer not in RECIPES for pointer in wanted):
@@ -152,12 +152,13 @@ def compile_all(folder: Path, target: str = "") -> None:
     """Compile the libraries for all processors of this architecture, or of another machine; several at a time."""
     architecture = target.partition("-")[0] or platform.machine()
     widths = tuple(VECTOR_FLAGS) if architecture in ("x86_64", "AMD64") else (2,)
+    sources = {kind: source_of(kind) for kind in KINDS}
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         begun = [
             pool.submit(
                 compile_library, source, folder / file_name(kind, width, target), (*FLAGS, *_flags(width)), target=target
             )
-            for kind, source in {kind: source_of(kind) for kind in KINDS}.items()
+            for kind, source in sources.items()
             for width in widths
         ]
     for each in begun:

@@ -198,6 +198,18 @@ def test_life_of_a_clearance_and_a_bush():
     assert float(through["life"][0]) == pytest.approx(cycles / 2, rel=0.05)
 
 
+def test_joint_that_limits_a_track():
+    """Closed form: the start of the rod depends on the crank pin alone, which is not the deepest worn joint."""
+    joint = sd.Clearance(1e-4, wear=2e-14)
+    crank = sd.slider_crank().driven(speed=150.0).with_clearance("crank pin", joint)
+    both = crank.with_clearance("slider pin", dataclasses.replace(joint, wear=4e-13))
+    both = both.track("pin", "rod", "start", tolerance=1e-6)
+    run = sd.wear(both, until=0.04, cycles=10, angles=180, settle=0)
+    assert run["depth_largest"].sel(joint="slider pin")[-1] > run["depth_largest"].sel(joint="crank pin")[-1]
+    assert run["limited_by"].values.tolist() == [""]
+    assert life_lines(run)[0] == "track 'pin' within 1 µm: fails in the first cycle, before any wear"
+
+
 def test_tip_of_a_deployment():
     """Limit: a run is a cycle; a worn joint moves the tracked tip, and members that do not diverge give no spread."""
     drive = sd.Harmonic(mean=0.6, amplitude=0.3, angular_frequency=math.pi, phase=math.pi / 2)

@@ -57,17 +57,19 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
     """Add to a wear result the life until each requirement fails, its interval, and the joint that limits it."""
     cycles, listed = run["cycle"].values.astype(float), list(requirements(run, mechanism, settings))
     lives, joints = np.full((3, len(listed)), math.nan), []
+    # a track may depend on any worn joint, not most on the deepest one
+    worn = run["joint"].values[run["side"].values == "bearing"].tolist()
+    only = worn[0] if len(worn) == 1 else ""
     for r, need in enumerate(listed):
-        # the relative error of the depth is also that of the number of cycles at which the depth is reached
-        at = run["joint"].values.tolist().index(need.joint) if need.joint else int(np.argmax(run["depth_largest"].values[-1]))
         lives[0, r] = first_crossing(cycles, need.curve, need.limit)
         lives[1, r] = first_crossing(cycles, need.curve + need.error, need.limit)
         lives[2, r] = first_crossing(cycles, need.curve - need.error, need.limit)
         if not need.joint:
-            depth, error = run["depth_largest"].values[-1, at], run["depth_error"].values[-1, at]
-            part = error / depth if depth > 0.0 else 0.0
+            # the relative error of a depth is also that of the number of cycles at which the depth is reached
+            depths, errors = run["depth_largest"].values[-1], run["depth_error"].values[-1]
+            part = float(np.max(np.divide(errors, depths, out=np.zeros_like(depths), where=depths > 0.0)))
             lives[1, r], lives[2, r] = lives[1, r] / (1.0 + part), lives[2, r] * (1.0 + part)
-        joints.append(str(run["joint"].values[at]))
+        joints.append(need.joint or only)
     long_names = (
         "cycles until the requirement fails; NaN if it does not",
         "95 % interval, lower end",
@@ -75,7 +77,11 @@ def add_lives(run: xr.Dataset, mechanism: Mechanism, settings: Wear) -> xr.Datas
     )
     for name, values, text in zip(("life", "life_low", "life_high"), lives, long_names, strict=True):
         run[name] = ("requirement", values, {"units": "1", "long_name": text})
-    run["limited_by"] = ("requirement", np.array(joints, dtype=object), {"long_name": "joint that limits the requirement"})
+    run["limited_by"] = (
+        "requirement",
+        np.array(joints, dtype=object),
+        {"long_name": "joint that limits the requirement; empty for a track if several joints wear"},
+    )
     return run.assign_coords(requirement=("requirement", np.array([need.text for need in listed], dtype=object)))
 
 
@@ -113,9 +119,13 @@ def life_lines(run: xr.Dataset) -> list[str]:
             sure = f"; it may fail from {low:.0f} cycles on" if math.isfinite(low) else ""
             lines.append(f"{text}: holds for {reached} cycles{sure}")
             continue
+        if lives[r] == 0.0:
+            lines.append(f"{text}: fails in the first cycle, before any wear")
+            continue
         upper = f"{high:.0f}" if math.isfinite(high) else f"more than {reached}"
         interval = f" ({low:.0f} to {upper})" if math.isfinite(low) else none
-        lines.append(f"{text}: fails after {lives[r]:.0f} cycles{interval}; limited by joint '{joint}'")
+        limiting = f"; limited by joint '{joint}'" if joint else ""
+        lines.append(f"{text}: fails after {lives[r]:.0f} cycles{interval}{limiting}")
     last = run.isel(state=-1)
     for j in np.argsort(-last["depth_largest"].values, kind="stable").tolist():
         depth, error = float(last["depth_largest"][j]), float(last["depth_error"][j])

@@ -1,10 +1,12 @@
 """Warnings of a run about the limits of its laws, controllers and steps, and Painlevé's paradox."""
 
+import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
 from tests.build import EXAMPLES, array, counts_of, warnings_of
 
 import scissordyn as sd
@@ -197,6 +199,22 @@ def test_time_functions_of_loads_that_end_before_the_run(make):
     assert sd.simulate(loaded, until=5e-3, samples=3).attrs["status"] == "complete"
     with pytest.raises(sd.InputError, match=r"time function of 'load' is tabulated from 0 s to 0\.005 s"):
         sd.simulate(loaded, until=5.1e-3, samples=3)
+
+
+@pytest.mark.parametrize(
+    ("times", "overshoot"),
+    [((0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 5.0), True), ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2), False)],
+)
+def test_tables_whose_curve_overshoots(times, overshoot):
+    """Closed form: the warning gives the largest distance of SciPy's spline from the values, over their range."""
+    values = (0.0, 0.1, 0.35, 0.7, 0.95, 1.0, 1.0)
+    arm = sd.scissor(units=1, angle=0.4).driven(sd.Tabulated(times, tuple(0.4 + 0.2 * value for value in values)))
+    found = json.loads(sd.simulate(arm, until=0.1, samples=3).attrs["warning_data"])
+    assert [item["kind"] for item in found] == ["table overshoots"] * overshoot
+    if overshoot:
+        instants = np.linspace(*times[-2:], 10)
+        largest = np.max(make_interp_spline(times, values, k=5)(instants)) - 1.0
+        assert found[0]["numbers"]["share"] == pytest.approx(largest, rel=1e-9)
 
 
 HALF, MASS, RADIUS = 0.5, 1.0, 0.02

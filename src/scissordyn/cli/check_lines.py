@@ -24,7 +24,7 @@ from scissordyn.config.file import read_case
 from scissordyn.equilibrium.statics import rotations, static_peaks
 from scissordyn.errors import InputError, ScissordynError, command
 from scissordyn.kinematics.branching import drive_warnings
-from scissordyn.kinematics.closure import check_tables
+from scissordyn.kinematics.closure import check_tables, table_warnings
 from scissordyn.kinematics.path import DriveInertia, drive_inertia, path_of, smooth_peak
 from scissordyn.model.check import loose_bodies
 from scissordyn.model.clearance import hard_numbers
@@ -79,7 +79,7 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
     warnings = [
         *start.warnings,
         *loose_bodies(mechanism),
-        *map(str, coupling_warnings(mechanism)),
+        *map(str, coupling_warnings(mechanism) + table_warnings(planned)),
         *map(str, recoil_warnings(planned, driver.system, [(0.0, start.y)])),
         *drive_warnings(planned, until),
         *[f"without clearance: {impossible}"] * bool(impossible),
@@ -296,7 +296,8 @@ def preview_lines(mechanism: Mechanism, followed: Mechanism, ideal: xr.Dataset, 
     """Return lines about the assembly and the motion with ideal joints; in `followed`, drives replace the servos."""
     lines = [_assembled(mechanism, ideal), *_range(followed, ideal), *_forces(ideal), *_static_lines(followed, ideal, until)]
     lines += map(str, servo_demands(mechanism, followed, ideal))
-    lines += [f"Warning: {warning}." for warning in json.loads(ideal.attrs["singular_warnings"])]
+    warnings = [*map(str, table_warnings(plan(mechanism))), *json.loads(ideal.attrs["singular_warnings"])]
+    lines += [f"Warning: {text}." for text in warnings]
     if ideal.attrs["status"] != "complete":
         lines.append(f"The run with ideal joints {ideal.attrs['cause']}.")
     return lines

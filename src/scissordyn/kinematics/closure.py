@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -18,21 +20,48 @@ from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
 from scissordyn.plan.plan import Plan
 from scissordyn.tolerance import ASSEMBLY_TOL, CONSTRAINT_TOL
+from scissordyn.warning import RunWarning, warning
 
 
 def check_tables(plan: Plan, until: float) -> None:
     """Raise `InputError` for a tabulated time function that does not cover 0 to `until` [s]."""
-    functions = plan.motions
-    for component in plan.components:
-        fields = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
-        functions += [(f"a time function of '{component.name}'", value) for value in fields if isinstance(value, Tabulated)]
-    for name, function in functions:
-        if isinstance(function, Tabulated) and not function.times[0] <= 0.0 <= until <= function.times[-1]:
+    for name, function in _tables(plan):
+        if not function.times[0] <= 0.0 <= until <= function.times[-1]:
             raise InputError(
                 f"{name} is tabulated from {function.times[0]:g} s to {function.times[-1]:g} s; "
                 f"the run goes from 0 s to {until:g} s",
                 "a table that covers the run",
             )
+
+
+def table_warnings(plan: Plan, overshoot_max: float = 0.1) -> list[RunWarning]:
+    """Warn of tabulated time functions whose spline leaves the values of two neighbouring instants.
+
+    `overshoot_max`: [range of all values] a sine with five instants in each period overshoots by less.
+    """
+    warnings = list[RunWarning]()
+    for name, function in _tables(plan):
+        from scipy.interpolate import make_interp_spline  # imported here: it takes a third of a second
+
+        times, values = np.array(function.times), np.array(function.values)
+        between = times[:-1, None] + np.diff(times)[:, None] * np.linspace(0.0, 1.0, 10)[1:-1]
+        curve = make_interp_spline(times, values, k=5)(between)
+        lower, upper = (part[:, None] for part in (np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])))
+        overshoot = np.maximum(curve - upper, lower - curve)
+        worst, allowed = np.argmax(overshoot), overshoot_max * np.ptp(values)
+        if allowed > 0.0 and overshoot.flat[worst] > allowed:
+            numbers = {"share": float(overshoot.flat[worst] / np.ptp(values)), "time": float(between.flat[worst])}
+            warnings.append(warning("table overshoots", table=name, **numbers))
+    return warnings
+
+
+def _tables(plan: Plan) -> Iterator[tuple[str, Tabulated]]:
+    """Yield the tabulated time functions of drives, rods and components, each with its description."""
+    functions: list[tuple[str, Any]] = [*plan.motions]
+    for component in plan.components:
+        fields = (getattr(component, field.name) for field in dataclasses.fields(component))  # type: ignore[arg-type]
+        functions += [(f"a time function of '{component.name}'", value) for value in fields]
+    yield from ((name, function) for name, function in functions if isinstance(function, Tabulated))
 
 
 class Inputs:

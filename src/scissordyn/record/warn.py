@@ -12,6 +12,7 @@ import numpy as np
 from scissordyn.components.declaration import Component
 from scissordyn.components.port import Output
 from scissordyn.integrate.integration import RISE
+from scissordyn.kinematics.closure import table_warnings
 from scissordyn.laws.contact import Elastic, JointContact
 from scissordyn.laws.elastic.liu import Liu
 from scissordyn.laws.elastic.persson import Persson
@@ -130,7 +131,7 @@ class Extremes:
             far, time = self._output(i, "beyond")
             if far > ASSEMBLY_TOL:
                 warnings.append(warning("beyond", part.name, part.declaration.label, beyond=far, unit=output.unit, time=time))
-        return warnings + coupling_warnings(plan.mechanism)
+        return warnings + coupling_warnings(plan.mechanism) + table_warnings(plan)
 
     def texts(self) -> list[str]:
         """Return the warnings about a run without samples as sentences, each once."""

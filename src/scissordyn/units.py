@@ -209,8 +209,7 @@ class Pairs:
 @cache
 def quantities(described: type) -> dict[str, Quantity]:
     """Return the quantities that the annotated fields of a dataclass declare, by field name."""
-    hints = get_type_hints(described, include_extras=True)
-    return {name: extra for name, hint in hints.items() for extra in extras(hint) if isinstance(extra, Quantity)}
+    return {name: extra for name, hint in hints_of(described).items() for extra in extras(hint) if isinstance(extra, Quantity)}
 
 
 @dataclass(frozen=True)
@@ -232,7 +231,7 @@ Described = TypeVar("Described", bound=Callable[..., Any])
 def documented(described: Described, meanings: Mapping[str, str] = MappingProxyType({}), source: str = "") -> Described:
     """Add parameters, with units and meanings from their annotations, and a source to the docstring of a class or function."""
     text = inspect.cleandoc(described.__doc__ or "")
-    hints, rows = _hints(inspect.unwrap(described)), []
+    hints, rows = hints_of(inspect.unwrap(described)), []
     for name, parameter in inspect.signature(described).parameters.items():
         if name == "self":
             continue
@@ -264,7 +263,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
             bound = signature.bind(*given, **named)
         except TypeError as error:
             raise TypeError(f"{name}() {describe_unexpected(signature, named) or error}") from None
-        hints = _hints(function)
+        hints = hints_of(function)
         called = bound.arguments.get("name")
         owner = f"{name} '{called}'" if isinstance(called, str) and called else f"{name}()"
         for key, value in bound.arguments.items():
@@ -281,7 +280,7 @@ def checked(function: Callable[Arguments, Result]) -> Callable[Arguments, Result
 
 
 @cache
-def _hints(described: Any) -> Mapping[str, Any]:
+def hints_of(described: Any) -> Mapping[str, Any]:
     """Return the hints of a class's fields or a function's arguments; a result's type may exist for type checkers only."""
     if isinstance(described, type):
         return get_type_hints(described, include_extras=True)
@@ -362,7 +361,7 @@ class _Declared:
 @cache
 def _declared(described: type) -> tuple[_Declared, ...]:
     """Return the fields of a dataclass that its constructor accepts, with the quantities of numbers."""
-    fields, hints = [field for field in dataclasses.fields(described) if field.init], _hints(described)
+    fields, hints = [field for field in dataclasses.fields(described) if field.init], hints_of(described)
     numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
     return tuple(
         _Declared(field.name, _quantity(hints[field.name]) if field.name in numbers else None, hints[field.name], field)

@@ -19,7 +19,7 @@ from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.walk import declared, given, is_described
 from scissordyn.plugin.element import Part
-from scissordyn.units import Quantity, Sample, help_of
+from scissordyn.units import Quantity, Sample, help_of, hints_of
 
 Shape = Any  # schema of accepted values: a table class, or a JSON Schema mapping whose values may be table classes
 
@@ -334,7 +334,7 @@ def _in_case_file(described: Any) -> Any:
 
 def keys_of(described: Callable[..., Any], hints: Hints = (), **examples: Any) -> dict[str, tuple[Any, Any]]:
     """Return annotations and defaults of the keys for a dataclass or function; a hint of None removes a parameter."""
-    annotations = {**get_type_hints(described, include_extras=True), **dict(hints)}
+    annotations = {**hints_of(inspect.unwrap(described)), **dict(hints)}
     documented = {**MEANINGS, **_documented(described)}
     keys: dict[str, tuple[Any, Any]] = {}
     for name, default in _defaults(described).items():

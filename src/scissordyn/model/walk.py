@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, get_type_hints
 
 from scissordyn.components.place import Point
-from scissordyn.units import Quantity, extras, quantities
+from scissordyn.units import Quantity, extras, hints_of, quantities
 
 Route = tuple[str | int, ...]  # Fields, keys and indices, from the top of a description
 POINTS = Quantity("m", help="point that joints refer to, in the body's frame")  # Unit and meaning of the points of a body
@@ -43,7 +43,7 @@ def declared(kind: Any) -> Mapping[str, Declared]:
 
 @cache
 def _declared(kind: Any) -> Mapping[str, Declared]:
-    plain, annotated, numbers = get_type_hints(kind), get_type_hints(kind, include_extras=True), quantities(kind)
+    plain, annotated, numbers = get_type_hints(kind), hints_of(kind), quantities(kind)
     fields = {}
     for field in dataclasses.fields(kind):
         if field.init:

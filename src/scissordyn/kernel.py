@@ -12,7 +12,6 @@ import hashlib
 import inspect
 import math
 import os
-import subprocess
 import sys
 import threading
 import weakref
@@ -95,6 +94,8 @@ def _text(loaded: ctypes.CDLL, name: str) -> str:
 def build_library(reason: str) -> None:
     """Build the library in a separate process, which runs kernels as Python functions."""
     print(f"scissordyn: {reason}; building it takes some seconds", file=sys.stderr)
+    import subprocess
+
     done = subprocess.run([sys.executable, "-m", "scissordyn.build"], capture_output=True, text=True, check=False)
     if done.returncode:
         raise EngineError(f"{reason}, and building it failed: {(done.stderr.strip() or 'no reason given').splitlines()[-1]}")

@@ -8,7 +8,6 @@ import errno
 import hashlib
 import io
 import os
-import secrets
 import stat
 import sys
 from collections.abc import Iterable, Iterator
@@ -191,7 +190,7 @@ def _prefix(target: Path) -> str:
 def _open_part(target: Path) -> Iterator[tuple[Path, int]]:
     """Yield a new locked temporary file in the target's folder and its handle; remove the file at the end, unless renamed."""
     while True:
-        part = target.parent / f"{_prefix(target)}{secrets.token_hex(4)}.part"
+        part = target.parent / f"{_prefix(target)}{os.urandom(4).hex()}.part"
         # the permissions are those of any new file, as the user's mask leaves them
         handle = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_CLOEXEC", 0), 0o666)
         if lock_file(handle) and part.exists():

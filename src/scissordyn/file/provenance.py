@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
 LIBRARIES = ("scissordyn", "numpy", "scipy", "xarray")  # packages whose versions a result records
@@ -18,6 +17,8 @@ DISPLAY_SUBPACKAGES = ("cli", "plot")  # subpackages that only show results; the
 @cache
 def provenance(skip: tuple[str, ...] = DISPLAY_SUBPACKAGES, packages: tuple[Path, ...] = (PACKAGE,)) -> str:
     """Return library versions and a digest of the sources that may affect results, as JSON; equal texts mean equal results."""
+    from importlib.metadata import version
+
     digest = hashlib.sha256()
     for package in packages:
         left_out = [package / name for name in skip]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -221,6 +220,8 @@ def record_in_halves(maps: BodyMaps, system: Handle, samples: Any) -> Record:
         given = Sampled(*(array[part] for array in sampled(samples)))
         fill(given, system.address, maps, rows, np.zeros(content.model.rotation_start.size - 1))
         return float(rows.length_error[0])
+
+    from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(1) as pool:
         first = pool.submit(evaluate, other, slice(0, middle))

@@ -22,10 +22,7 @@ from typing import Annotated, Any, ClassVar, Protocol, TypeVar, cast, dataclass_
 
 import numpy as np
 
-from scissordyn.compiler.c import load_source
-from scissordyn.compiler.kind import SourceError
 from scissordyn.compiler.recipe import ANSWER, Recipe
-from scissordyn.compiler.unit import Unit
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.kernel import CALLED, PYTHON, library
 from scissordyn.plugin.user_file import class_in, note_origin
@@ -74,6 +71,10 @@ _KERNEL_TYPE = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.POINTER(ctypes.c_doubl
 
 def _compiled(recipe: Recipe) -> Any:
     """Compile a user-defined function; a function without source text runs in Python, about a hundred times slower."""
+    from scissordyn.compiler.c import load_source
+    from scissordyn.compiler.kind import SourceError
+    from scissordyn.compiler.unit import Unit
+
     unit = Unit()
     unit.kernel(recipe)
     try:

@@ -75,8 +75,8 @@ WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
         "m/s: loads between the kinetic and the static coefficient ({kinetic:g} and {static:g}) start a slip if they begin "
         "suddenly; bristle_stiffness = {stiffer:.2g} or a larger stribeck_speed holds them",
         "off the rail": " runs off the end of bar '{bar}' at t = {time:.6g} s; the model extends the bar straight",
-        "table overshoots": "{table}: between its instants the curve leaves the values of the table by {share:.3g} times their "
-        "range (t = {time:.6g} s); expected closer or equally spaced instants there",
+        "table overshoots": "{table}: between its pairs the curve leaves the values of the table by {share:.3g} times their "
+        "range ({place}); expected closer or equally spaced pairs there",
         "beyond": " leaves its curve or stroke by up to {beyond:.3g} {unit} (t = {time:.6g} s), where its force is constant",
         "impulse": " locks at t = {time:.6g} s; the drives do {work:.3g} J of work in this impulse, which the largest driving "
         "torques do not include",

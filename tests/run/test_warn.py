@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline, make_interp_spline
 from tests.build import EXAMPLES, array, counts_of, warnings_of
 
 import scissordyn as sd
+from scissordyn.kinematics.closure import table_warnings
 from scissordyn.laws.evaluate import elastic_force
 from scissordyn.plan.hard_contact import elastic_law
 from scissordyn.plan.plan import plan
@@ -215,6 +216,17 @@ def test_tables_whose_curve_overshoots(times, overshoot):
         instants = np.linspace(*times[-2:], 10)
         largest = np.max(make_interp_spline(times, values, k=5)(instants)) - 1.0
         assert found[0]["numbers"]["share"] == pytest.approx(largest, rel=1e-9)
+
+
+def test_cams_whose_profile_overshoots():
+    """Closed form: SciPy's periodic spline cuts into the dwell of a cam with one pair at each of its ends."""
+    profile = tuple(zip(np.radians([0, 90, 120, 150, 180, 360]), [0.03, 0.03, 0.04, 0.04, 0.03, 0.03], strict=True))
+    arm = sd.scissor(units=1)
+    cam = sd.Cam("cam", ("unit 1/bar 1", "start"), ("slider", "centre"), tuple((float(a), r) for a, r in profile))
+    (found,) = table_warnings(plan(arm.replace("components", (cam,))))
+    least = np.min(CubicSpline(*np.array(profile).T, bc_type="periodic")(np.linspace(np.pi, 2 * np.pi, 10)))
+    assert found.numbers["share"] == pytest.approx((0.03 - least) / 0.01, rel=1e-9)
+    assert "cam 'cam': between its pairs" in str(found)
 
 
 HALF, MASS, RADIUS = 0.5, 1.0, 0.02

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from scissordyn.components.cam import Cam
 from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
@@ -35,23 +36,25 @@ def check_tables(plan: Plan, until: float) -> None:
 
 
 def table_warnings(plan: Plan, overshoot_max: float = 0.1) -> list[RunWarning]:
-    """Warn of tabulated time functions whose spline leaves the values of two neighbouring instants.
+    """Warn of tabulated time functions and cam profiles whose spline leaves the values of two neighbouring pairs.
 
-    `overshoot_max`: [range of all values] a sine with five instants in each period overshoots by less.
+    `overshoot_max`: [range of all values] a sine with five pairs in each period overshoots by less.
     """
+    tables = [(name, np.array([function.times, function.values]), False) for name, function in _tables(plan)]
+    tables += [(f"cam '{part.name}'", np.array(part.profile).T, True) for part in plan.components if isinstance(part, Cam)]
     warnings = list[RunWarning]()
-    for name, function in _tables(plan):
-        from scipy.interpolate import make_interp_spline  # imported here: it takes a third of a second
+    for name, (places, values), periodic in tables:
+        from scipy.interpolate import CubicSpline, make_interp_spline  # imported here: they take a third of a second
 
-        times, values = np.array(function.times), np.array(function.values)
-        between = times[:-1, None] + np.diff(times)[:, None] * np.linspace(0.0, 1.0, 10)[1:-1]
-        curve = make_interp_spline(times, values, k=5)(between)
-        lower, upper = (part[:, None] for part in (np.minimum(values[:-1], values[1:]), np.maximum(values[:-1], values[1:])))
-        overshoot = np.maximum(curve - upper, lower - curve)
+        spline = CubicSpline(places, values, bc_type="periodic") if periodic else make_interp_spline(places, values, k=5)
+        between = places[:-1, None] + np.diff(places)[:, None] * np.linspace(0.0, 1.0, 10)[1:-1]
+        curve, ends = spline(between), np.sort([values[:-1], values[1:]], axis=0)[..., None]
+        overshoot = np.maximum(curve - ends[1], ends[0] - curve)
         worst, allowed = np.argmax(overshoot), overshoot_max * np.ptp(values)
         if allowed > 0.0 and overshoot.flat[worst] > allowed:
-            numbers = {"share": float(overshoot.flat[worst] / np.ptp(values)), "time": float(between.flat[worst])}
-            warnings.append(warning("table overshoots", table=name, **numbers))
+            share, at = float(overshoot.flat[worst] / np.ptp(values)), float(between.flat[worst])
+            place = f"{math.degrees(at):.4g} deg" if periodic else f"t = {at:.6g} s"
+            warnings.append(warning("table overshoots", table=name, share=share, place=place))
     return warnings
 
 

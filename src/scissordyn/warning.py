@@ -65,6 +65,8 @@ WARNING_TEXTS: Mapping[str, str] = MappingProxyType(
         + "{fraction:.2g} of the run, first at t = {time:.6g} s, and there up to {behind:.3g} deg from its "
         "reference",
         "at limit, no reference": _AT_LIMIT + "{fraction:.2g} of the run, first at t = {time:.6g} s",
+        "at rising limit": ": the controller is at its rising limit, which reaches {limit:g} N m after {ramp:g} s, until t = "
+        "{time:.6g} s, and there up to {behind:.3g} deg from its reference",
         "at limit between samples": _AT_LIMIT + "less than the time between two samples",
         "restless": ": between samples it changes from one limit to the other {reversals} times: its gains are too high for "
         "the moved mass, or the step is too long for hard contact; use smaller gains, or compliant contact",

@@ -95,6 +95,19 @@ def test_controller_at_its_limit():
     assert warnings_of(wide) == []
 
 
+def test_controller_at_its_rising_limit():
+    """Contract: the warning gives the last sample at which the unlimited torque exceeds the limit of that instant."""
+    soft = sd.PID(2e4, derivative=1500.0, limit=250.0, ramp=0.04)
+    run = sd.simulate(sd.scissor(units=1).controlled(soft, speed=sd.rpm(20)), until=0.05, samples=101)
+    time, error = run["time"].values, run["control_error"].values[:, 0]
+    command = 2e4 * error + 1500.0 * np.gradient(error, time, edge_order=2)
+    at = (np.abs(command) > 250.0 * time / 0.04) & (time > 0.0)
+    assert 2 < at.sum() < 50
+    (said,) = warnings_of(run)
+    assert f"which reaches 250 N m after 0.04 s, until t = {time[at][-1]:.6g} s" in said
+    assert f"up to {np.degrees(np.abs(error[at]).max()):.3g} deg" in said
+
+
 def test_warnings_of_a_batch():
     """Contract: each case has the warnings of its own run about contacts, bristles and controllers, and no others."""
     constant = sd.LuGre(0.1, bristle_damping=316.0, damping_speed=1e6)

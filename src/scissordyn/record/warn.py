@@ -11,6 +11,7 @@ import numpy as np
 
 from scissordyn.components.declaration import Component
 from scissordyn.components.port import Output
+from scissordyn.control.tracking.pid import PID
 from scissordyn.integrate.integration import RISE
 from scissordyn.kinematics.closure import table_warnings
 from scissordyn.laws.contact import Elastic, JointContact
@@ -257,10 +258,14 @@ def _saturated(plan: Plan, run: Run, reversals_max: float = 0.05) -> list[RunWar
     """
     warnings = []
     for k, (_, part) in enumerate(plan.actuators):
-        limit = getattr(part.controller, "limit", None)
-        if limit is None or not float(run["peak_control_torque"].values[k]) >= LIMIT_RATIO_MIN * limit:
+        limit, size = getattr(part.controller, "limit", None), np.abs(run["control_torque"].values[:, k])
+        if limit is None:
             continue
-        at = np.abs(run["control_torque"].values[:, k]) >= LIMIT_RATIO_MIN * limit
+        if isinstance(part.controller, PID) and part.controller.ramp > 0.0 and part.reference is not None:
+            warnings += _at_rising_limit(part, run["time"].values, size, run["control_error"].values[:, k])
+        if not float(run["peak_control_torque"].values[k]) >= LIMIT_RATIO_MIN * limit:
+            continue
+        at = size >= LIMIT_RATIO_MIN * limit
         if not at.any():
             warnings.append(warning("at limit between samples", part.name, "actuator", limit=limit))
             continue
@@ -274,6 +279,16 @@ def _saturated(plan: Plan, run: Run, reversals_max: float = 0.05) -> list[RunWar
         if reversals > max(reversals_max * time.size, 2):
             warnings.append(warning("restless", part.name, "actuator", reversals=reversals))
     return warnings
+
+
+def _at_rising_limit(part: Any, time: np.ndarray, size: np.ndarray, error: np.ndarray) -> list[RunWarning]:
+    """Warn of a torque of absolute value `size` [N m] at a limit that still rises; at t = 0 the limit is zero."""
+    ramp, limit = part.controller.ramp, part.controller.limit
+    at = (0.0 < time) & (time < ramp) & (size >= LIMIT_RATIO_MIN * limit * time / ramp)
+    if not at.any():
+        return []
+    behind = math.degrees(float(np.max(np.abs(error[at]))))
+    return [warning("at rising limit", part.name, "actuator", limit=limit, ramp=ramp, time=time[at][-1], behind=behind)]
 
 
 def _overstrained(run: Run, strain: float = 0.01) -> list[RunWarning]:

@@ -100,3 +100,5 @@ def test_velocity_acceleration():
         velocity_acceleration(run.drop_vars("slider_velocity"))
     with pytest.raises(sd.InputError, match="did you mean 'slider'"):
         velocity_acceleration(run, body="slide")
+    with pytest.raises(sd.InputError, match=r"unknown axis = 'z'.*'x' or 'y'"):
+        velocity_acceleration(run, axis="z")

@@ -34,14 +34,14 @@ def velocity_acceleration(
     Raises
     ------
     InputError
-        If there is no slider and no body is named, or the body does not exist.
+        If there is no slider and no body is named, the body does not exist, or the axis is neither x nor y.
     """
     start, end = window(run, after, until)
     bodies = [str(name) for name in run["body"].values]
-    if (body and body not in bodies) or axis not in ("x", "y"):
-        raise InputError(
-            f"unknown body '{body}'{did_you_mean(body, bodies)} along '{axis}'", f"one of {', '.join(bodies)}, along 'x' or 'y'"
-        )
+    if axis not in ("x", "y"):
+        raise InputError(f"unknown axis = {axis!r}", "'x' or 'y'")
+    if body and body not in bodies:
+        raise InputError(f"unknown body '{body}'{did_you_mean(body, bodies)}", f"one of {', '.join(bodies)}")
     if not body and "slider_velocity" not in run:
         raise InputError("the run has no slider", "a body: one of " + ", ".join(bodies), f"body='{bodies[-1]}'")
     if body:

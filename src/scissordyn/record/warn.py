@@ -284,7 +284,7 @@ def _saturated(plan: Plan, run: Run, reversals_max: float = 0.05) -> list[RunWar
 def _at_rising_limit(part: Any, time: np.ndarray, size: np.ndarray, error: np.ndarray) -> list[RunWarning]:
     """Warn of a torque of absolute value `size` [N m] at a limit that still rises; at t = 0 the limit is zero."""
     ramp, limit = part.controller.ramp, part.controller.limit
-    at = (0.0 < time) & (time < ramp) & (size >= LIMIT_RATIO_MIN * limit * time / ramp)
+    at = (time > 0.0) & (time < ramp) & (size >= LIMIT_RATIO_MIN * limit * time / ramp)
     if not at.any():
         return []
     behind = math.degrees(float(np.max(np.abs(error[at]))))

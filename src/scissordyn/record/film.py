@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from scissordyn.integrate.integration import Samples
 from scissordyn.laws.oil import TEMPERATURE_RANGE
 from scissordyn.mechanics.monitored import JOINT_FORCE
 from scissordyn.mechanics.outputs import record
@@ -17,39 +16,35 @@ from scissordyn.plan.system import state_kept
 from scissordyn.record.results import Run, Variables, described
 from scissordyn.record.sampling import time_mean
 from scissordyn.record.trajectory import Trajectory
+from scissordyn.record.transmitted import in_chunks, recorded_ends
 from scissordyn.record.variable import Variable
 from scissordyn.warning import RunWarning, warning
 
 MIXED_RATIO_MAX = 3.0  # [combined rms roughnesses] Film thickness (lambda ratio) below which asperities touch
 
 
-THINNEST = "direction of the thinnest place of the film in the bearing's body, at the sample nearest to least_thickness_time"
-SQUEEZE_TEXT = "largest squeeze Reynolds number rho c |e'|/mu at the samples"  # meaning of `squeeze_reynolds_number`
+THINNEST = "direction of the thinnest place of the film in the bearing's body, at least_thickness_time"
+RECORDED = "at samples and ends of steps"
+SQUEEZE_TEXT = f"largest squeeze Reynolds number rho c |e'|/mu {RECORDED}"  # meaning of `squeeze_reynolds_number`
 
 
 AT_PEAK = "at the instant of the joint's largest force"
 
 
-def _at_largest_force(plan: Plan, path: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Return film thickness [m] and asperity force / joint force, at the instant of each joint's largest force.
-
-    The located instant is one of the recorded instants. Without recorded instants the nearest sample is used.
-    """
-    peaks, first = path.peaks(JOINT_FORCE), len(plan.components) - len(plan.lubricated)
-    source = path.samples
-    if path.recorded is not None and path.recorded.time.size:
-        source = Samples(*(getattr(path.recorded, name) for name in Samples._fields))
-    place = {output.name: output.first for output in plan.components[-1].declaration.reported}
-    found = np.full((2, len(plan.lubricated)), math.nan)
-    if not source.time.size:
-        return found[0], found[1]
-    rows = np.argmin(np.abs(source.time[:, None] - peaks["largest_time"]), axis=0)
+def _films_over_time(plan: Plan, path: Trajectory) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Return samples and recorded instants in order of time, shape (nt,) [s], and outputs of films, (nt, films, components)."""
+    first, time = len(plan.components) - len(plan.lubricated), np.zeros(0)
+    results, coordinates = list[np.ndarray](), list[np.ndarray]()
     with state_kept(path.system):
-        for k, row in enumerate(rows):
-            result = record(plan.maps, path.system, Samples(*(part[row : row + 1] for part in source))).result[0, first + k]
-            largest = float(peaks["largest"][k])
-            found[:, k] = result[place["thickness"]], result[place["asperity_force"]] / largest if largest > 0.0 else 0.0
-    return found[0], found[1]
+        for part in in_chunks(path, [path.samples, *recorded_ends(path)]):
+            found, time = record(plan.maps, path.system, part), np.append(time, part.time)
+            results.append(found.result[:, first:])
+            coordinates.append(found.coordinate[:, first:])
+    order, films = np.argsort(time, kind="stable"), dict[str, np.ndarray]()
+    for output in plan.components[-1].declaration.reported:
+        values = np.concatenate(coordinates if output.coordinate else results)
+        films[output.name] = values[order, :, output.first : output.first + output.components]
+    return time[order], films
 
 
 def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variable], heat_capacity: float = 2000.0) -> Variables:
@@ -57,12 +52,11 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
 
     `heat_capacity`: typical heat capacity of mineral oils [J/(kg K)].
     """
-    joints, time = plan.lubricated, path.samples.time
+    joints = plan.lubricated
     if not joints:
         return {}
-
-    def film(name: str) -> np.ndarray:
-        return variables[f"film_{name}"].values
+    time, films = _films_over_time(plan, path)
+    film = {name: values[..., 0] for name, values in films.items()}
 
     clear = np.array([gap.clearance for _, gap, _ in joints])
     rough = np.array([oil.roughness for _, _, oil in joints])
@@ -70,30 +64,33 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
     inverse = np.array([oil.mass_density / oil.dynamic_viscosity for _, _, oil in joints])
     content = np.array([2.0 * math.pi * gap.journal_radius * gap.clearance * gap.bearing_length for _, gap, _ in joints])
     capacity = heat_capacity * content * np.array([oil.mass_density for _, _, oil in joints])
-    thickness, when = film("thickness"), film("peak_eccentricity_time")
+    thickness, eccentricity = film["thickness"], variables["film_peak_eccentricity"].values
+    when, largest = variables["film_peak_eccentricity_time"].values, path.peaks(JOINT_FORCE)
     dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED_RATIO_MAX * rough)
-    missing = np.full(len(joints), math.nan)
-    dry, mixed, torn = (
-        time_mean(share, time) if len(time) else missing for share in (dry, mixed, film("tension") > np.maximum(bears, 0.0))
-    )
-    heat = np.trapezoid(film("power_lost"), time, axis=0) if len(time) else missing
-    direction = missing
+    torn = film["tension"] > np.maximum(bears, 0.0)
+    heat = direction = at_peak = share = np.full(len(joints), math.nan)
     if len(time):
-        at = np.argmin(np.abs(time[:, None] - when), axis=0)
-        direction = np.arctan2(*film("displacement")[at, np.arange(len(joints))].T[::-1])
-    sliding, squeezing = (np.max(np.abs(film(f"{name}_speed")), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
-    at_peak, share = _at_largest_force(plan, path)
+        dry, mixed, torn = (time_mean(part, time) for part in (dry, mixed, torn))
+        heat = np.trapezoid(film["power_lost"], time, axis=0)
+        each = np.arange(len(joints))
+        nearest, highest = (np.argmin(np.abs(time[:, None] - at), axis=0) for at in (when, largest["largest_time"]))
+        direction = np.arctan2(*films["displacement"][nearest, each].T[::-1])
+        at_peak, carried = thickness[highest, each], film["asperity_force"][highest, each]
+        share = np.divide(carried, largest["largest"], out=np.zeros_like(carried), where=largest["largest"] > 0.0)
+    else:
+        dry = mixed = torn = heat
+    sliding, squeezing = (np.max(np.abs(film[f"{name}_speed"]), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
     answers = (
         ("peak_force_thickness", at_peak, "m", f"film thickness {AT_PEAK}"),
         ("peak_force_asperity_share", share, "1", f"part of the force that the asperities carry {AT_PEAK}"),
-        ("least_thickness", clear - film("peak_eccentricity"), "m", "least film thickness, negative in contact"),
+        ("least_thickness", clear - eccentricity, "m", "least film thickness, negative in contact"),
         ("least_thickness_time", when, "s", "instant of the least film thickness"),
         ("least_thickness_angle", direction, "rad", THINNEST),
         ("dry_share", dry, "1", "part of the time in which the surfaces touch"),
         ("mixed_share", mixed, "1", "part of the time with a film below three roughnesses"),
         ("full_share", 1.0 - dry - mixed, "1", "part of the time with a full film"),
         ("torn_share", torn, "1", "part of the time in which the journal leaves faster than oil can follow"),
-        ("reynolds_number", inverse * clear * sliding, "1", "largest rho U c/mu of the sliding surfaces, among the samples"),
+        ("reynolds_number", inverse * clear * sliding, "1", f"largest rho U c/mu of the sliding surfaces, {RECORDED}"),
         ("squeeze_reynolds_number", inverse * clear * squeezing, "1", SQUEEZE_TEXT),
         ("heating", heat / capacity, "K", "how much the power lost would warm the oil in the joint"),
     )

@@ -128,7 +128,7 @@ def start_end(path: Trajectory) -> float:
     return START_DURATION * float(np.max(table["start"][first]))
 
 
-def _chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
+def in_chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:
     """Yield the samples of all sources in chunks, without those after the end of the run or next to a change point."""
     if not sources:
         return
@@ -153,11 +153,11 @@ def force_peaks(path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
     plan, sizes, sources = path.plan, list[tuple[np.ndarray, np.ndarray]](), list[Samples]()
     if sampled is not None:
         sizes.append((path.samples.time, sampled.sizes))
-        sources = _recorded(path)
+        sources = recorded_ends(path)
     else:
-        sources = [_coarse(path), *_recorded(path)]
+        sources = [_coarse(path), *recorded_ends(path)]
     with state_kept(path.system):
-        for part in _chunks(path, sources):
+        for part in in_chunks(path, sources):
             found = transmitted(plan, record(plan.maps, path.system, part), part.time)
             sizes.append((part.time, found.sizes))
     return _largest(path, sizes)
@@ -165,7 +165,7 @@ def force_peaks(path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
 
 def force_peaks_together(paths: Sequence[Trajectory]) -> list[Peaks]:
     """Return the largest forces of several runs without samples; runs with the same tables are evaluated in one pass."""
-    sources = [list(_chunks(path, [_coarse(path), *_recorded(path)])) for path in paths]
+    sources = [list(in_chunks(path, [_coarse(path), *recorded_ends(path)])) for path in paths]
     first, rows = paths[0].plan, sum(part.time.size for parts in sources for part in parts)
     alike = all(
         path.plan.balance is first.balance and np.array_equal(path.plan.gravity_vector, first.gravity_vector) for path in paths
@@ -191,7 +191,7 @@ def _coarse(path: Trajectory) -> Samples:
     return Samples(*(part[::step] for part in path.samples))
 
 
-def _recorded(path: Trajectory) -> list[Samples]:
+def recorded_ends(path: Trajectory) -> list[Samples]:
     """Return the recorded ends of steps, if there are any."""
     return [] if path.recorded is None else [Samples(*(getattr(path.recorded, name) for name in Samples._fields))]
 

@@ -115,6 +115,26 @@ def test_every_structure_has_every_part(case_of, kind, parts):
     assert run.attrs["status"] == "complete"
 
 
+@pytest.mark.parametrize(("angle", "end"), [("70 deg", "25 deg"), ("60 deg", "15 deg"), ("20 deg", "5 deg")])
+def test_an_array_stops_before_it_is_straight(angle, end):
+    """Contract: the printed move of a scissor array ends at a quarter of a small angle instead of passing its change point."""
+    text = template("scissor", ["servo"], [f"structure.angle={angle}"])
+    assert tomllib.loads(text)["drive"]["cycloidal"]["end"] == end
+
+
+def test_laws_of_a_template(tmp_path, monkeypatch):
+    """Contract: a parameter of a law can be set; the restitution is left out if the damping law does not have it."""
+    monkeypatch.chdir(tmp_path)
+    Path("own.py").write_text(
+        'import scissordyn as sd\n\n\n@sd.element(slot="damping")\ndef own(elastic):\n    return 0.9 * elastic\n'
+    )
+    for damping in ("none", "own.py:own"):
+        changes = [f"clearance.damping={damping}", "clearance.friction.kinetic=0.12"]
+        (gap,) = tomllib.loads(template("scissor", changes=changes))["clearance"]
+        assert (gap["damping"], gap["friction"]) == (damping, {"law": "lugre", "kinetic": 0.12})
+        assert "restitution" not in gap
+
+
 def test_every_part_is_in_a_group():
     """Contract: the groups above have all parts of `new --with`."""
     assert {part for parts in GROUPS for part in parts} == set(PART_VALUES)

@@ -126,8 +126,8 @@ def _rounded(value: float, digits: int = 2) -> float:
 
 
 def _without_round_off(value: float) -> float:
-    """Return a number rounded to twelve decimals, which removes round-off."""
-    return round(value, 12) + 0.0  # adding 0.0 removes the sign of -0
+    """Return a number rounded to 14 decimals, which removes round-off."""
+    return round(value, 14) + 0.0  # adding 0.0 removes the sign of -0
 
 
 def _curve(pairs: Iterable[tuple[float, float]]) -> list[tuple[float, ...]]:

@@ -18,9 +18,10 @@ from scissordyn.casefile.structure import (
 )
 from scissordyn.casefile.table import Table, table_of, toml, toml_entries
 from scissordyn.casefile.time_function import DriveTable
-from scissordyn.config.file import apply_changes, make_case
+from scissordyn.config.file import LAW_KEYS, apply_changes, make_case
 from scissordyn.config.fitted import LOAD_TABLES, Given, fit_parts
 from scissordyn.errors import InputError, command, did_you_mean
+from scissordyn.laws.catalogue import law
 from scissordyn.model.body import Body
 from scissordyn.model.commanded import rigid
 from scissordyn.model.mechanism import Mechanism
@@ -109,7 +110,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         )
     starter, names, ordered = TEMPLATE_VALUES[kind], list(parts), _Changes(changes)
     structure = ordered("structure", {**starter.get("structure", {}), **(REST_VALUES.get(kind, {}) if names else {})})
-    further = fit_parts(_assemble(kind, structure), DEPLOYMENT_TURNS[kind], names, ordered) if names else {}
+    further = fit_parts(mechanism := _assemble(kind, structure), _turn(kind, mechanism), names, ordered) if names else {}
     drive = further.get("drive") if names else starter.get("drive")
     text = ["# A case for scissordyn. Numbers carry their units; names of laws and materials: scissordyn laws"]
     text.append(_section("[structure]", STRUCTURES[kind], structure))
@@ -122,7 +123,7 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
         text.append(_section("[drive]", DriveTable, drive if names else ordered("drive", drive)))
     if "control" in further:
         text.append(f"{SERVO_GAINS_COMMENT}\n{_section('[[control]]', ControlTable, further['control'])}")
-    text.append(_section("[[clearance]]", ClearanceTable, ordered("clearance", starter.get("clearance", {}))))
+    text.append(_section("[[clearance]]", ClearanceTable, _clearance(ordered, starter.get("clearance", {}))))
     if kind in ("mechanism", "slider-crank"):
         text.append(_section("[[guide_clearance]]", GuideClearanceTable, {}, commented_out=True))
     text += [
@@ -148,6 +149,23 @@ def template(kind: str, parts: Iterable[str] = (), changes: Iterable[str] = ()) 
     if ordered.any:  # check that the changed file can be read
         make_case(tomllib.loads(written), {})
     return written
+
+
+def _turn(kind: str, mechanism: Mechanism) -> float:
+    """Return the rotation of the driven body [rad]; a scissor array stops before it is straight."""
+    turn, start = DEPLOYMENT_TURNS[kind], mechanism.body(mechanism.input_body).placed_angle
+    return -math.copysign(min(-turn, 0.75 * abs(start)), start) if kind == "scissor" and start else turn
+
+
+def _clearance(ordered: _Changes, given: Given) -> Given:
+    """Return the values of [[clearance]] with the user's changes; None for a restitution that the damping law does not have."""
+    shown = {key: tomllib.loads(f"law = {ClearanceTable.declared_keys()[key].sample}")["law"] for key in LAW_KEYS}
+    values = dict(ordered("clearance", {**shown, **given}))
+    damping = values["damping"].get("law", "") if isinstance(values["damping"], Mapping) else values["damping"]
+    parameters = {field.name for field in dataclasses.fields(law("damping", damping))}
+    if "restitution" not in parameters and "restitution" not in values:
+        values["restitution"] = None
+    return values
 
 
 class _Changes:
@@ -197,7 +215,7 @@ def _with_mass_of(bar: Body, parts: Iterable[Body]) -> Body:
 def _section(heading: str, table: type[Table], given: Given, *, commented_out: bool = False, columns: int = 44) -> str:
     """Return the text of a table with a comment on every key; with `commented_out`, each line is a comment.
 
-    `columns`: [characters] longer lines have their comment in the line above.
+    A key whose value is None is a comment too. `columns`: [characters] longer lines have their comment in the line above.
     """
     name, keys = heading.strip("[]"), table.declared_keys()
     for key in given:
@@ -206,8 +224,9 @@ def _section(heading: str, table: type[Table], given: Given, *, commented_out: b
     meaning = PARTS[name].help if name in PARTS else CaseTable.declared_keys()[name].description
     rows = []
     for key in table.declared_keys():
-        value = toml(given[key]) if key in given else table.declared_keys()[key].sample
-        comment = commented_out or (key not in given and key in OPTIONAL_KEYS.get(table, ()))
+        value = table.declared_keys()[key].sample if given.get(key) is None else toml(given[key])
+        left_out = given[key] is None if key in given else key in OPTIONAL_KEYS.get(table, ())
+        comment = commented_out or left_out
         rows.append((f"{'# ' * comment}{key} = {value}", _note(table, key)))
     heading = f"# {heading}" if commented_out else heading
     width = max(len(row) for row, _ in rows if len(row) <= columns)

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import loadmat
 
 import scissordyn as sd
-from scissordyn.cli.compare import differences
+from scissordyn.cli.compare import differences, measures
 from scissordyn.cli.main import status_of
 from scissordyn.file.export import contact_table, time_table
 from scissordyn.model.options import Options
@@ -20,6 +20,7 @@ from scissordyn.plot.joint import force
 from scissordyn.plot.over_time import comparison, energy, shared_curves, torque
 from scissordyn.plot.report import KINDS, draw_all
 from scissordyn.plot.series import mechanism_of, select_window
+from scissordyn.record.joint_force import joint_summaries
 from scissordyn.run.simulate import compute_results
 
 UNTIL = 0.01  # [s] end of the saved runs
@@ -187,6 +188,17 @@ def test_comparison_of_cases(stored, capsys, monkeypatch):
     )
     for left, right, *wanted in pairs:
         assert [tuple(wanted)] == list(differences(left, right))
+
+
+def test_comparison_of_a_drive_with_a_controller(servo):
+    """Contract: torque, work and time in contact are compared, although the runs have different kinds of drives."""
+    driven = sd.slider_crank(angle=0.4).with_clearance("slider pin", sd.Clearance(1e-4)).driven(speed=20.0)
+    run = sd.simulate(driven, until=0.02, samples=21)
+    own, other = measures(run), measures(servo)
+    assert own["largest torque"] == (abs(run["peak_drive_torque"].item()), "N m")
+    assert other["largest torque"] == (servo["peak_control_torque"].item(), "N m")
+    assert other["work of drives, motors and actuators"] == (servo["motor_work"].values[-1], "J")
+    assert own["fraction of time in contact at slider pin"] == (joint_summaries(run)[0].fraction, "1")
 
 
 def test_comparison_draws_both(stored):

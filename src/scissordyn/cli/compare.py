@@ -19,22 +19,21 @@ if TYPE_CHECKING:
 
 
 LAST_VALUES = {
-    "slider_position": ("position at the end", "m"),
-    "drive_work": ("work of the drive", "J"),
-    "motor_work": ("work of motors and actuators", "J"),
-    "load_work": ("work of forces and torques", "J"),
-    "dissipated_energy": ("dissipated energy", "J"),
+    "position at the end": (("slider_position",), "m"),
+    "work of drives, motors and actuators": (("drive_work", "motor_work"), "J"),
+    "work of forces and torques": (("load_work",), "J"),
+    "dissipated energy": (("dissipated_energy",), "J"),
 }
-"""Variables whose values at the end of both runs are compared, each with its text and unit."""
+"""Compared values at the end of both runs: text, variables whose sum it is, and unit."""
 
-SHOWN_IF_NONZERO = ("motor_work", "load_work")  # variables of `LAST_VALUES` that are left out if they are zero
+SHOWN_IF_NONZERO = "work of forces and torques"  # left out if it is zero
 
 
 def compare(
     run: SavedRun,
     other: Annotated[Path, Argument(help="Another saved run, or measured curves as CSV: 'time [s], angle of arm [deg]'.")],
     output: Annotated[
-        Path | None, Option("-o", "--output", metavar="DIR", help="Draw pictures of both into this folder.")
+        Path | None, Option("-o", "--output", "--plot", metavar="DIR", help="Draw pictures of both into this folder.")
     ] = None,
     form: PictureFormat = "png",
 ) -> int:
@@ -133,28 +132,28 @@ def change(value: float, other: float, large: float = 10.0) -> str:
 
 
 def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
-    """Return the compared results of a run by name, each with its unit."""
+    """Return the compared results of a run by name, each with its unit; the only drive or actuator has no name."""
     from scissordyn.record.joint_force import clearance_joints, joint_summaries
+    from scissordyn.record.summary import summary_of
 
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
+    summary = summary_of(run)
+    figures |= {f"largest deviation of {point.name}": (point.deviation, "m") for point in summary.points}
+    for one in summary.actuators:
+        quantity = "largest torque" if one.unit == "N m" else "largest driving force"
+        figures[quantity if len(summary.actuators) == 1 else f"{quantity} of {one.name}"] = (one.torque, one.unit)
+    figures = {name: (value, unit) for name, (value, unit) in figures.items() if math.isfinite(value)}
+    for name, (variables, unit) in LAST_VALUES.items():
+        lasts = [float(run[variable].values[-1]) for variable in variables if variable in run]
+        if lasts and math.isfinite(last := sum(lasts)) and (last or name != SHOWN_IF_NONZERO):
+            figures[name] = (last, unit)
     joints = {joint.name: joint for joint in joint_summaries(run)} if "contact_joint" in run else {}
     for name in clearance_joints(run):
         joint = joints.get(name)
         figures[f"contacts at {name}"] = (float(joint.contacts) if joint else 0.0, "")
+        figures[f"fraction of time in contact at {name}"] = (joint.fraction if joint else 0.0, "1")
         if joint and math.isfinite(joint.largest):
             figures[f"largest force at {name}"] = (joint.largest, "N")
-    if "peak_drive_torque" in run:
-        figures["largest driving torque"] = (float(abs(run["peak_drive_torque"].values).max()), "N m")
-    if "peak_control_torque" in run:
-        for name, size in zip(run["actuator"].values.astype(str), run["peak_control_torque"].values.tolist(), strict=True):
-            figures[f"largest torque of {name}"] = (abs(size), "N m")
-    for variable, (name, unit) in LAST_VALUES.items():
-        if (
-            variable in run
-            and math.isfinite(last := float(run[variable].values[-1]))
-            and (last or variable not in SHOWN_IF_NONZERO)
-        ):
-            figures[name] = (last, unit)
     return figures
 
 

@@ -226,7 +226,7 @@ def test_command(tmp_path, capsys):
     assert command(case, point=weak, plot=tmp_path / "motor.png") == 0
     said = capsys.readouterr().out
     assert "at 150 rpm" in said
-    assert f"both among {sd.simulate(sd.read_case(case).mechanism, until=UNTIL).sizes['time'] + 1} instants" in said
+    assert f"at {sd.simulate(sd.read_case(case).mechanism, until=UNTIL).sizes['time'] + 1} recorded instants" in said
     assert "The motor is too weak" in said
     assert (tmp_path / "motor.png").stat().st_size > 5000
     assert command(case, point=["0 rpm, 1 N m", "100 rpm, 1 N m"]) == 0

@@ -312,7 +312,7 @@ def _print_needed(needed: xr.Dataset, curve: MotorCurve | None) -> None:
     print(f"  largest torque {abs(torque[k]):.4g} N m at {abs(speed[k]) / rpm(1.0):.4g} rpm, at {time[k]:.4g} s")
     print(f"  root mean square {needed['root_mean_square'].item():.4g} N m")
     fastest, strongest = np.max(np.abs(speed)) / rpm(1.0), np.max(np.abs(power))
-    print(f"  largest speed {fastest:.4g} rpm, largest power {strongest:.4g} W, both among {time.size} instants")
+    print(f"  largest speed {fastest:.4g} rpm, largest power {strongest:.4g} W, at {time.size} recorded instants")
     if curve is None:
         return
     share = curve.fraction(needed)
@@ -335,9 +335,14 @@ def _print_least(read: Case, path: str, first: str, last: str, require: list[str
     low, high = (
         read_quantity(text if quantity.unit != "1" else float(text), quantity, LEAST_EXAMPLE) for text in (first, last)
     )
-    least = least_value(read, path, low, high, require)
     unit = unit_typed(last) or unit_typed(first)
     scale = unit_factor(unit, quantity.unit) if unit else 1.0
+
+    def report(tried: int, failing: float, sufficient: float) -> None:
+        print(f"{tried} values tried: between {failing / scale:.4g} and {sufficient / scale:.4g} {unit}", file=sys.stderr)
+
+    progress = report if sys.stderr.isatty() else None
+    least = least_value(read, path, low, high, require, progress=progress)
     print(
         f"Least {printable(path)}: {least.value / scale:.4g} {unit}, with which all requirements are met; at "
         f"{least.fails_at / scale:.4g} {unit} they are not ({len(least.tried)} values tried)"

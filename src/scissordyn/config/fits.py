@@ -246,10 +246,12 @@ def least_value(
     *,
     tolerance: float = 0.01,
     engine: Any = None,
+    progress: Callable[[int, float, float], None] | None = None,
 ) -> LeastValue:
     """Find the smallest value of a parameter with which the requirements are met.
 
-    Eight values at a time are simulated between the largest failing value and the next larger one. If the requirements are
+    Both ends of the range are simulated first, then eight values at a time between the largest failing value and the next
+    larger one. If the requirements are
     also met in a lower range, that range is found only if a tried value lies in it.
 
     Parameters
@@ -265,6 +267,8 @@ def least_value(
         Width of the final interval, as a fraction of its value.
     engine : Executor or int, optional
         As for `study`.
+    progress : callable, optional
+        Called with the number of tried values and the range that is left, in SI.
 
     Raises
     ------
@@ -279,7 +283,7 @@ def least_value(
     unit = "" if quantity is None or quantity.unit == "1" else f" {quantity.unit}"
     tried: dict[float, bool] = {}
     while True:
-        values = np.linspace(low, high, 10) if not tried else np.linspace(low, high, 10)[1:-1]
+        values = np.linspace(low, high, 10)[1:-1] if tried else np.array([low, high])
         result = study(case, {parameter: Levels(tuple(values.tolist()))}, requirements=list(requirements), engine=engine)
         met = result.points["met"].values == 1.0
         tried |= dict(zip(values.tolist(), met.tolist(), strict=True))
@@ -294,5 +298,7 @@ def least_value(
             )
         low = failing[-1]
         high = min(value for value in order if value > low)
+        if progress is not None:
+            progress(len(tried), low, high)
         if high - low <= tolerance * max(abs(low), abs(high)):
             return LeastValue(parameter, high, low, {value: tried[value] for value in order})

@@ -74,6 +74,13 @@ def test_check_names_bodies_that_nothing_connects(parts, expected, tmp_path, cap
     assert f"Warning: {expected}." in printed if expected else "connected" not in printed
 
 
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_mechanism_that_nothing_moves(command, tmp_path, capsys):
+    text = mechanism().replace("[structure]", '[structure]\ngravity = "0 m/s^2"')
+    assert "Warning: nothing moves the mechanism" in said(text, capsys, tmp_path, command)[1]
+    assert "nothing moves" not in said(mechanism(), capsys, tmp_path, command)[1]
+
+
 @pytest.mark.parametrize(
     ("typed", "likely"), [("5 kNm", "kN m"), ("5 Nm", "N m"), ("5 Nmm", "N mm"), ("5 MNm", "MN m"), ("5 mNmm", "mN mm")]
 )

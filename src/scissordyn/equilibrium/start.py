@@ -37,7 +37,7 @@ from scissordyn.mechanics.hard_contour import opened_contour, place_on
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.system import APPROACH_FLOOR, System
 from scissordyn.mechanics.time_function import function_at
-from scissordyn.model.check import body_proportions, proportion_warnings
+from scissordyn.model.check import body_proportions, motionless, proportion_warnings
 from scissordyn.model.options import StartKind
 from scissordyn.plan.acting import start_coordinates
 from scissordyn.plan.bending import beams_of, is_straight, straight_bar, straight_maps
@@ -94,7 +94,7 @@ def prepare_start(plan: Plan, system: Handle, kind: StartKind) -> Prepared:
     warnings += _describe_changed_speeds(plan, content, start, natural[1], kind)
     warnings += _describe_sudden_loads(plan, kind)
     bodies = plan.table("proportions", lambda: body_proportions(plan.mechanism))
-    warnings += proportion_warnings(plan.mechanism, bodies) + plan.rounded_lengths
+    warnings += [*motionless(plan.mechanism), *proportion_warnings(plan.mechanism, bodies), *plan.rounded_lengths]
     y = whole_state(content, start.position, start.velocity)
     if plan.components:
         check_zero_lengths(plan, full_coordinates(plan, content, y, 0.0))

@@ -231,6 +231,14 @@ def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
     return group
 
 
+def motionless(mechanism: Mechanism) -> list[str]:
+    """Return a warning if nothing moves a mechanism: no drive, component, rod or gravity, and no velocity at the start."""
+    moved = (mechanism.drives, mechanism.coordinate_drives, mechanism.components, mechanism.rods, mechanism.gravity)
+    if any(moved) or any(body.angular_velocity or any(body.velocity or ()) for body in mechanism.bodies):
+        return []
+    return ["nothing moves the mechanism: it starts at rest, without a drive, components or gravity"]
+
+
 def loose_bodies(mechanism: Mechanism) -> list[str]:
     """Return a warning for each body or group of bodies that nothing connects to the rest of a mechanism or to the ground.
 

@@ -11,7 +11,7 @@ from scissordyn.errors import InputError, did_you_mean
 
 
 def describe_unexpected(signature: inspect.Signature, named: Mapping[str, Any]) -> str:
-    """Return an error text about the first unknown keyword argument, with the most similar known one; or ""."""
+    """Return an error text about the first unknown keyword argument, with the most similar one and all known ones; or ""."""
     parameters = signature.parameters
     if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
         return ""
@@ -19,8 +19,7 @@ def describe_unexpected(signature: inspect.Signature, named: Mapping[str, Any]) 
     if unknown is None:
         return ""
     names = [key for key, parameter in parameters.items() if parameter.kind is not parameter.VAR_POSITIONAL and key != "self"]
-    near = did_you_mean(unknown, names)
-    return f"got an unexpected keyword argument '{unknown}'{near or '; expected ' + ', '.join(names)}"
+    return f"got an unexpected keyword argument '{unknown}'{did_you_mean(unknown, names)}; expected {', '.join(names)}"
 
 
 def library(name: str, extra: str, purpose: str) -> Any:

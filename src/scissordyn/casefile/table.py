@@ -187,6 +187,8 @@ def _plain(given: Any, hint: Any, context: Context) -> Any:
         elif type(given) is kind:
             return given
     allowed = [TYPE_TEXTS[kind] for kind in kinds if kind in TYPE_TEXTS]
+    if allowed == ["text"] and isinstance(given, list):
+        allowed = ["one text, not a list"]
     quoted = [f"'{word}'" for word in words]
     allowed += [", ".join(quoted[:-1]) + f" or {quoted[-1]}" if quoted[1:] else quoted[0]] if quoted else []
     raise PlacedError((), f" = {toml(given)}{did_you_mean(given, words)}", "", " or ".join(allowed))

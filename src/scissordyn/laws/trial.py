@@ -72,7 +72,8 @@ def _describe_result(law: Any, joint: JointContact, at: dict[str, float], force:
     kernel = law.declaration.kernels["force"]
     values = at | dict(zip(law.declaration.numbers, law.parameters(joint), strict=True))
     try:
-        return f"gives {kernel(**{name: values[name] for name in arguments_of(kernel)})!r}"
+        result = kernel(**{name: values[name] for name in arguments_of(kernel)})
+        return "gives a complex number, a power of a negative number," if isinstance(result, complex) else f"gives {result!r}"
     except Exception as error:
         return f"raises {type(error).__name__} ({error})" if not math.isfinite(force) else f"gives {force!r}"
 

@@ -40,6 +40,9 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
         matches = matches or {name for name in names if any(fnmatchcase(name, shape) for shape in shapes)}
         if not matches:
             names_and_groups = (*names, *GROUPS)
+            if all(part.strip() in names_and_groups for part in pattern.split(",")):
+                expected = f"one name or pattern; in a case file one table for each {what}"
+                raise InputError(f"{what} '{pattern}': several names in one text", expected)
             raise InputError(
                 f"unknown {what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
                 "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",

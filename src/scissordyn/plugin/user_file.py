@@ -83,7 +83,8 @@ def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., 
         )
     module = _module(path, source)
     if not callable(getattr(module, name, None)):
-        functions = [key for key, value in vars(module).items() if callable(value) and not key.startswith("_")]
+        own = ((key, value) for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__)
+        functions = [key for key, value in own if callable(value) and not key.startswith("_")]
         raise InputError(f"unknown {kind} '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
     function: Callable[..., Any] = getattr(module, name)
     return function

@@ -204,3 +204,39 @@ def test_steps_that_start_at_a_surface_after_many_impacts() -> None:
     found = sd.gradient(crank(2e-4), of=["drive_work"], by=["slider pin.clearance"], until=0.02)
     more, less = (float(sd.simulate(crank(2e-4 + h), until=0.02)["drive_work"].values[-1]) for h in (1e-10, -1e-10))
     assert found["derivative"].item() == pytest.approx((more - less) / 2e-10, rel=1e-2)
+
+
+def test_steps_that_the_vibration_of_a_compliant_contact_limits():
+    """Second road: differences of runs in which such steps follow a located impact, and the invariance of a free impact."""
+
+    def bob(**changes: float) -> sd.Mechanism:
+        value = {"clearance": 1e-3, "stiffness": 1e8, **changes}
+        hard = disc(0.05, 0.5, 0.1, velocity=(0.3, 0.0))
+        soft = sd.Clearance(
+            value["clearance"],
+            journal_radius=RADIUS,
+            stiffness=sd.law("stiffness", "linear")(value["stiffness"]),
+            damping=sd.LankaraniNikravesh(0.7),
+            friction=Coulomb(0.1),
+        )
+        body = sd.Body(
+            "bob", MASS, INERTIA, {"centre": (0.0, 0.0)}, position=(0.5, 0.0), velocity=(0.4, 0.0), angular_velocity=3.0
+        )
+        joint = sd.Revolute("pin", ("bob", "centre"), ("ground", "side"), soft)
+        ground = (*hard.ground, ("side", (0.5, 0.0)))
+        return sd.Mechanism((*hard.bodies, body), (*hard.joints, joint), ground=ground, gravity=0.0)
+
+    of = ["pin.peak_force", "pin.peak_indentation", "pin.impulse", "pin.contact_fraction"]
+    how = {"of": of, "until": 0.01, "step": 1e-4, "start": "as-placed"}
+    found = sd.gradient(bob(), by=["pin.stiffness.stiffness", "pin.clearance"], **how)
+    for name, path in (("stiffness", "pin.stiffness.stiffness"), ("clearance", "pin.clearance")):
+        value = found["parameter_value"].sel(parameter=path).item()
+        more, less = (
+            sd.gradient(bob(**{name: value * (1.0 + h)}), by=["pin.clearance"], **how)["value"] for h in (1e-5, -1e-5)
+        )
+        slope = (more - less).values / (2e-5 * found["value"].values)
+        assert found["elasticity"].sel(parameter=path).values == pytest.approx(slope, abs=1e-5)
+    # an impact of a free body returns a share of its speed that does not depend on the stiffness
+    stiffer = found["elasticity"].sel(parameter="pin.stiffness.stiffness")
+    assert stiffer.sel(measure="pin.impulse").item() == pytest.approx(0.0, abs=5e-4)
+    assert stiffer.sel(measure="pin.peak_force").item() == pytest.approx(0.5, abs=5e-4)

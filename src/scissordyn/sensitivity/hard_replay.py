@@ -12,7 +12,10 @@ from scissordyn.integrate.integration import GUARD, open_integration
 from scissordyn.integrate.time_stepping import (
     IMPULSE,
     IN_ANY_CASE,
+    STEP,
     Jumps,
+    accept_state,
+    choose_size,
     open_touching,
     take_impacts,
     use_step,
@@ -36,6 +39,7 @@ from scissordyn.sensitivity.replay import (
     take_values,
     with_value,
 )
+from scissordyn.tolerance import EVENT_TOL
 
 HARD = Jumps(**HARD_FUNCTIONS)  # Functions of hard contacts that repeat a step with dual numbers
 
@@ -79,9 +83,11 @@ def follow_time_step(problem, jumps, own, run, address, system):
         w.saved_mode[k] = s.mode[k]
     strikes = own.impact[2] == 1
     guard = -1 if strikes else crossed_guard(first, after, run, K)
-    h = with_value(0.0 * t, own.size[0])
+    h, _ = choose_size(t, s, w, K)
     if not strikes and guard < 0:
-        h = with_value(fixed_instant(problem, now, run, w, system, t) - t, own.size[0])
+        end = fixed_instant(problem, now, run, w, system, t)
+        h = end - t if value_of(end) != value_of(t) else shortened(problem, jumps, t, h, own, s, w, system, K)
+    h = with_value(h, own.size[0])
     step_again(problem, jumps, t, h, strikes, own, s, w, system, K)
     if strikes or guard >= 0:
         h = to_event(problem, jumps, deepest_contact(own, K) if strikes else -1, guard, t, h, own, s, w, system, K)
@@ -93,7 +99,7 @@ def follow_time_step(problem, jumps, own, run, address, system):
             own.doubt[k] = min(own.doubt[k], now)
     use_step(problem, jumps, t, h, reached, s, w, system, own.hard, K, r)
     problem.forget(system)
-    problem.accept(reached, w.new, system, w.accepted)
+    clock.longest = accept_state(problem, reached, w.new, w, system, K)
     for i in range(s.y.size):
         s.y[i] = w.new[i]
         if after == first:
@@ -107,6 +113,21 @@ def follow_time_step(problem, jumps, own, run, address, system):
     if run.change[0] > 0.0:
         watch_gaps(problem, after > first, run, s, w, system)
     return take_hard_values(first, own, run, s, w, r.log)
+
+
+@kernel
+def shortened(problem, jumps, t, h, own, s, w, system, K):
+    """Return the size of the run's step as a dual number; h may be shortened for compliant contacts, or without derivatives."""
+    K.impact[1] = STEP
+    while K.impact[1] == STEP and value_of(h) > (1.0 + EVENT_TOL) * own.size[0]:
+        problem.forget(system)
+        jumps.step(t, h, s.y, w.new, system, own.hard)
+        if K.impact[1] > STEP:
+            h, K.impact[1] = min(0.5 * h, K.longest[0]), STEP
+        else:
+            jumps.restore(own.hard)
+            K.impact[1] = IN_ANY_CASE
+    return h if abs(value_of(h) - own.size[0]) <= EVENT_TOL * own.size[0] else with_value(0.0 * h, own.size[0])
 
 
 @kernel
@@ -214,7 +235,7 @@ def strike(problem, jumps, own, run, s, w, system, K, r):
         elif H.work.closed[i] == 0:
             doubt_mode(w.value[K.which[i]], own, run)
     problem.forget(system)
-    problem.accept(s.clock[0].time, s.y, system, w.accepted)
+    s.clock[0].longest = accept_state(problem, s.clock[0].time, s.y, w, system, K)
 
 
 @kernel

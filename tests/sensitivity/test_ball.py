@@ -108,7 +108,9 @@ def sliding(address, target):
 # Functions of a bouncing ball that the integrator calls
 PROBLEM = Problem(rate, linearise, factorize, solve, accept, guards, guard, reset, monitor, probe, record)
 # Functions of a bouncing ball that the repetition in dual numbers calls
-REPLAYED = Replayed(rate, linearise, factorize, solve, guards, accept, reset, monitor, probe, record, forget, no_break, sliding)
+REPLAYED = Replayed(
+    rate, linearise, factorize, solve, guards, accept, reset, monitor, probe, record, forget, no_break, sliding, forget
+)
 
 
 def step(ball: int, address: int) -> int:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from benchmarks.random_cases import random_case
 from numpy.polynomial import Polynomial
 
 import scissordyn as sd
@@ -43,3 +44,14 @@ def test_mean_torque_with_a_kink_anywhere_in_a_step(limit, method):
     slopes = mean([torque * Polynomial([0.0, growth]) for torque in torques]), mean([torques[0], Polynomial([0.0])])
     assert found["value"].item() == pytest.approx(size, rel=1e-5)
     np.testing.assert_allclose(found["derivative"][0], np.array(slopes) / size, rtol=1e-5 if method == "rodas5p" else 1e-6)
+
+
+def test_a_kink_in_the_slopes_of_a_law():
+    """Cross-check: a damping that would pull stops to act within a stiff step, whose slopes by differences contain the kink."""
+    case, by = random_case(158), ["clearance joint 3.bearing_length", "gravity", "clearance joint 3.friction.kinetic"]
+    of, end = ["clearance joint 3.impulse", "damping_loss"], 0.0051
+    stiff, explicit = (
+        sd.gradient(case.mechanism, of=of, by=by, until=end, start=case.start, method=method)["elasticity"].values
+        for method in ("rodas5p", "dop853")
+    )
+    np.testing.assert_allclose(stiff, explicit, rtol=1e-5, atol=1e-6)

@@ -47,6 +47,7 @@ class Replayed(NamedTuple):
     `forget(S)` discards values cached for an instant, because the same instant may return with other derivatives.
     `break_at(t, S)` returns the instant at which a time function has a kink, if t is equal to it within round-off, else NaN.
     `sliding(S, target)` writes the speeds at whose zeros friction has a kink, as last evaluated.
+    `freeze(S)` removes the derivatives of the linearised rates.
     """
 
     rate: Any
@@ -62,6 +63,7 @@ class Replayed(NamedTuple):
     forget: Any
     break_at: Any
     sliding: Any
+    freeze: Any
 
 
 FOLLOWED, ANOTHER_MODE, NO_ROOT, FULL, JUMP, UNFINISHED = range(6)
@@ -142,12 +144,32 @@ def break_at(now, system):
     return math.nan
 
 
+@kernel
+def freeze(array):
+    """Remove the derivatives of an array."""
+    for k in range(array.size):
+        array[k] = value_of(array[k])
+
+
+@kernel
+def freeze_slopes(system):
+    """Remove the derivatives of the slopes of force elements, which are differences: at a kink they are nearly infinite."""
+    W = open_system(system).work
+    freeze(W.block_v)
+    freeze(W.block_x)
+    freeze(W.force_by_state)
+    freeze(W.rate_by_v)
+    freeze(W.rate_by_x)
+    freeze(W.rate_by_state)
+
+
 # Functions of a mechanism that repeat a step with dual numbers
 MECHANICS = Replayed(
     **{name: FUNCTIONS[name] for name in Replayed._fields if name in FUNCTIONS},
     forget=forget_time,
     break_at=break_at,
     sliding=sliding,
+    freeze=freeze_slopes,
 )
 
 
@@ -223,8 +245,8 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
     if guard < 0:
         end = fixed_instant(problem, now, run, w, system, clock.time)
     whole = now - value_of(clock.time)
-    shortest = PART_MIN_FRACTION * whole
-    size, left, kinked, reverses = whole, whole, False, False
+    shortest, short = PART_MIN_FRACTION * whole, 0.01
+    size, left, kinked, reverses, frozen = whole, whole, False, False, T.kind == EXPLICIT
     if run.scaling[0] == EVEN:
         size = whole / run.divided[0]
     for _ in range(PARTS_MAX):
@@ -248,12 +270,17 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
             grow *= grow
         if size > shortest and not error <= 1.0:
             run.parts[0] += 1
+            if not frozen and size < short * whole:  # try the same part without derivatives of the slopes
+                problem.freeze(system)
+                frozen = True
+                continue
             kinked = made and not kinked and count_reversals(run.speed) > 0
             if kinked:  # the next part ends just before the kink, the one after it just behind the kink
                 size = max(shortest, first_reversal(problem, T, t, h, run.speed, s, w, system) - 0.5 * shortest)
             else:
                 size = size / math.ceil(1.0 / grow)
             continue
+        frozen = T.kind == EXPLICIT
         if last and guard >= 0:
             h = to_event(problem, T, guard, t, h, s, w, system)
         reached = now if last else value_of(t + h)

@@ -45,6 +45,8 @@ def test_agreement():
     assert _agrees(level(1.0, 0.05), [level(1.1, 0.05), level(1.0, 0.05)], 0.01)
     assert not _agrees(level(1.0), [level(1.0, cause="stuck"), level(1.0)], 0.01)
     assert not _agrees(level(math.nan), [level(1.0), level(1.0)], 0.01)
+    assert _agrees(level(math.inf), [level(math.inf), level(math.inf)], 0.01)
+    assert not _agrees(level(math.inf), [level(math.inf), level(1.0)], 0.01)
 
 
 def test_chaotic_motion_is_reported():
@@ -105,6 +107,16 @@ def test_unknown_measures(arm):
         sd.convergence(arm, sd.Options(0.01), "peak_forces")
     with pytest.raises(sd.InputError, match="no joint"):
         sd.convergence(arm, sd.Options(0.01), "Q.peak_force")
+
+
+def test_events_that_do_not_happen(arm):
+    """Contract: a tip that never settles does so at every tolerance; a measure without a value is refused."""
+    tracked = arm.track("tip", "unit 2/bar 1", "end", tolerance=1e-6)
+    found = sd.convergence(tracked, sd.Options(0.001), "settling_time")
+    assert [(level.value, level.spread) for level in found.levels] == [(math.inf, 0.0)] * 3
+    assert found.setting == found.levels[0].setting
+    with pytest.raises(sd.InputError, match="'deployment_time' has no value in this run"):
+        sd.convergence(arm, sd.Options(0.001), "deployment_time")
 
 
 def test_command(arm, tmp_path, capsys):

@@ -113,7 +113,7 @@ def convergence(
     Raises
     ------
     InputError
-        If the measure or part does not exist, or no bar bends by modes.
+        If the measure or part does not exist or has no value, or no bar bends by modes.
     """
     if not 0.0 < within < 1.0:
         raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")
@@ -125,6 +125,8 @@ def convergence(
     levels, enough = list[Level](), math.nan
     for setting, variant, changed in tried:
         levels.append(_level(variant, changed, setting, wanted, members, threads))
+        if math.isnan(levels[-1].value) and not levels[-1].cause:
+            raise InputError(f"'{wanted.name}' has no value in this run", "a measure of a part that the mechanism has")
         at = len(levels) - 1 - AGREEING_LEVELS
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
             enough = levels[at].setting
@@ -156,9 +158,12 @@ def _level(
     values = response_values(runs, wanted)
     failed = runs["status"].values != "complete"
     cause = str(runs["cause"].values[np.argmax(failed)]) if failed.any() else ""
-    mean = math.nan if failed.any() else float(values.mean())
-    spread = float(np.ptp(values)) / (abs(mean) or 1.0)
-    error = float(np.std(values, ddof=1)) / math.sqrt(members)
+    equal = bool(np.all(values == values[0]))  # also of runs without the event, whose values are infinite
+    if not cause and not equal and np.isinf(values).any():
+        cause = "the event occurs in some of the repeated runs only"
+    mean = math.nan if cause else float(values.mean())
+    spread = 0.0 if equal else float(np.ptp(values)) / (abs(mean) or 1.0)
+    error = 0.0 if equal or cause else float(np.std(values, ddof=1)) / math.sqrt(members)
     return Level(setting, mean, spread, error, float(runs.attrs["integration_seconds"]) / members, cause)
 
 
@@ -168,7 +173,8 @@ def _agrees(coarse: Level, finer: Sequence[Level], within: float) -> bool:
         return False
     reference = finer[-1]
     return all(
-        abs(coarse.value - level.value)
+        coarse.value == level.value
+        or abs(coarse.value - level.value)
         <= max(within * abs(reference.value), STANDARD_ERRORS_MAX * math.hypot(coarse.error, level.error))
         for level in finer
     )

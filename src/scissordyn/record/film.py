@@ -9,7 +9,6 @@ import numpy as np
 
 from scissordyn.laws.oil import TEMPERATURE_RANGE
 from scissordyn.mechanics.monitored import JOINT_FORCE
-from scissordyn.mechanics.outputs import record
 from scissordyn.model.clearance import Clearance, Lubrication
 from scissordyn.plan.plan import Plan
 from scissordyn.plan.system import state_kept
@@ -37,7 +36,7 @@ def _films_over_time(plan: Plan, path: Trajectory) -> tuple[np.ndarray, dict[str
     results, coordinates = list[np.ndarray](), list[np.ndarray]()
     with state_kept(path.system):
         for part in in_chunks(path, [path.samples, *recorded_ends(path)]):
-            found, time = record(plan.maps, path.system, part), np.append(time, part.time)
+            found, time = path.record(part), np.append(time, part.time)
             results.append(found.result[:, first:])
             coordinates.append(found.coordinate[:, first:])
     order, films = np.argsort(time, kind="stable"), dict[str, np.ndarray]()

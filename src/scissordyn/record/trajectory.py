@@ -12,7 +12,6 @@ from scissordyn.integrate.integration import Samples, StepRecord
 from scissordyn.kernel import Handle
 from scissordyn.mechanics.outputs import record, record_in_halves
 from scissordyn.mechanics.sample import Record
-from scissordyn.plan.bending import bends
 from scissordyn.plan.plan import Plan
 from scissordyn.processor import processors
 from scissordyn.record.events import contacts
@@ -99,11 +98,12 @@ class Trajectory:
         ends = self.recorded.end == 1
         return self.recorded.time[ends], self.recorded.state[ends], self.recorded.mode[ends]
 
-    def record(self) -> Record:
-        """Evaluate positions, velocities, accelerations and forces at the samples; for bars that bend, on two threads."""
-        friction = self.system.content.friction.component.size > 0
-        halves = bends(self.plan.mechanism) and not friction and processors() > 1
-        return (record_in_halves if halves else record)(self.plan.maps, self.system, self.samples)
+    def record(self, samples: Samples | None = None) -> Record:
+        """Evaluate positions, velocities, accelerations and forces at samples, by default its own; many on two threads."""
+        entries_min = 50_000  # [values of states] fewer take less time than a thread and a copy of the system save
+        given, friction = self.samples if samples is None else samples, self.system.content.friction.component.size > 0
+        halves = given.state.size > entries_min and not friction and processors() > 1
+        return (record_in_halves if halves else record)(self.plan.maps, self.system, given)
 
     @cached_property
     def contacts(self) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from scissordyn.components.place import GROUND
 from scissordyn.integrate.integration import Samples
 from scissordyn.mechanics.monitored import JOINT_FORCE, oiled_contacts
-from scissordyn.mechanics.outputs import record, record_together
+from scissordyn.mechanics.outputs import record_together
 from scissordyn.mechanics.reactions import solve_reactions
 from scissordyn.mechanics.sample import Record
 from scissordyn.plan.bending import bends
@@ -158,7 +158,7 @@ def force_peaks(path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
         sources = [_coarse(path), *recorded_ends(path)]
     with state_kept(path.system):
         for part in in_chunks(path, sources):
-            found = transmitted(plan, record(plan.maps, path.system, part), part.time)
+            found = transmitted(plan, path.record(part), part.time)
             sizes.append((part.time, found.sizes))
     return _largest(path, sizes)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,6 @@ from scissordyn.components.port.stroke import AXIS_POINTS
 from scissordyn.errors import InputError
 from scissordyn.model.addition import panel_ends, payload_points
 from scissordyn.model.body import Body, Track
-from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.bar_diagram import Diagram, check_quantity, known_diagrams, part_indices
 from scissordyn.plot.contact import frame_contacts
@@ -23,7 +22,7 @@ from scissordyn.plot.series import time_scale
 from scissordyn.plot.style import SIZES
 from scissordyn.plot.symbol import Symbol, cross_sections, symbols, wheel_points
 from scissordyn.record.placement import Placement, placed
-from scissordyn.record.results import Run, along, values_at
+from scissordyn.record.results import Run, values_at
 from scissordyn.warning import LISTED_MAX
 
 CLOSED_SHAPES = ("plate", "block", "payload", "panel")  # Kinds of shapes that are closed polygons
@@ -126,13 +125,14 @@ class Scene:
         region: np.ndarray | Corners | None = None,
         longer: float = PLACING.region,
         instants: int = PLACING.film_instants,
-        alone: bool = False,
     ) -> np.ndarray:
         """Return the offsets of the names of magnified joints, as `label.name_offsets` computes them.
 
         Shapes: `region` (2, 2) [m]; returns (instants, magnified, 2) [pt].
         """
         named = self.magnified[:count]
+        if not named:
+            return np.empty((instants, 0, 2))
         lines = [
             np.concatenate([shape.points, shape.points[:, :1]], axis=1) if shape.kind in CLOSED_SHAPES else shape.points
             for shape in self.shapes
@@ -142,7 +142,7 @@ class Scene:
         others = np.concatenate([self.pins, *(joint.place[:, None] for joint in self.magnified[len(named) :])], axis=1)
         low, high = (self.low, self.high) if region is None else region
         names = [joint.name for joint in named]
-        return name_offsets(names, places, lines, others, (low, high), longer=longer, instants=instants, alone=alone)
+        return name_offsets(names, places, lines, others, (low, high), longer=longer, instants=instants)
 
 
 def _component_shapes(drawn: list[Symbol], diagrams: tuple[Diagram, ...]) -> list[Shape]:
@@ -298,69 +298,43 @@ def _clearance_joints(
 ) -> tuple[ClearanceJoint, ...]:
     """Return the magnified views of clearance joints in each frame."""
     path_points = 4000  # largest number of points of a journal's path, about the width of a screen in pixels
+    if not names:
+        return ()
     last = int(frames[-1])
     instants = np.linspace(0, last, min(last + 1, path_points)).astype(int) if between else frames
     path = np.unique(np.concatenate([frames, instants]))
-    places = {name: k for k, name in enumerate(run.variables["joint"].values.tolist())} if names else {}
-    joints = [(mechanism.joint(name), places[name]) for name in names]
-    dims = {
-        "clearance": ("joint",),
-        "eccentricity": ("joint", "time", "axis"),
-        "reaction": ("joint", "axis", "time"),
-        "in_contact": ("joint", "time"),
-    }
-    read = {name: along(run.variables[name], *order) for name, order in dims.items()} if names else {}
-    return tuple(_clearance_joint(run, read, placement, frames, joint, k, path, between=between) for joint, k in joints)
-
-
-def _clearance_joint(
-    run: Run,
-    read: Mapping[str, np.ndarray],
-    placement: Placement,
-    frames: np.ndarray,
-    joint: Revolute,
-    k: int,
-    path: np.ndarray,
-    *,
-    between: bool,
-) -> ClearanceJoint:
-    """Return the magnified view of joint k of a run in each frame.
-
-    `read` are variables of the run, of shape (joints, ...); `path` are the samples at which the path of the joint is drawn.
-    """
-    name = joint.name
-    if joint.clearance is None:
-        raise InputError(f"joint '{name}' has clearance in the run but is ideal in the mechanism", "the mechanism of the run")
-    clearance = float(read["clearance"][k])
-    eccentricity = SIZES.magnified_clearance / clearance * placement.vectors(read["eccentricity"][k])
-    force, touching = np.hypot(*read["reaction"][k]), read["in_contact"]
-    touched, largest = _contacts(run, [name], frames, touching[[k]].T, force, between=between)
-    return ClearanceJoint(
-        name=name,
-        place=placement.place(joint.bearing),
-        journal=eccentricity[frames],
-        path=eccentricity[path],
-        reached=np.searchsorted(path, frames, side="right") if between else np.zeros(len(frames), int),
-        touched=touched[:, 0],
-        force=largest,
-        gain=SIZES.magnified_clearance * joint.clearance.journal_radius / clearance,
-    )
+    reached = np.searchsorted(path, frames, side="right") if between else np.zeros(len(frames), int)
+    clearance, touching = (values_at(run, *read, "joint", joint=names) for read in (("clearance",), ("in_contact", "time")))
+    force = np.hypot(*values_at(run, "reaction", "axis", "time", "joint", joint=names))
+    magnified = placement.vectors(values_at(run, "eccentricity", "joint", "time", "axis", joint=names))
+    magnified *= (SIZES.magnified_clearance / clearance)[:, None, None]
+    touched, largest = _contacts(run, names, frames, touching, force, between=between)
+    joints = []
+    for k, (name, gap) in enumerate(zip(names, clearance.tolist(), strict=True)):
+        joint = mechanism.joint(name)
+        if joint.clearance is None:
+            what = f"joint '{name}' has clearance in the run but is ideal in the mechanism"
+            raise InputError(what, "the mechanism of the run")
+        gain = SIZES.magnified_clearance * joint.clearance.journal_radius / gap
+        moving = placement.place(joint.bearing), magnified[k, frames], magnified[k, path], reached
+        joints.append(ClearanceJoint(name, *moving, touched[:, k], largest[:, k], gain))
+    return tuple(joints)
 
 
 def _contacts(
     run: Run, names: Sequence[str], frames: np.ndarray, touching: np.ndarray, force: np.ndarray, *, between: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which points touch in each frame, and the largest force: at the frame's instant, or since the previous frame.
+    """Return which points touch in each frame, and their largest forces: at its instant, or since the previous frame.
 
-    Shapes: `touching` (samples, points), `force` (samples,); returns (frames, points), (frames,).
+    Shapes: `touching, force` (samples, points); returns (frames, points), (frames, points).
     """
     if not between:
         return touching[frames], force[frames]
     # a contact may be shorter than a frame
     begins, last = np.concatenate([[0], frames[:-1] + 1]), int(frames[-1]) + 1
-    located = [frame_contacts(run, name, run.variables["time"].values[frames]) for name in names]
-    touched = np.logical_or.reduceat(touching[:last], begins, axis=0) | np.stack([part for part, _ in located], axis=1)
-    return touched, np.max([np.maximum.reduceat(force[:last], begins), *(peaks for _, peaks in located)], axis=0)
+    touched, largest = frame_contacts(run, names, run.variables["time"].values[frames])
+    touched |= np.logical_or.reduceat(touching[:last], begins, axis=0)
+    return touched, np.maximum(np.maximum.reduceat(force[:last], begins, axis=0), largest)
 
 
 def guides_for_contacts(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
@@ -401,14 +375,14 @@ def _channel(run: Run, mechanism: Mechanism, placement: Placement, frames: np.nd
     tips = np.stack([np.broadcast_to(half_length * along / np.max(np.abs(along)), heights.shape), heights], axis=-1)
     around = np.argsort(np.arctan2(across, along))
     corners = tuple(points[k].name for k in around)
-    force = np.linalg.norm(reaction, axis=2).max(axis=1)
-    touched, largest = _contacts(run, corners, frames, touching.astype(bool)[:, around], force, between=between)
+    force = np.linalg.norm(reaction, axis=2)
+    touched, largest = _contacts(run, corners, frames, touching.astype(bool)[:, around], force[:, around], between=between)
     return Channel(
         guide,
         tips[:, around],
         touched,
         {face: face * float(surface[inside * side == face][0]) for face in (1.0, -1.0)},
-        largest,
+        largest.max(axis=1),
         placement.place(described.follower),
         SIZES.magnified_clearance * half / gap.clearance,
         corners,

@@ -15,7 +15,6 @@ from scissordyn.errors import InputError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plot.animation_scene import Channel, Scene, scale_in_words, scene_of
 from scissordyn.plot.bar_diagram import DIAGRAM_MAP, QUANTITIES, Diagram
-from scissordyn.plot.label import PLACING
 from scissordyn.plot.scale import engineering
 from scissordyn.plot.series import clearance_pins, largest_forces, mechanism_of, predictability_horizon
 from scissordyn.plot.style import SIZES
@@ -46,8 +45,9 @@ def pack_run(run: Run, mechanism: Mechanism, *, number: int = 0, note: str = "",
 
 def pack_scene(scene: Scene, run: Run, *, number: int = 0, note: str = "", seconds: float = SIZES.film_duration) -> str:
     """Return a scene as JSON for the canvas of a browser; it plays in `seconds`."""
-    most_names = 6  # with more joints only the chosen one shows its name, as in canvas.js
-    largest, alone = largest_forces(run) if scene.channels else {}, len(scene.magnified) > most_names
+    most_names = 6  # with more joints only the chosen one shows its name, above it, as in canvas.js
+    largest = largest_forces(run) if scene.channels else {}
+    named = len(scene.channels if len(scene.clearance_joints) > most_names else scene.magnified)
     data = {
         "run": number,
         "note": note,
@@ -73,7 +73,7 @@ def pack_scene(scene: Scene, run: Run, *, number: int = 0, note: str = "", secon
         ],
         # a click on a channel shows the curves of the corner with the largest force
         "channels": [_channel(channel, max(channel.corners, key=largest.__getitem__)) for channel in scene.channels],
-        "asides": np.round(scene.name_offsets(instants=1 if alone else PLACING.film_instants, alone=alone), 1).tolist(),
+        "asides": np.round(scene.name_offsets(named), 1).tolist(),
         "magnification": scene.magnification,
         "diagrams": [_diagram(diagram) for diagram in scene.diagrams],
         "onBars": scene.on_bars,

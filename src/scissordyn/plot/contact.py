@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,21 +80,22 @@ def force_curve(run: Run, joint: str, *, normal: bool = False) -> Curve:
     return Curve(*insert_points(time, values, contacts.peak_time, contacts.peak), "N")
 
 
-def frame_contacts(run: Run, joint: str, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return whether each frame contains a contact of a joint, and the largest peak force in it.
+def frame_contacts(run: Run, joints: Sequence[str], frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return whether each frame contains a contact of each joint, and the largest peak force in it.
 
     A frame covers the time since the previous one.
 
-    Shapes: `frames` (frames,) [s]; returns `touched` (frames,), `largest` (frames,) [N].
+    Shapes: `frames` (frames,) [s]; returns `touched` (frames, joints), `largest` (frames, joints) [N].
     """
-    touched, largest = np.zeros(frames.size, bool), np.zeros(frames.size)
-    contacts = contact_times(run, joint)
-    first = np.searchsorted(frames, contacts.start)
-    last = np.minimum(np.searchsorted(frames, contacts.end), frames.size - 1)
-    for begin, end in zip(first.tolist(), last.tolist(), strict=True):
-        touched[begin : end + 1] = True
-    inside = np.isfinite(contacts.peak) & (contacts.peak_time <= frames[-1])
-    np.maximum.at(largest, np.searchsorted(frames, contacts.peak_time[inside]), contacts.peak[inside])
+    touched, largest = np.zeros((frames.size, len(joints)), bool), np.zeros((frames.size, len(joints)))
+    for k, joint in enumerate(joints):
+        contacts = contact_times(run, joint)
+        first = np.searchsorted(frames, contacts.start)
+        last = np.minimum(np.searchsorted(frames, contacts.end), frames.size - 1)
+        for begin, end in zip(first.tolist(), last.tolist(), strict=True):
+            touched[begin : end + 1, k] = True
+        inside = np.isfinite(contacts.peak) & (contacts.peak_time <= frames[-1])
+        np.maximum.at(largest[:, k], np.searchsorted(frames, contacts.peak_time[inside]), contacts.peak[inside])
     return touched, largest
 
 

@@ -139,11 +139,10 @@ def name_offsets(
     *,
     longer: float = PLACING.region,
     instants: int = PLACING.film_instants,
-    alone: bool = False,
 ) -> np.ndarray:
     """Return the offsets of names from their joints at instants that are equally spaced over a film.
 
-    Each place hides little, and changes of place are rare. With `alone`, only one name is shown at a time.
+    Each place hides little, and changes of place are rare.
 
     Shapes: `joints` (frames, names, 2) [m], `lines` (frames, points, 2) [m], `others` (frames, joints, 2) [m]; returns
     (instants, names, 2) [pt].
@@ -163,11 +162,10 @@ def name_offsets(
     for k, half in enumerate(halves):
         tries, distance = _film_candidates(*half.tolist())
         cost = np.empty((len(chosen), len(tries)))
-        before = slice(0 if alone else k)
         for look, (here, points) in enumerate(zip(places, ink, strict=True)):
-            middles = here[before] + chosen_places[look, before]
+            middles = here[:k] + chosen_places[look, :k]
             apart = np.delete(here, k, axis=0)
-            hidden, nearer, _ = _place_penalties(here[k], apart, tries, half, points, edges, middles, halves[before])
+            hidden, nearer, _ = _place_penalties(here[k], apart, tries, half, points, edges, middles, halves[:k])
             cost[look] = moving_weight * distance + hidden + PLACING.misleading_penalty * nearer
         chosen_places[:, k] = tries[_steadiest_places(cost, jump * len(chosen))]
     return chosen_places

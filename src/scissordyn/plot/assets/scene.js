@@ -1,6 +1,7 @@
 // A scene as it comes from canvas.py, with its arrays unpacked. It stands before canvas.js.
 
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
+const ABOVE = [0, 11];       // place of a name that is drawn alone
 
 const ARRAYS = { shapes: ["points"], joints: ["place", "journal", "touched", "force"], channels: ["place", "block", "touching", "force"],
   diagrams: ["values"], tracks: ["points"] };
@@ -46,7 +47,7 @@ function unpacked(text) {
   scene.insets = [...scene.channels, ...scene.joints];
   const looks = scene.asides.length - 1, last = Math.max(1, scene.time.length - 1);
   scene.insets.forEach((inset, k) => {
-    inset.aside = frame => scene.asides[Math.round(frame / last * looks)][k].map((part, axis) => (axis ? -1 : 1) * LETTERS * part);
+    inset.aside = frame => (scene.asides[Math.round(frame / last * looks)][k] || ABOVE).map((part, axis) => (axis ? -1 : 1) * LETTERS * part);
   });
   return scene;
 }

@@ -15,7 +15,7 @@ from scissordyn.plot.contact import torque_sources
 from scissordyn.plot.file import check_format, content_of, write_content
 from scissordyn.plot.joint import film, force, orbit
 from scissordyn.plot.over_time import energy, has_tracks, response, torque, track
-from scissordyn.plot.second_process import make_all
+from scissordyn.plot.processes import make_all
 from scissordyn.plot.series import chosen_joints, clearance_pins
 from scissordyn.plot.still import bending, structure
 from scissordyn.record.joint_force import clearance_joints

@@ -1,4 +1,4 @@
-"""Make pictures in two processes where the system can duplicate a process that has loaded all libraries."""
+"""Make pictures in several processes where the system can duplicate a process that has loaded all libraries."""
 
 from __future__ import annotations
 
@@ -9,20 +9,36 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from typing import BinaryIO
 
 from scissordyn.processor import processors
 
 
 def make_all(makers: Mapping[str, Callable[[], bytes]]) -> dict[str, bytes]:
-    """Return the results of functions by name; this process and a duplicate of it take the functions in turn.
+    """Return the results of functions by name; this process and duplicates of it take the functions in turn.
 
     All functions are called here if there are several threads, because a duplicate has only one of them, or one processor.
     """
-    if len(makers) < 2 or sys.platform != "linux" or threading.active_count() > 1 or processors() < 2:
+    most_processes = 4  # one picture takes a third of the time of all
+    duplicates = min(len(makers), processors(), most_processes) - 1
+    if duplicates < 1 or sys.platform != "linux" or threading.active_count() > 1:
         return {name: make() for name, make in makers.items()}
     tasks, tasks_end = os.pipe()
     os.write(tasks_end, bytes(range(len(makers))))
     os.close(tasks_end)
+    with ExitStack() as stack:
+        stack.callback(os.close, tasks)
+        answers = [_duplicate(makers, tasks, stack) for _ in range(duplicates)]
+        made = _make_next(makers, tasks)
+        for content in [answer.read() for answer in answers]:
+            made |= pickle.loads(content) if content else {}
+    # errors of duplicates are raised again here
+    return {name: made[name] if name in made else make() for name, make in makers.items()}
+
+
+def _duplicate(makers: Mapping[str, Callable[[], bytes]], tasks: int, stack: ExitStack) -> BinaryIO:
+    """Start a duplicate of this process, which ends with the stack at the latest; return the file with its results."""
     answer, answer_end = os.pipe()
     with warnings.catch_warnings():  # Python 3.12 warns of threads of libraries too; they wait for work
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -30,18 +46,9 @@ def make_all(makers: Mapping[str, Callable[[], bytes]]) -> dict[str, bytes]:
     if child == 0:
         _answer(makers, tasks, answer_end)
     os.close(answer_end)
-    try:
-        with os.fdopen(answer, "rb") as received:
-            made = _make_next(makers, tasks)
-            content = received.read()
-    finally:
-        os.close(tasks)
-        os.kill(child, signal.SIGKILL)  # it has ended already, or this process was interrupted
-        os.waitpid(child, 0)
-    if content:
-        made |= pickle.loads(content)
-    # errors of the duplicate are raised again here
-    return {name: made[name] if name in made else make() for name, make in makers.items()}
+    stack.callback(os.waitpid, child, 0)
+    stack.callback(os.kill, child, signal.SIGKILL)  # it has ended already, or this process was interrupted
+    return stack.enter_context(os.fdopen(answer, "rb"))
 
 
 def _make_next(makers: Mapping[str, Callable[[], bytes]], tasks: int) -> dict[str, bytes]:

@@ -1,7 +1,7 @@
 // A scene as it comes from canvas.py, with its arrays unpacked. It stands before canvas.js.
 
 const LETTERS = 1.5;         // size of the letters, over that for which the places of names were chosen
-const ABOVE = [0, 11];       // place of a name that is drawn alone
+const ABOVE = [0, 15];       // place of a name that is drawn alone, beyond the ring of the chosen joint
 
 const ARRAYS = { shapes: ["points"], joints: ["place", "journal", "touched", "force"], channels: ["place", "block", "touching", "force"],
   diagrams: ["values"], tracks: ["points"] };

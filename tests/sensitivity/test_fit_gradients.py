@@ -73,3 +73,20 @@ def test_differences_are_used_with_a_reason():
     found = fit_parameters(mechanism, options, [record()], free, deviations=dict.fromkeys(record().headings, 1e-5), most=3)
     assert json.loads(found.attrs["statistics"])["derivatives"] == "differences"
     assert any("steps of a fixed size have no derivatives" in warning for warning in json.loads(found.attrs["warnings"]))
+
+
+def test_starts_of_a_record_with_impacts():
+    """Contract: a search from far away ends at a local minimum and says so; the best of 64 starts leads to the truth."""
+    column, times = columns_of(bouncing(), OPTIONS)["acceleration of ball, x"], np.linspace(0.0, 0.03, 400)
+    noise = np.random.default_rng(1).normal(0.0, 0.5, (400, 1))
+    measured = curves(motion(bouncing(), OPTIONS, times), [column]) + noise
+    data, path = sd.Measured(times, ("acceleration of ball, x",), measured, ("m/s^2",)), "hole.damping.restitution"
+    far = sd.Case(bouncing().replace(path, 0.95), OPTIONS)
+    stuck, found = (sd.fit(far, data, {path: (0.3, 0.98)}, starts=starts) for starts in (1, 64))
+    assert abs(stuck["value"].item() - 0.7) > 0.1
+    assert "local minimum" in stuck.attrs["warnings"]
+    assert found["low"].item() < 0.7 < found["high"].item() < 0.701
+    assert found.attrs["warnings"] == "[]"
+    assert json.loads(found.attrs["statistics"])["runs"] > 64
+    with pytest.raises(sd.InputError, match=f"'{path}' has no range"):
+        sd.fit(far, data, [path], starts=2)

@@ -44,6 +44,9 @@ def fit(
             metavar="FRACTION", help="Standard deviation of jumps between segments, as a fraction of the range of the motion."
         ),
     ] = None,
+    starts: Annotated[
+        int, Option(help="Points in the ranges from the best of which the search starts; 50 or more for impacts.", min=1)
+    ] = 1,
     deviation: Annotated[
         list[str] | None,
         Option(metavar="COLUMN=VALUE", help="Standard deviation of a measured quantity, with its unit. Repeatable."),
@@ -81,6 +84,7 @@ def fit(
         segment=_segment(segment),
         deviations=_deviations(read, deviation or []),
         jump=jump,
+        starts=starts,
         progress=None if silent or not sys.stderr.isatty() else lambda line: print(line, file=sys.stderr),
     )
     predicted = _predicted(fitted, held_out, segment) if held_out else None

@@ -131,6 +131,7 @@ def fit(
     deviations: Mapping[str, float] | None = None,
     jump: float | None = None,
     most: int = 100,
+    starts: int = 1,
     options: Options | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
@@ -160,6 +161,9 @@ def fit(
         small value joins the segments to one motion. By default segments are independent.
     most : int
         Largest number of residual evaluations in a round of weights.
+    starts : int
+        Number of points in the ranges of the parameters, with that of the case, at which a run is compared with the data. The
+        search starts from the best one. Records with impacts have many local minima: use 50 or more.
     options : Options, optional
         Options of the runs; by default those of the case.
     progress : callable, optional
@@ -198,9 +202,15 @@ def fit(
     records = _records(data, mechanism, chosen)
     wanted = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
     numbers = [_free(mechanism, parameter, text) for parameter, text in wanted.items()]
-    return fit_parameters(
-        mechanism, chosen, records, numbers, segment=segment, deviations=deviations, jump=jump, most=most, progress=progress
-    )
+    without = next((parameter for parameter, text in wanted.items() if text is None), None)
+    if starts < 1 or (starts > 1 and without is not None):
+        raise InputError(
+            f"starts = {starts}" + (f", but '{without}' has no range" if starts > 1 else ""),
+            "1, or more with a range of each free parameter",
+            "--starts 64 --free 'A.damping.restitution=0.5..0.95'",
+        )
+    how: dict[str, Any] = {"segment": segment, "deviations": deviations, "jump": jump, "most": most, "starts": starts}
+    return fit_parameters(mechanism, chosen, records, numbers, **how, progress=progress)
 
 
 def _records(data: Data | Sequence[Data], mechanism: Mechanism, options: Options) -> list[Measured]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -12,6 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
+from scipy.stats import norm
+from scipy.stats.qmc import Halton
 
 from scissordyn.analysis.agreement import Measured
 from scissordyn.casefile.configuration import write_configuration
@@ -43,6 +46,7 @@ def fit_parameters(
     deviations: Mapping[str, float] | None = None,
     jump: float | None = None,
     most: int = 100,
+    starts: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> xr.Dataset:
     """Fit parameters of a mechanism to records by least squares; `config.fits.fit` describes the arguments and the result."""
@@ -62,6 +66,11 @@ def fit_parameters(
     rows = sum(piece.record.values.size for piece in segments)
     if rows <= problem.unknowns:
         raise InputError(f"{rows} measured values for {problem.unknowns} unknowns", "more data, or fewer free parameters")
+    if starts > 1:
+        problem = _best_start(problem, starts)
+        if progress is not None:
+            found = ", ".join(f"{parameter.path} = {parameter.start:.6g}" for parameter in problem.free)
+            progress(f"{starts} starts: the best is {found}")
     problem, unknowns, solution = _solve(problem, weights=not deviations, most=most, progress=progress)
     failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
@@ -72,6 +81,33 @@ def fit_parameters(
         "derivatives": problem.derivatives,
     }
     return data.assign_attrs(statistics=json.dumps({"seconds": clocks.perf_counter() - began} | counts))
+
+
+def _best_start(problem: Problem, starts: int) -> Problem:
+    """Return the problem with the best of several starts: that of the case, and points spread over the ranges (Halton)."""
+    low, high = np.array([_range(parameter) for parameter in problem.free]).T
+    points = low + Halton(len(problem.free), seed=0).random(starts - 1) * (high - low)
+    rest = problem.start()[len(problem.free) :]
+    trials = [problem.start(), *(np.concatenate([point / problem.scale, rest]) for point in points)]
+    costs = [float(np.sum(problem.residuals(trial) ** 2)) for trial in trials]
+    best = problem.values(trials[int(np.argmin(costs))])
+    free = [dataclasses.replace(parameter, start=value) for parameter, value in zip(problem.free, best.tolist(), strict=True)]
+    return _replace(problem, free=free)
+
+
+def _range(parameter: Free) -> tuple[float, float]:
+    """Return the range in which starts are tried: the bounds, or two standard deviations of an independent measurement."""
+    if not math.isfinite(parameter.deviation):
+        return parameter.low, parameter.high
+    reach = 2.0 * parameter.deviation
+    return max(parameter.low, parameter.mean - reach), min(parameter.high, parameter.mean + reach)
+
+
+def _replace(problem: Problem, **changes: Any) -> Problem:
+    """Return a changed problem that goes on counting the runs."""
+    new = dataclasses.replace(problem, **changes)
+    new.runs = problem.runs
+    return new
 
 
 def _solve(
@@ -87,7 +123,7 @@ def _solve(
     except FailedRunError as failed:
         raise InputError(f"the first run of the fit fails: {failed}", "a case that runs over the time of the data") from None
     if weights:
-        problem = dataclasses.replace(problem, deviation=_deviations(problem, unknowns))
+        problem = _replace(problem, deviation=_deviations(problem, unknowns))
     for round_ in range(3 if weights else 1):
         solution = least_squares(
             problem.residuals,
@@ -106,7 +142,7 @@ def _solve(
         new = _deviations(problem, unknowns)
         if np.all(np.abs(new / problem.deviation - 1.0) < 0.05):  # the standard deviations have converged
             break
-        problem = dataclasses.replace(problem, deviation=new)
+        problem = _replace(problem, deviation=new)
     return problem, unknowns, solution
 
 
@@ -169,6 +205,33 @@ def _jumps(segments: Sequence[Segment], jump: float | None) -> np.ndarray | None
     return np.asarray(jump * np.where(sizes > 0.0, sizes, 1.0))
 
 
+MISFIT_CAUSES = "the mechanism or its start differs from what was measured, or this is a local minimum (try more starts)"
+
+
+def _misfits(residual: np.ndarray, headings: Sequence[str], probability: float = 1e-6, correlation: float = 0.5) -> list[str]:
+    """Return a warning for each column, shape (rows, columns), whose residuals are not noise.
+
+    `probability`: normally distributed errors have a residual as large as the largest one with a smaller probability.
+
+    `correlation`: neighbouring residuals have a larger correlation.
+    """
+    warnings, limit = [], norm.isf(0.5 * probability / len(residual))
+    for heading, column in zip(headings, residual.T, strict=True):
+        square = np.sum(column**2)
+        ratio, neighbours = np.max(np.abs(column)) / np.sqrt(square / len(column)), np.sum(column[1:] * column[:-1]) / square
+        if ratio > limit:
+            warnings.append(
+                f"the largest residual of '{heading}' is {ratio:.1f} times their root mean square, as where impacts of run and "
+                f"record do not coincide: the intervals are not valid; {MISFIT_CAUSES}"
+            )
+        elif neighbours > max(correlation, 5.0 / np.sqrt(len(column))):
+            warnings.append(
+                f"neighbouring residuals of '{heading}' have a correlation of {neighbours:.2f}: the intervals are not valid; "
+                f"{MISFIT_CAUSES}"
+            )
+    return warnings
+
+
 TITLE = "scissordyn fit"  # attribute `title` of the Dataset with the result of a fit
 
 
@@ -182,6 +245,9 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
     def of_parameters(numbers: Any, about: str) -> tuple[str, Any, dict[str, str]]:
         return "parameter", numbers, {"long_name": about}
 
+    warnings = _warnings(problem, failure, errors, values)
+    if not any("neighbouring residuals" in text for text in warnings):
+        warnings += _misfits(residual, problem.segments[0].record.headings)
     data = xr.Dataset(
         {
             "value": of_parameters(values, "fitted value, in the unit of the parameter"),
@@ -215,7 +281,7 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
         "configuration": write_configuration(problem.fitted_mechanism(unknowns), problem.options),
         "chi_square": errors.chi_square,
         "dependence": errors.dependence,
-        "warnings": json.dumps(_warnings(problem, failure, errors, values)),
+        "warnings": json.dumps(warnings),
     }
     return data
 
@@ -248,7 +314,7 @@ def _warnings(
     if errors.dependence > dependence:
         warnings.append(
             f"neighbouring residuals depend on each other and widen the intervals by a factor of {errors.dependence:.1f}: "
-            "the mechanism or its start differs from what was measured"
+            f"{MISFIT_CAUSES}"
         )
     correlation = errors.correlation
     for i in range(len(free)):

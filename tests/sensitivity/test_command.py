@@ -81,3 +81,16 @@ def test_a_measure_is_needed(case, capsys):
     """Contract: one line says what is missing."""
     assert status_of(["gradient", case, "--by", "hole.clearance"]) == 2
     assert "a gradient without a measure" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["hole.first_contact", "--by", "hole.clearance", "--set", "run.most_steps=5"], "5 steps are not enough"),
+        (["hole.first_contact", "--by", "hole"], "'hole': the name of a part, without a parameter of it"),
+    ],
+)
+def test_refused(case, words, told, capsys):
+    """Contract: options of the case hold, and a part is not a parameter."""
+    assert status_of(["gradient", case, "--of", *words]) != 0
+    assert told in capsys.readouterr().err

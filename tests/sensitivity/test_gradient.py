@@ -254,6 +254,22 @@ def test_a_count_is_refused():
         sd.gradient(arm, of=["drive_work"], by=["drive.strokes"], until=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("measure", "message"), [("impulse", "ideal joints have no contacts"), ("peak_force", "has no derivatives")]
+)
+def test_ideal_joints_are_refused(measure, message):
+    """Contract: joints without clearance have a largest force without derivatives, and no other measure."""
+    arm = sd.scissor(units=1).with_clearance("A", sd.Clearance(1e-4)).driven(speed=1.0)
+    with one_line_error(match=message):
+        sd.gradient(arm, of=[f"ideal joints.{measure}"], by=["A.clearance"], until=1e-3)
+
+
+def test_a_parameter_that_the_mass_does_not_depend_on():
+    """Identity: the derivative of a mass by a clearance is zero without round-off."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-4)).driven(speed=1.0)
+    assert sd.gradient(arm, of=["mass"], by=["A.clearance"], until=1e-4)["derivative"].item() == 0.0
+
+
 def test_a_run_whose_contacts_only_graze():
     """Contract: a change of the speed with which a ball is thrown removes its only contact, unless the change is tiny."""
     balls = journals()

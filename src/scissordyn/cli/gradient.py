@@ -44,6 +44,7 @@ def gradient(
 ) -> int:
     from scissordyn.config.file import read_case
     from scissordyn.plan.plan import plan
+    from scissordyn.sensitivity.gradient import exact_options
     from scissordyn.sensitivity.gradient import gradient as compute
 
     if not of:
@@ -51,12 +52,17 @@ def gradient(
     check_run(output, case, "-o gradient.nc")
     check_picture(plot, case, "gradient.png")
     read, last = read_case(case, change or []), read_option(until, "--until")
+    exact = exact_options(read.run)
     found = compute(
         read.mechanism,
         of=of,
         by=by or None,
         until=read.run.until if last is None else last,
         start=read.run.start,
+        rtol=exact.rtol,
+        atol=exact.atol,
+        method=exact.method,
+        most_steps=exact.most_steps,
         step=read.run.step if plan(read.mechanism).hard_places else None,
     )
     if as_json:

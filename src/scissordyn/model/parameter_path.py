@@ -103,7 +103,11 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
             raise InputError(what, f"{kind}.NAME.{rest}, or {kind}.all.{rest}", f"{kind}.all.{rest}")
         name = parameter.rsplit(".", 1)[0] if "." in parameter else parameter
         names = list(dict.fromkeys(part for part, _, _, kind in _named(mechanism) if kind != DRIVE))
-        names += [DRIVE] * bool(mechanism.drives) + list(_numbers(mechanism))
+        names += [DRIVE] * bool(mechanism.drives)
+        if parameter in names:
+            what = f"'{parameter}': the name of a part, without a parameter of it"
+            raise InputError(what, f"{parameter}.PARAMETER", f"a parameter path such as {PATH_EXAMPLES}")
+        names += list(_numbers(mechanism))
         first, _, rest = name.partition(".")
         near = [f"{kind}.{rest}" for kind in _kinds(mechanism) if rest and did_you_mean(first, [kind])]
         raise InputError(

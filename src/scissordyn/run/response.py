@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.run.measure import MEASURES, parts_of
+from scissordyn.run.measure import IDEAL_JOINTS, MEASURES, parts_of
 
 LOAD_KINDS: Mapping[str, str] = MappingProxyType({"N": "force", "N m": "torque"})  # Kind of a load, by its unit
 
@@ -58,6 +58,10 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
     dims = MEASURES[response.measure].dims if response.measure in MEASURES else ()
     names = parts_of(mechanism)
     parts = [name for dim in dims for name in names[dim]]
+    if response.part == IDEAL_JOINTS and response.part in parts and response.measure != "peak_force":
+        raise InputError(
+            f"'{response.name}': {IDEAL_JOINTS} have no contacts", f"'{IDEAL_JOINTS}.peak_force', or the name of a joint"
+        )
     if response.part and response.part not in parts:
         others = {dim for dim, found in names.items() if response.part in found}
         known = [f"{response.part}.{name}" for name, measure in MEASURES.items() if others & set(measure.dims)]

@@ -26,7 +26,7 @@ from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.advance.driver import count_steps
 from scissordyn.run.engine import outcomes
 from scissordyn.run.ideal_path import ideal_path
-from scissordyn.run.measure import MEASURES, Ended, unit_of
+from scissordyn.run.measure import IDEAL_JOINTS, MEASURES, Ended, unit_of
 from scissordyn.run.predictability import agreement_end
 from scissordyn.run.response import Response, check_part, read_response
 from scissordyn.run.trajectory import current_trajectory, make_driver
@@ -344,6 +344,8 @@ def _response(mechanism: Mechanism, text: str) -> Response:
     response = Response(measure, part)
     check_measure(response)
     check_part(mechanism, response)
+    if part == IDEAL_JOINTS:
+        raise InputError(f"'{text}' has no derivatives", "forces of joints with clearance, for example of=['peak_force']")
     return response
 
 
@@ -385,7 +387,7 @@ def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
     for response, value in zip(responses, values.tolist(), strict=True):
         if not math.isfinite(value):
             raise InputError(
-                f"'{response.name}' has no value in this run", "a measure of an event that occurs, for example a contact"
+                f"'{response.name}' has no value in this run", "a measure of a part that exists and of an event that occurs"
             )
 
 

@@ -46,8 +46,8 @@ def find_limit(run: Forward, parameter: int, change: float, far: float = 0.1) ->
     clearance = run.driver.system.content.parameters.contact["clearance"]
     later = log["time"] > 0.0
     log, slope = log[later], slope[later]
-    with np.errstate(divide="ignore"):
-        removing = 0.5 * np.abs(log["rate"]) / np.abs(slope[:, 3])
+    removing = np.full(len(log), math.inf)
+    np.divide(0.5 * np.abs(log["rate"]), np.abs(slope[:, 3]), out=removing, where=slope[:, 3] != 0.0)
     onsets = removing[log["mode"] == RISE]
     largest = float(np.max(onsets)) if onsets.size else math.inf
     limits = [(run.driver.time, ""), (float(run.nearby[parameter]), "near"), (float(run.doubt[parameter]), "mode")]

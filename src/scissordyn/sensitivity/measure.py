@@ -150,8 +150,9 @@ def _moved_values(run: Forward, parameter: int, responses: Sequence[Response], s
 def _mass_slope(run: Forward, response: Response, mechanism: Callable[[float], Mechanism], step: float) -> float:
     """Return the derivative of the mass, which does not depend on the run, by parameter / scale."""
     slope, made = 0.0, run.driver.plan
+    mass = value_of_response(Ended(run.driver), response)
     for weight, _, changed in weighted_mechanisms(mechanism, step):
         run.driver.plan = plan(changed)
-        slope += weight * value_of_response(Ended(run.driver), response)
+        slope += weight * (value_of_response(Ended(run.driver), response) - mass)
     run.driver.plan = made
     return slope

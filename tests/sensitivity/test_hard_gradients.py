@@ -240,3 +240,22 @@ def test_steps_that_the_vibration_of_a_compliant_contact_limits():
     stiffer = found["elasticity"].sel(parameter="pin.stiffness.stiffness")
     assert stiffer.sel(measure="pin.impulse").item() == pytest.approx(0.0, abs=5e-4)
     assert stiffer.sel(measure="pin.peak_force").item() == pytest.approx(0.5, abs=5e-4)
+
+
+@pytest.mark.parametrize("angle", np.linspace(0.1, 1.3, 7).tolist())
+def test_a_start_in_contact(angle):
+    """Contract: a loaded contact is closed from the start whatever the round-off, and no change of a parameter opens it."""
+    bob = disc(1e-3, 0.5, 0.1, gravity=9.81, centre=(0.0, -0.2), angle=angle)
+    found = sd.gradient(
+        bob,
+        of=["hole.first_contact", "hole.impulse"],
+        by=["gravity", "hole.clearance"],
+        until=1e-3,
+        step=1e-4,
+        start="in-contact",
+    )
+    assert found["value"].sel(measure="hole.first_contact").item() == 0.0
+    assert found["derivative"].sel(measure="hole.first_contact").values.tolist() == [0.0, 0.0]
+    assert found["limit"].values.tolist() == ["", ""]
+    # a pendulum that starts at rest is pressed on its bearing in proportion to gravity
+    assert found["elasticity"].sel(measure="hole.impulse", parameter="gravity").item() == pytest.approx(1.0, abs=5e-3)

@@ -48,7 +48,7 @@ from scissordyn.plan.plan import Plan
 from scissordyn.plan.rest import plan_at_rest
 from scissordyn.plan.system import guard_values, make_system
 from scissordyn.record.bars import with_distributed_mass
-from scissordyn.tolerance import REPORTED_FRACTION
+from scissordyn.tolerance import REPORTED_FRACTION, ROUND_OFF_TOL
 
 
 @dataclass(frozen=True)
@@ -283,11 +283,15 @@ def _indentation(system: System, j: int, force: float) -> float:
 def _activate_closed(plan: Plan, system: Handle, y: np.ndarray, kind: StartKind) -> list[list[float]]:
     """Activate contacts and components whose gap is closed at the start; return the rows of the event log.
 
-    A concentric start has no contacts, whatever the round-off; stops and cables may act.
+    A concentric start has no contacts, whatever the round-off, and a start in contact has every loaded hard one; stops and
+    cables may act.
     """
     content: System = system.content
     contacts, rows = content.parameters.contact.size, []
     value = guard_values(system, 0.0, y)
+    if kind == "in-contact":
+        hard = np.array(plan.hard_places, np.int64)
+        value[hard] += ROUND_OFF_TOL * plan.coordinates.size
     latches = {int(content.model.component_guard[component]) for _, _, component in content.model.latch.tolist()}
     for guard in np.flatnonzero(value > 0.0).tolist():
         if guard in latches or (guard < contacts and kind == "concentric"):

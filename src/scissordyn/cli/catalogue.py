@@ -133,6 +133,8 @@ def _describe(kind: str, name: str) -> None:
 def controllers(
     name: Annotated[str | None, Argument(help="A controller, or your class as FILE.py:CLASS.")] = None,
 ) -> int:
+    from scissordyn.casefile.table import toml_entries
+    from scissordyn.casefile.value import CONTROLLER_EXAMPLE
     from scissordyn.control.catalogue import CONTROLLERS, controller
 
     if name is None:
@@ -141,7 +143,9 @@ def controllers(
         return 0
     element: type = controller(name)
     samples = print_element(element, f"{name}, a controller", [f"Source: {vars(element)['source']}"])
-    inside = ", ".join([f'name = "{name}"', *samples[:2]])
+    examples = toml_entries(CONTROLLER_EXAMPLE)
+    chosen = [text for text in examples for sample in samples if text.split(" = ")[0] == sample.split(" = ")[0]]
+    inside = ", ".join([f'name = "{name}"', *(chosen or samples[:2])])
     say(f"In a case file, below [control]: controller = {{ {inside} }}")
     return 0
 
@@ -226,7 +230,7 @@ def print_parameters(element: type) -> list[str]:
         allowed = quantity.bounds if quantity else "true or false"
         if quantity is None and isinstance(key.default, str):
             allowed = "text"
-        default = "" if key.required or key.default is None else key.sample
+        default = "required" if key.required else "none" if key.default is None else key.sample
         rows.append((name, default, *((f"{key.help}; {allowed}".strip("; "),) if narrow else (allowed, key.help))))
     if rows:
         more = ("meaning",) if narrow else ("allowed", "meaning")

@@ -118,7 +118,10 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
         raise InputError(f"'{path}' is a {kind.replace('run', 'case')} file", wanted, sample)
     run = load(path)
     if not is_run(run):
-        raise InputError(f"'{path}' is a '{run.attrs.get('title')}', not a run", "a run saved by 'scissordyn run'")
+        raise InputError(
+            f"'{path}' is a '{run.attrs.get('title')}', not a run",
+            "a run saved by 'scissordyn run'; --plot of the command that saved it draws it",
+        )
     with add_prefix(f"'{path}'"):
         check_run(run)
     if run.sizes.get("time", 0) < samples:

@@ -112,7 +112,7 @@ def export(
     ],
     contacts: Annotated[bool, Option("--contacts", help="One row for each contact instead of each instant.")] = False,
     forces: Annotated[bool, Option("--forces", help="Export the forces of the pins on each bar.")] = False,
-    envelope: Annotated[bool, Option("--envelope", help="With --forces: export their extreme values over time.")] = False,
+    envelope: Annotated[bool, Option("--envelope", help="Export the largest pin forces over time and their ranges.")] = False,
     first: Begin = None,
     last: End = None,
     section: Annotated[str, Option(help="Section of the beams in an .inp file, such as '20x30 mm'.")] = "",

@@ -225,7 +225,7 @@ class _Reader(MotorReader):
         if friction := self._friction(joint, name):
             self.components.append(Clutch(f"dry friction of {label}", ends[0], friction, ends[1]))
             self.notes.append(
-                f"dry friction of joint '{name}': a clutch of {friction:g} N m that slips, with linings that yield"
+                f"dry friction of joint '{name}': a clutch with a capacity of {friction:g} N m, which yields before it slips"
             )
         for side, limit in self._limits(joint, name, q, "rad", "an angle_stop"):
             self.components.append(AngleStop(f"{side} limit of {label}", ends[0], angle(limit), ends[1]))

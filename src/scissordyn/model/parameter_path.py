@@ -276,6 +276,7 @@ def _driven(mechanism: Mechanism, rest: str) -> Iterator[Route]:
     raise InputError(
         f"'{DRIVE}.{rest}': {'several drives' if bodies else 'no drive'}",
         ", ".join(f"{DRIVE}.{body}.{rest}" for body in bodies) or "a mechanism with a drive",
+        "" if bodies else '[drive] with speed = "60 rpm" in the case file',
     )
 
 

@@ -81,13 +81,15 @@ def add_assembly(document: Any, mechanism: Mechanism) -> None:
     for body in mechanism.bodies:
         if not body.rotates:
             continue
-        on = [pin_of[body.name, point] for point in body.points]
-        corners = [mm(pins[pin]) for pin in on]
+        body_pins = [pin_of[body.name, point] for point in body.points]
+        corners = [mm(pins[pin]) for pin in body_pins]
         placed = places[body.name]
         (x, y), (ox, oy) = placed.turned(body.centre), placed.placed_position
         layer = {"layer": "bars"}
-        line = block.add_lwpolyline(corners, dxfattribs=layer) if len(on) > 1 else block.add_point(corners[0], dxfattribs=layer)
-        add(line, bar=body.name, pins=on, mass=body.mass, inertia=body.inertia, centre=[ox + x, oy + y])
+        line = (
+            block.add_lwpolyline(corners, dxfattribs=layer) if len(corners) > 1 else block.add_point(*corners, dxfattribs=layer)
+        )
+        add(line, bar=body.name, pins=body_pins, mass=body.mass, inertia=body.inertia, centre=[ox + x, oy + y])
     guided = {guide.follower[0] for guide in mechanism.guides}
     for body in mechanism.bodies:
         if not body.rotates and body.name not in guided:
@@ -165,8 +167,8 @@ def read_assembly(block: Any, factor: float, notes: list[str]) -> Mechanism:
             if "bar" in data:
                 pins |= zip(map(str, data["pins"]), corners, strict=True)
                 x, y = map(float, data["centre"])
-                on = tuple(dict.fromkeys(map(str, data["pins"])))
-                bars.append(DrawnBar(str(data["bar"]), on, float(data["mass"]), float(data["inertia"]), (x, y)))
+                bar_pins = tuple(dict.fromkeys(map(str, data["pins"])))
+                bars.append(DrawnBar(str(data["bar"]), bar_pins, float(data["mass"]), float(data["inertia"]), (x, y)))
             elif "fixed" in data:
                 pins[str(data["fixed"])] = corners[0]
                 fixed.append(str(data["fixed"]))

@@ -161,21 +161,21 @@ def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
     blocks = [block for block in drawing.blocks if not block.follower]
     for block in blocks:
         bodies[block.name] = point_mass(block.name, mass=block.mass, position=drawing.pins[block.pin])
-    on, bars = _bodies_on_pins(drawing), {bar.name for bar in drawing.bars}
+    points_on_pin, bars = _bodies_on_pins(drawing), {bar.name for bar in drawing.bars}
     loaded = {load.place for load in drawing.loads}
     joints: list[Revolute] = []
     tracks: list[Track] = []
     paired = {pair.pin for pair in drawing.pairs}
     for name, pin, journal, bearing in drawing.pairs:
-        points = dict(on[pin])
+        points = dict(points_on_pin[pin])
         joints.append(Revolute(name, (journal, points[journal]), (bearing, points[bearing])))
     for pin, place in drawing.pins.items():
         if pin in paired:
             continue
-        if len(on[pin]) > 1:
-            joints += common_pin(pin, *on[pin])
-        elif on[pin] and on[pin][0][0] in bars and place not in loaded:
-            tracks.append(Track(pin, *on[pin][0]))
+        if len(points_on_pin[pin]) > 1:
+            joints += common_pin(pin, *points_on_pin[pin])
+        elif points_on_pin[pin] and points_on_pin[pin][0][0] in bars and place not in loaded:
+            tracks.append(Track(pin, *points_on_pin[pin][0]))
     inputs = [bar for bar in drawing.drives if bar in bodies]
     return Mechanism(
         bodies=tuple(bodies.values()),
@@ -185,7 +185,7 @@ def mechanism_of_drawing(drawing: Drawing) -> Mechanism:
         ),
         drives=tuple(Drive(bar, function) for bar, function in drawing.drives.items()),
         components=tuple(_force(load, bodies[load.bar]) for load in drawing.loads),
-        ground=tuple((pin, drawing.pins[pin]) for pin in drawing.fixed if len(on[pin]) > 1),
+        ground=tuple((pin, drawing.pins[pin]) for pin in drawing.fixed if len(points_on_pin[pin]) > 1),
         gravity=drawing.gravity,
         input_body=inputs[0] if inputs else drawing.bars[0].name if drawing.bars else "",
         output_body=blocks[0].name if blocks else "",
@@ -203,16 +203,16 @@ def with_point_mass(bar: DrawnBar, place: Point, mass: float) -> DrawnBar:
 
 def _bodies_on_pins(drawing: Drawing) -> dict[str, list[BodyPoint]]:
     """Return the points of bodies at each pin, by pin name: bars first, then blocks, then the ground."""
-    on: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
+    points_on_pin: dict[str, list[BodyPoint]] = {pin: [] for pin in drawing.pins}
     for bar in drawing.bars:
         for pin in dict.fromkeys(bar.pins):
-            on[pin].append((bar.name, pin))
+            points_on_pin[pin].append((bar.name, pin))
     for block in drawing.blocks:
         if not block.follower:
-            on[block.pin].append((block.name, "centre"))
+            points_on_pin[block.pin].append((block.name, "centre"))
     for pin in drawing.fixed:
-        on[pin].append((GROUND, pin))
-    return on
+        points_on_pin[pin].append((GROUND, pin))
+    return points_on_pin
 
 
 def _body(bar: DrawnBar, places: Mapping[str, Point]) -> Body:

@@ -99,16 +99,16 @@ def read_dxf(
     if codes.count("0") > ENTITIES_MAX:
         raise InputError(f"a DXF with more than {ENTITIES_MAX} entities", "a drawing with only the linkage", EXAMPLE)
     document = _document(text, notes)
-    named = _unit(document, text, unit)
-    space, factor = document.modelspace(), UNITS[named]
+    unit = _unit(document, text, unit)
+    factor = UNITS[unit]
     if assembly := assembly_of(document):
         if area_density:
             notes.append("thickness and density are not used: the masses are those of the exported mechanism")
         return with_printable_notes(read_assembly(assembly, factor, notes), notes)
-    found = Entities(factor, document.layers, has_handles="5" in codes, curved=area_density is not None)
-    found.read(space)
-    linkage = _Linkage(found, named, tolerance, linear_density, area_density)
-    notes += [*notes_of(found.left_out), *found.notes, *_other_layouts(document), *linkage.notes]
+    entities = Entities(factor, document.layers, has_handles="5" in codes, curved=area_density is not None)
+    entities.read(document.modelspace())
+    linkage = _Linkage(entities, unit, tolerance, linear_density, area_density)
+    notes += [*notes_of(entities.left_out), *entities.notes, *_other_layouts(document), *linkage.notes]
     notes += [
         f"masses: a DXF has none; {linear_density:g} kg/m along each bar is assumed"
         if area_density is None
@@ -153,18 +153,18 @@ def _unit(document: Any, text: str, unit: str) -> str:
     """Return the length unit of a drawing: that of the file, or `unit` if the file has none."""
     # ezdxf sets a default unit if the file has none
     code = int(document.header.get("$INSUNITS", 0)) if "$INSUNITS" in text else 0
-    named = UNIT_CODES.get(code, "")
+    file_unit = UNIT_CODES.get(code, "")
     if unit and unit not in UNITS:
         raise InputError(
             f"unknown unit '{unit}'{did_you_mean(unit, UNITS)} of a drawing", "one of " + ", ".join(UNITS), EXAMPLE
         )
-    if code and not named:
+    if code and not file_unit:
         raise InputError(f"unknown unit $INSUNITS = {code} in the DXF", "one of " + ", ".join(UNITS), EXAMPLE)
-    if unit and named and unit != named:
-        raise InputError(f"unit '{unit}', but the DXF has '{named}'", f"'{named}', or a DXF with another $INSUNITS")
-    if not unit and not named:
+    if unit and file_unit and unit != file_unit:
+        raise InputError(f"unit '{unit}', but the DXF has '{file_unit}'", f"'{file_unit}', or a DXF with another $INSUNITS")
+    if not unit and not file_unit:
         raise InputError("a DXF without a unit of length ($INSUNITS)", "one of " + ", ".join(UNITS), EXAMPLE)
-    return unit or named
+    return unit or file_unit
 
 
 def _other_layouts(document: Any) -> Iterator[str]:
@@ -219,17 +219,17 @@ class _Linkage:
     """Linkage in a drawing: recognise pins, bars and guides among the shapes of the drawing."""
 
     def __init__(
-        self, found: Entities, unit: str, tolerance: float | None, density: float, area_density: float | None = None
+        self, entities: Entities, unit: str, tolerance: float | None, density: float, area_density: float | None = None
     ) -> None:
         self.unit, self.factor, self.density = unit, UNITS[unit], density
         self.notes: list[str] = []
-        lines = [shape for shape in found.shapes if len(shape.places) > 1]
-        self.marks = [shape for shape in found.shapes if len(shape.places) == 1]
-        grounds = [shape for shape in found.shapes if shape.layer == GROUND_LAYER]
+        lines = [shape for shape in entities.shapes if len(shape.places) > 1]
+        self.marks = [shape for shape in entities.shapes if len(shape.places) == 1]
+        grounds = [shape for shape in entities.shapes if shape.layer == GROUND_LAYER]
         drawn = [shape for shape in lines if shape.layer not in (GROUND_LAYER, GUIDE_LAYER)]
         if not drawn:
-            raise _no_bars(found)
-        if area_density is None and sum(len(shape.places) for shape in found.shapes) > POINTS_MAX:
+            raise _no_bars(entities)
+        if area_density is None and sum(len(shape.places) for shape in entities.shapes) > POINTS_MAX:
             raise InputError(
                 f"a DXF with more than {POINTS_MAX} corners and points", "a drawing with only the linkage", EXAMPLE
             )
@@ -240,7 +240,7 @@ class _Linkage:
         self.tolerance = DATA_TOL * self.size if tolerance is None else tolerance
         if not self.tolerance > 0.0:
             raise InputError("the lines of the DXF have no length", "lines between two places", EXAMPLE)
-        self._name_heights(found.shapes)
+        self._name_heights(entities.shapes)
         self.pins = _Pins(self.tolerance)
         if area_density is None:
             self.bars = self._bars(drawn)
@@ -249,7 +249,7 @@ class _Linkage:
             self._keep_places()
             bars = self._joined()
         else:
-            bars, grounds = self._outlined(found.shapes, area_density)
+            bars, grounds = self._outlined(entities.shapes, area_density)
         self.used = {pin for bar in bars for pin in bar.pins}
         fixed = self._fixed(grounds)
         self._name_unused()
@@ -340,33 +340,33 @@ class _Linkage:
     def _joined(self) -> tuple[DrawnBar, ...]:
         """Return the bars with the drawn points on them as pins; add notes about ends that touch a bar without a point."""
         marked = np.zeros(len(self.names), bool)
-        number = {name: k for k, name in enumerate(self.names)}
-        marked[[number[self.pins.find(mark.places[0])] for mark in self.marks]] = True
-        joined, same = [], dict[frozenset[str], _Bar]()
+        index = {name: k for k, name in enumerate(self.names)}
+        marked[[index[self.pins.find(mark.places[0])] for mark in self.marks]] = True
+        drawn_bars, bars_by_corners = [], dict[frozenset[str], _Bar]()
         ends, twins = list[str](), list[str]()
         for bar in self.bars:
             touched = np.zeros(len(self.names), bool)
             for a, b in bar.sides:
-                touched |= _distances(self.xy, self.xy[number[a]], self.xy[number[b]])[0] <= self.tolerance
-            own = dict.fromkeys(bar.corners)
+                touched |= _distances(self.xy, self.xy[index[a]], self.xy[index[b]])[0] <= self.tolerance
+            corners = dict.fromkeys(bar.corners)
             if bar.corners[0] == bar.corners[-1]:
-                within = marked & inside(self.xy, self.xy[[number[pin] for pin in bar.corners]])
+                within = marked & inside(self.xy, self.xy[[index[pin] for pin in bar.corners]])
             else:
                 within = np.zeros_like(marked)
-            on = [self.names[k] for k in np.flatnonzero((touched & marked) | within)]
-            pins = tuple(dict.fromkeys((*own, *on)))
-            joined.append(uniform(bar.name, pins, self.pins.places, self.density, bar.sides))
+            pins_on_bar = [self.names[k] for k in np.flatnonzero((touched & marked) | within)]
+            pins = tuple(dict.fromkeys((*corners, *pins_on_bar)))
+            drawn_bars.append(uniform(bar.name, pins, self.pins.places, self.density, bar.sides))
             ends += [
                 f"{self._pin(k)} ends on {bar.label} and is not joined to it: draw a point there to join them"
                 for k in np.flatnonzero(touched & ~marked).tolist()
-                if self.names[k] not in own
+                if self.names[k] not in corners
             ]
-            twin = same.setdefault(frozenset(own), bar)
+            twin = bars_by_corners.setdefault(frozenset(corners), bar)
             if twin is not bar:
                 twins.append(f"{bar.label} has the corners of {twin.label}: both are kept, with their masses")
         self._note(ends)
         self._note(twins)
-        return tuple(joined)
+        return tuple(drawn_bars)
 
     def _pin(self, k: int) -> str:
         return f"'{self.names[k]}' at {self._at(self.pins.places[self.names[k]])}"
@@ -409,7 +409,7 @@ class _Linkage:
         if len(names) < 2:
             return
         xy = np.array([self.pins.places[name] for name in names])
-        gaps, others = (found[:, 1].tolist() for found in map(np.asarray, cKDTree(xy).query(xy, k=2)))
+        gaps, others = (columns[:, 1].tolist() for columns in map(np.asarray, cKDTree(xy).query(xy, k=2)))  # nearest pin
         pairs = {
             (min(k, other), max(k, other)): gaps[k]
             for k, other in enumerate(others)
@@ -436,13 +436,13 @@ class _Linkage:
                 self.notes.append(f"{where}: it bends, and a guide is straight")
                 continue
             direction = math.atan2(end[1] - start[1], end[0] - start[0])
-            on = _distances(self.xy, np.array(start), np.array(end))[0] <= self.tolerance
-            led = [self.names[k] for k in np.flatnonzero(on) if self.names[k] in first]
-            if not led:
+            is_on_guide = _distances(self.xy, np.array(start), np.array(end))[0] <= self.tolerance
+            guided = [self.names[k] for k in np.flatnonzero(is_on_guide) if self.names[k] in first]
+            if not guided:
                 self.notes.append(f"{where}: no pin is on it")
-            for pin in led:
-                known = [other_direction for other, other_direction in blocks if other == pin]
-                if pin in fixed or any(abs(math.sin(other - direction)) <= DATA_TOL for other in known):
+            for pin in guided:
+                directions = [other_direction for other_pin, other_direction in blocks if other_pin == pin]
+                if pin in fixed or any(abs(math.sin(other - direction)) <= DATA_TOL for other in directions):
                     continue
                 name = plain_name(pin, (block.name for block in blocks.values()))
                 blocks[pin, direction] = Block(name, pin, direction, follower=first[pin])
@@ -456,10 +456,10 @@ def _extremes(places: tuple[Point, ...]) -> tuple[Point, Point]:
     return (other, far) if places.index(other) < places.index(far) else (far, other)
 
 
-def _no_bars(found: Entities) -> InputError:
+def _no_bars(entities: Entities) -> InputError:
     """Return the error for a drawing without bars."""
-    kinds = Counter(label.split()[0] for labels in found.left_out.values() for label in labels)
-    kinds.update(shape.label.split()[0] for shape in found.shapes)
+    kinds = Counter(label.split()[0] for labels in entities.left_out.values() for label in labels)
+    kinds.update(shape.label.split()[0] for shape in entities.shapes)
     listed_kinds = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
     return InputError(
         f"the DXF has no line that is a bar; it has {listed_kinds or 'nothing'}",
@@ -470,15 +470,15 @@ def _no_bars(found: Entities) -> InputError:
 
 def _sides(corners: tuple[str, ...], places: dict[str, Point], tolerance: float) -> tuple[tuple[str, str], ...]:
     """Return the sides of a polyline without overlaps; each side is divided at the corners on it."""
-    own = list(dict.fromkeys(corners))
-    if len(own) == 2:
-        return ((own[0], own[1]),)
-    xy = np.array([places[pin] for pin in own])
+    pins = list(dict.fromkeys(corners))
+    if len(pins) == 2:
+        return ((pins[0], pins[1]),)
+    xy = np.array([places[pin] for pin in pins])
     sides: dict[frozenset[str], tuple[str, str]] = {}
     for a, b in pairwise(corners):
         distance, part = _distances(xy, np.array(places[a]), np.array(places[b]))
         on = np.flatnonzero(distance <= tolerance)
-        path = [own[k] for k in on[np.argsort(part[on], kind="stable")]]
+        path = [pins[k] for k in on[np.argsort(part[on], kind="stable")]]
         sides |= {frozenset(pair): pair for pair in pairwise(path)}
     return tuple(sides.values())
 

@@ -104,8 +104,8 @@ class Entities:
         if _is_clipped(insert):
             self.notes.append(f"clipping (XCLIP) of {label} left out: the whole block '{name}' is read")
         outer = self.insert
-        for number, one in enumerate(insert.multi_insert() if insert.mcount > 1 else [insert]):
-            placed = one.matrix44()
+        for number, copy in enumerate(insert.multi_insert() if insert.mcount > 1 else [insert]):
+            placed = copy.matrix44()
             self.insert = self.count - number
             self._visit(block, placed if matrix is None else placed * matrix, layer, hidden, (*blocks, name))
         self.insert = outer
@@ -146,12 +146,12 @@ class Entities:
         """Return the reason why the drawing does not show an entity; "" for a visible entity."""
         if _value(entity, "invisible", 0):
             return "it is invisible"
-        described = self.layers.get(layer) if layer in self.layers else None
-        if described is None:
+        entry = self.layers.get(layer) if layer in self.layers else None
+        if entry is None:
             return ""
-        if described.is_frozen():
+        if entry.is_frozen():
             return f"layer '{layer}' is frozen"
-        return f"layer '{layer}' is off" if described.is_off() else ""
+        return f"layer '{layer}' is off" if entry.is_off() else ""
 
     def _label(self, entity: Any, kind: str, blocks: tuple[str, ...]) -> str:
         """Return a text that identifies an entity in notes: its kind, handle or position, and block."""
@@ -191,8 +191,10 @@ def _geometry(entity: Any, kind: str, curved: bool) -> tuple[list[Any], list[flo
         if not turn:
             corners, bulges, closed = [centre - across, centre + across], [1.0, 1.0], True
     elif kind in ("ELLIPSE", "SPLINE") and curved:
-        known = entity.construction_tool().control_points if kind == "SPLINE" else [dxf.center, dxf.center + dxf.major_axis]
-        size = max(known[0].distance(place) for place in known)
+        reference_points = (
+            entity.construction_tool().control_points if kind == "SPLINE" else [dxf.center, dxf.center + dxf.major_axis]
+        )
+        size = max(reference_points[0].distance(place) for place in reference_points)
         corners = list(entity.flattening(chord_gap * size))
         closed = corners[0].distance(corners[-1]) <= DATA_TOL * size
         corners = corners[: len(corners) - closed]

@@ -56,14 +56,14 @@ class _Nest:
         xy = np.column_stack([z.real, z.imag])
         whole = contour.polygon if len(contour.polygon) else xy
         near = np.all((self.low <= whole.min(axis=0)) & (whole.max(axis=0) <= self.high), axis=1)
-        found = (self.outlines[k] for k in np.flatnonzero(near))
-        return [outline for outline in found if outline is not contour and inside(xy, outline.polygon).all()]
+        candidates = (self.outlines[k] for k in np.flatnonzero(near))
+        return [outline for outline in candidates if outline is not contour and inside(xy, outline.polygon).all()]
 
     def owners(self, contour: Contour) -> list[Contour]:
         """Return the outlines around a contour: those of its block or else its layer if there are any, otherwise all."""
         around = self.around(contour)
-        own = [outline for outline in around if outline.shape.insert == contour.shape.insert] or around
-        return [outline for outline in own if outline.shape.layer == contour.shape.layer] or own
+        same_block = [outline for outline in around if outline.shape.insert == contour.shape.insert] or around
+        return [outline for outline in same_block if outline.shape.layer == contour.shape.layer] or same_block
 
 
 class Outlines(NamedTuple):
@@ -95,16 +95,18 @@ def find_parts(shapes: Iterable[Shape], area_density: float, tolerance: float, n
         for outline in () if circle in discs else nest.owners(circle):
             holes[outline].append(circle)
     outer = [outline for outline in nest.outlines if outline in holes or not nest.around(outline)]
-    kept, parted = set(outer), _Nest(outer)
+    kept, part_nest = set(outer), _Nest(outer)
     for contour in (outline for outline in nest.outlines if outline not in kept):
-        cutouts[min(parted.owners(contour), key=lambda outline: outline.moments(0.0)[0].real)].append(contour)
+        cutouts[min(part_nest.owners(contour), key=lambda outline: outline.moments(0.0)[0].real)].append(contour)
     parts = []
     for outline in (outline for outline in outer if outline in holes):
         parts.append((outline.shape, _part(outline, holes[outline], cutouts[outline], area_density), holes[outline]))
-        for one, other in itertools.combinations_with_replacement((outline, *holes[outline], *cutouts[outline]), 2):
-            if (place := crossing(one.polygon, other.polygon)) is not None:
-                what = "itself" if other is one else other.shape.label
-                notes.append(f"{one.shape.label} crosses {what} at x = {place[0]:.4g} m, y = {place[1]:.4g} m: check the mass")
+        for first, second in itertools.combinations_with_replacement((outline, *holes[outline], *cutouts[outline]), 2):
+            if (place := crossing(first.polygon, second.polygon)) is not None:
+                what = "itself" if second is first else second.shape.label
+                notes.append(
+                    f"{first.shape.label} crosses {what} at x = {place[0]:.4g} m, y = {place[1]:.4g} m: check the mass"
+                )
         if cutouts[outline]:
             notes.append(f"{len(cutouts[outline])} cutouts of {outline.shape.label} are not round and have no pins")
     if empty := [outline.shape.label for outline in outer if outline not in holes]:
@@ -155,17 +157,17 @@ def _closed(shapes: list[Shape], tolerance: float, lines: list[Shape]) -> Iterat
         else:
             pieces.append(shape)
     ends = np.array([place for piece in pieces for place in (piece.places[0], piece.places[-1])]).reshape(-1, 2)
-    met = defaultdict[int, list[int]](list)
+    neighbours = defaultdict[int, list[int]](list)
     for a, b in cKDTree(ends).query_pairs(tolerance) if pieces else ():
-        met[a].append(b)
-        met[b].append(a)
-    left = dict.fromkeys(range(len(pieces)))
-    while left:
-        path = [2 * next(iter(left))]  # numbers of the ends at which the contour enters its pieces
+        neighbours[a].append(b)
+        neighbours[b].append(a)
+    remaining = dict.fromkeys(range(len(pieces)))
+    while remaining:
+        path = [2 * next(iter(remaining))]  # numbers of the ends at which the contour enters its pieces
         while True:
-            del left[path[-1] // 2]
-            following = met[path[-1] ^ 1]
-            if len(following) != 1 or following[0] // 2 not in left:
+            del remaining[path[-1] // 2]
+            following = neighbours[path[-1] ^ 1]
+            if len(following) != 1 or following[0] // 2 not in remaining:
                 break
             path.append(following[0])
         if following == path[:1]:
@@ -213,13 +215,13 @@ def inside(xy: np.ndarray, outline: np.ndarray) -> np.ndarray:
 
     if len(xy) < len(sides):
         return np.array([np.count_nonzero(crosses(*place, *sides.T)) % 2 == 1 for place in xy], bool)
-    found = np.zeros(len(xy), bool)
+    is_inside = np.zeros(len(xy), bool)
     for side in sides:
-        found ^= crosses(*xy.T, *side)
-    return found
+        is_inside ^= crosses(*xy.T, *side)
+    return is_inside
 
 
-def crossing(one: np.ndarray, other: np.ndarray) -> np.ndarray | None:
+def crossing(first: np.ndarray, second: np.ndarray) -> np.ndarray | None:
     """Return the x and y at which two closed polygons cross, or a polygon crosses itself; None if they do not."""
 
     def sides(start: np.ndarray, end: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -228,15 +230,15 @@ def crossing(one: np.ndarray, other: np.ndarray) -> np.ndarray | None:
         least = ROUND_OFF_TOL * np.linalg.norm(end - start) * np.abs(places - start).max(axis=1)
         return np.where(np.abs(areas) > least, np.sign(areas), 0.0)
 
-    if np.any(one.max(axis=0, initial=-np.inf) < other.min(axis=0, initial=np.inf)) or np.any(
-        other.max(axis=0, initial=-np.inf) < one.min(axis=0, initial=np.inf)
+    if np.any(first.max(axis=0, initial=-np.inf) < second.min(axis=0, initial=np.inf)) or np.any(
+        second.max(axis=0, initial=-np.inf) < first.min(axis=0, initial=np.inf)
     ):
         return None
-    for start, end in itertools.pairwise(one):
+    for start, end in itertools.pairwise(first):
         low, high = np.minimum(start, end), np.maximum(start, end)
-        near = np.all((np.maximum(other[:-1], other[1:]) >= low) & (np.minimum(other[:-1], other[1:]) <= high), axis=1)
+        near = np.all((np.maximum(second[:-1], second[1:]) >= low) & (np.minimum(second[:-1], second[1:]) <= high), axis=1)
         for k in np.flatnonzero(near):
-            a, b = other[k], other[k + 1]
-            if np.prod(sides(start, end, other[k : k + 2])) < 0.0 and np.prod(sides(a, b, np.array([start, end]))) < 0.0:
+            a, b = second[k], second[k + 1]
+            if np.prod(sides(start, end, second[k : k + 2])) < 0.0 and np.prod(sides(a, b, np.array([start, end]))) < 0.0:
                 return np.asarray(a + np.linalg.solve(np.column_stack([b - a, start - end]), start - a)[0] * (b - a))
     return None

@@ -155,8 +155,8 @@ def _at_end(run: xr.Dataset, mechanism: Mechanism, end: End) -> tuple[np.ndarray
     force, moment = end.sign * at["reaction"].transpose("time", "axis").values, end.sign * at["reaction_moment"].values
     if end.guide is None and end.sign < 0.0 and mechanism.joint(end.joint).clearance is not None:
         # the force acts at the journal's centre
-        away = run["eccentricity"].sel(joint=end.joint).transpose("time", "axis").values
-        moment = moment + away[:, 0] * force[:, 1] - away[:, 1] * force[:, 0]
+        eccentricity = run["eccentricity"].sel(joint=end.joint).transpose("time", "axis").values
+        moment = moment + eccentricity[:, 0] * force[:, 1] - eccentricity[:, 1] * force[:, 0]
     return force, moment
 
 
@@ -187,9 +187,9 @@ def _other_loads(
                 arm = _arm_of(run, body, end.point)
             else:  # carrier of a guide: the force acts at the follower
                 assert end.guide is not None
-                led, led_point = end.guide.follower
-                between = run["position"].sel(body=led) - motion["position"]
-                arm = between.transpose("time", "axis").values + _arm_of(run, mechanism.body(led), led_point)
+                follower, follower_point = end.guide.follower
+                between = run["position"].sel(body=follower) - motion["position"]
+                arm = between.transpose("time", "axis").values + _arm_of(run, mechanism.body(follower), follower_point)
             torque[:, b] -= arm[:, 0] * force[:, k, 1] - arm[:, 1] * force[:, k, 0] + moment[:, k]
     return other, torque
 

@@ -134,19 +134,19 @@ class _Linkage:
             raise InputError(
                 f"slider {part.shown} slides between connectors of two links", "two connectors of one link", EXAMPLE
             )
-        on = [name for name, pins in self.bars.items() if pin in pins]
-        if (carrier == GROUND and pin in self.fixed) or not (on or pin in self.fixed):
+        bars_at_pin = [name for name, pins in self.bars.items() if pin in pins]
+        if (carrier == GROUND and pin in self.fixed) or not (bars_at_pin or pin in self.fixed):
             return None
         self.notes.append(f"'{pin}' slides along a line without ends")
-        if on and pin not in self.fixed:
-            return Block("", pin, along, carrier=carrier, follower=on[0], guide=f"slide of {pin}")
+        if bars_at_pin and pin not in self.fixed:
+            return Block("", pin, along, carrier=carrier, follower=bars_at_pin[0], guide=f"slide of {pin}")
         # the pin of the block is fixed, so that its mass has no effect
         return Block(f"block of {pin}", pin, along, self.density * LENGTH_UNIT, carrier, guide=f"slide of {pin}")
 
     def _input(self, pin: str, part: Element) -> dict[str, ConstantSpeed]:
         """Return the constant speed of the link at an input, by link name; empty for an input by hand or to and fro."""
         turning = [name for name, pins in self.bars.items() if pin in pins]
-        given: dict[str, Any] = part.attributes
+        attributes: dict[str, Any] = part.attributes
         speed = _number(part, "rpm", "15")  # the Linkage program assumes 15 rpm if the file has no speed
         reason = (
             f"{len(turning)} links are at it"
@@ -154,7 +154,7 @@ class _Linkage:
             else "it is not an anchor"
             if pin not in self.fixed
             else "it is operated by hand"
-            if is_true(given.get("alwaysmanual", ""))
+            if is_true(attributes.get("alwaysmanual", ""))
             else "it turns to and fro"
             if _number(part, "limitangle", "0") > 0.0
             else ""
@@ -174,9 +174,9 @@ def _is_in_mechanism(part: Element) -> bool:
 
 def _check_supported(part: Element) -> None:
     """Raise `InputError` for an actuator, a gear, a fastened part or a curved slide."""
-    given = part.attributes
-    kinds = [f"{name}s" for name in ("actuator", "gear") if is_true(given.get(name, ""))]
-    kinds += ["fastened parts"] * any(name in given for name in ("fasten", "fastenlink", "fastenconnector"))
+    attributes = part.attributes
+    kinds = [f"{name}s" for name in ("actuator", "gear") if is_true(attributes.get(name, ""))]
+    kinds += ["fastened parts"] * any(name in attributes for name in ("fasten", "fastenlink", "fastenconnector"))
     kinds += ["fastened parts"] * any(child.tag == "fastenconnector" for child in part.children)
     kinds += ["curved slides"] * (_number(part, "slideradius", "0") != 0.0)
     if kinds:

@@ -198,16 +198,16 @@ def _direction(text: str, axis: Element, what: str) -> tuple[float, ...]:
     return tuple(value / largest for value in vector)
 
 
-def _note_unread(element: Element, known: set[str], notes: list[str], joint: Element | None = None) -> None:
-    """Add a note about child elements, other than `known`, of a joint or of an element in it: they are not read."""
-    if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in known)):
+def _note_unread(element: Element, read_tags: set[str], notes: list[str], joint: Element | None = None) -> None:
+    """Add a note about child elements, other than `read_tags`, of a joint or of an element in it: they are not read."""
+    if unread := list(dict.fromkeys(child.tag for child in element.children if child.tag not in read_tags)):
         tags = ", ".join(f"<{tag[:SHOWN_LENGTH_MAX]}>" for tag in unread[:5]) + (" and more" if len(unread) > 5 else "")
         notes.append(f"joint {(joint or element).shown}: {tags} left out, because the joint closes a loop")
 
 
 def axis_attributes(axis: Element, kind: str) -> dict[str, str]:
     """Return the limits, spring, damping and friction of an axis as attributes of a joint in MJCF."""
-    found: dict[str, str] = {}
+    attributes: dict[str, str] = {}
     limit, dynamics = child_of(axis, "limit"), child_of(axis, "dynamics")
     if limit is not None and kind in ("revolute", "prismatic"):
         low, high = (_bound(limit, tag, sign) for tag, sign in (("lower", -1.0), ("upper", 1.0)))
@@ -215,7 +215,7 @@ def axis_attributes(axis: Element, kind: str) -> dict[str, str]:
             raise InputError(f"line {limit.line}: lower limit {low:g} > upper limit {high:g}", "lower < upper", EXAMPLE)
         if low > -VALUE_MAX or high < VALUE_MAX:
             # limits that coincide are apart by round-off, because MJCF requires a range
-            found["range"] = f"{low!r} {max(high, math.nextafter(low, math.inf))!r}"
+            attributes["range"] = f"{low!r} {max(high, math.nextafter(low, math.inf))!r}"
     if dynamics is not None:
         for tag, name in (
             ("damping", "damping"),
@@ -224,8 +224,8 @@ def axis_attributes(axis: Element, kind: str) -> dict[str, str]:
             ("spring_reference", "springref"),
         ):
             if value := value_of(dynamics, tag, 0.0):
-                found[name] = repr(value)
-    return found
+                attributes[name] = repr(value)
+    return attributes
 
 
 def _bound(limit: Element, tag: str, sign: float) -> float:

@@ -252,7 +252,7 @@ class _Reader(MotorReader):
 
     def _spring(self, joint: Any, name: str, unit: str) -> tuple[float, float]:
         """Return stiffness and damping of a joint, or 0 if a flag disables them; of a polynomial only the linear part."""
-        kept, torque = [], "N m" if unit == "rad" else "N"
+        coefficients, torque = [], "N m" if unit == "rad" else "N"
         parts = (("stiffness", "spring", "SPRING", unit), ("damping", "damper", "DAMPER", f"{unit}/s"))
         for (what, flag, kind, per), (value, *further) in zip(parts, _coefficients(joint), strict=True):
             if any((value, *further)) and self._disabled(kind, "PASSIVE"):
@@ -264,8 +264,8 @@ class _Reader(MotorReader):
                     f"{what} of joint '{name}': its linear part, {value:g} {torque} per {per}, is kept; the coefficients "
                     f"{terms} of higher powers are left out"
                 )
-            kept.append(value)
-        return kept[0], kept[1]
+            coefficients.append(value)
+        return coefficients[0], coefficients[1]
 
     def _friction(self, joint: Any, name: str) -> float:
         """Return the dry friction of a joint [N m or N], or 0 if a flag disables it."""

@@ -79,9 +79,9 @@ class MotorReader(ModelFrames):
                 name = plain_name(f"motor of {motor.joint}", [part.name for part in self.components])
                 torques[motor.joint] = name
                 self.components.append(Torque(name, self._ends(j)[0], 0.0, self._ends(j)[1]))
-            most = f", at most {self.model.jnt_actfrcrange[j, 1]:g} N m" if self.model.jnt_actfrclimited[j] else ""
-            said = f"torque '{torques[motor.joint]}' is 0 N m; a URDF has no gains"
-            self.notes.append(f"{motor.shown}: {said}{most}{motor.facts}")
+            limit = f", at most {self.model.jnt_actfrcrange[j, 1]:g} N m" if self.model.jnt_actfrclimited[j] else ""
+            torque = f"torque '{torques[motor.joint]}' is 0 N m; a URDF has no gains"
+            self.notes.append(f"{motor.shown}: {torque}{limit}{motor.facts}")
 
     def _ends(self, j: int) -> tuple[str, str]:
         """Return the names of the body and the parent that joint j connects."""

@@ -82,11 +82,11 @@ def _drawing(sketch: Sketch, density: float, notes: list[str]) -> Drawing:
     for key, link in sketch.links.items():
         if unknown := [joint for joint in link.joints if joint not in joints]:
             raise InputError(f"link '{link.name}' refers to the unknown joint '{unknown[0]}'", "joints of the drawing", EXAMPLE)
-        on = [joints[joint] for joint in link.joints]
-        if link.piston or (len(on) == 2 and any(joint.has(PRISMATIC) for joint in on) and on[0].place == on[1].place):
-            blocks.append((_block(link, on, sketch, names, names[key], notes), link.mass))
+        ends = [joints[joint] for joint in link.joints]
+        if link.piston or (len(ends) == 2 and any(joint.has(PRISMATIC) for joint in ends) and ends[0].place == ends[1].place):
+            blocks.append((_block(link, ends, sketch, names, names[key], notes), link.mass))
         else:
-            bars[names[key]] = _bar(names[key], link, tuple(joint.name for joint in on), places, density, notes)
+            bars[names[key]] = _bar(names[key], link, tuple(joint.name for joint in ends), places, density, notes)
     for block, mass in blocks:
         if block.follower:
             bars[block.follower] = with_point_mass(bars[block.follower], places[block.pin], mass)

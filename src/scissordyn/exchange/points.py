@@ -82,15 +82,15 @@ def read_points(text: str, *, unit: str = "m", linear_density: float = LINEAR_DE
 def _rows(text: str) -> list[tuple[int, list[str]]]:
     """Return the rows that are not empty with their line numbers; the first row names the columns."""
     text = text.lstrip("\ufeff")
-    given = SEPARATOR.match(text)
-    head = next((line for line in text[given.end() if given else 0 :].splitlines() if line.strip()), "")
-    delimiter = given[1] if given else next((letter for letter in "\t;," if letter in head), ",")
+    separator = SEPARATOR.match(text)
+    heading = next((line for line in text[separator.end() if separator else 0 :].splitlines() if line.strip()), "")
+    delimiter = separator[1] if separator else next((letter for letter in "\t;," if letter in heading), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True)
     rows = []
     try:
         for row in reader:
             cells = [cell.strip() for cell in row]
-            if any(cells) and not (given and reader.line_num == 1):
+            if any(cells) and not (separator and reader.line_num == 1):
                 rows.append((reader.line_num, cells))
             if len(rows) > POINTS_MAX + 1:
                 raise InputError(f"the table has more than {POINTS_MAX} points", "fewer points", HEADING_EXAMPLE)

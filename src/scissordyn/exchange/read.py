@@ -59,8 +59,8 @@ def read_drawing(
         )
     text, notes = decode(read_source(path), ending)
     of_dxf = {"tolerance": tolerance, "thickness": thickness, "density": density}
-    found = _read(path, text, unit=unit, linear_density=linear_density, of_dxf=of_dxf)
-    return found._replace(notes=(*notes, *found.notes))
+    imported = _read(path, text, unit=unit, linear_density=linear_density, of_dxf=of_dxf)
+    return imported._replace(notes=(*notes, *imported.notes))
 
 
 def _read(path: Path, text: str, *, unit: str, linear_density: float, of_dxf: dict[str, float | None]) -> Imported:

@@ -84,63 +84,63 @@ class RigidSets:
     def _turn_of(self, body: int) -> Hashable:
         return frozenset(sorted(self.bodies[body])[:2]) if body else GROUND
 
-    def held(self) -> dict[tuple[int, int], list[Slide]]:
+    def slides_by_body(self) -> dict[tuple[int, int], list[Slide]]:
         """Return the slides of each pin on each body that holds their lines, by body and pin."""
-        for number, body in enumerate(self.bodies):
+        for index, body in enumerate(self.bodies):
             for pair in [pair for pair in self.turns.above if isinstance(pair, frozenset) and pair <= body]:
-                self.turns.join(self._turn_of(number), pair)
-        found: dict[tuple[int, int], list[Slide]] = {}
+                self.turns.join(self._turn_of(index), pair)
+        slides: dict[tuple[int, int], list[Slide]] = {}
         for slide in self.slides:
-            for number, body in enumerate(self.bodies):
-                turns = self.turns.find(slide.turn) == self.turns.find(self._turn_of(number))
+            for index, body in enumerate(self.bodies):
+                turns = self.turns.find(slide.turn) == self.turns.find(self._turn_of(index))
                 if turns and slide.pin not in body and not body.isdisjoint(slide.anchors):
-                    found.setdefault((number, slide.pin), []).append(slide)
-        return found
+                    slides.setdefault((index, slide.pin), []).append(slide)
+        return slides
 
     def _grow(self) -> bool:
         """Unite two bodies, or add a pin to a body, where constraints hold them together; return False if there are none."""
-        held = self.held()
-        for (number, pin), slides in held.items():
+        slides_by_body = self.slides_by_body()
+        for (index, pin), slides in slides_by_body.items():
             if any(abs(math.sin(a.angle - b.angle)) > DATA_TOL for a, b in combinations(slides, 2)):
-                self.bodies[number].add(pin)
+                self.bodies[index].add(pin)
                 return True
         for _, pin, pair in self.middles:
             for body in self.bodies:
                 if pair <= body and pin not in body:
                     body.add(pin)
                     return True
-        at: dict[int, list[int]] = {}
-        for number, body in enumerate(self.bodies):
+        bodies_at: dict[int, list[int]] = {}
+        for index, body in enumerate(self.bodies):
             for pin in body:
-                at.setdefault(pin, []).append(number)
-        near = {pair for numbers in at.values() for pair in permutations(numbers, 2)}
-        for first, second in sorted(near):
+                bodies_at.setdefault(pin, []).append(index)
+        touching = {pair for indices in bodies_at.values() for pair in permutations(indices, 2)}
+        for first, second in sorted(touching):
             shared = self.bodies[first] & self.bodies[second]
             same = self.turns.find(self._turn_of(first)) == self.turns.find(self._turn_of(second))
-            if len(shared) > 1 or same or any((first, pin) in held for pin in self.bodies[second] - shared):
+            if len(shared) > 1 or same or any((first, pin) in slides_by_body for pin in self.bodies[second] - shared):
                 return self._unite(first, second)
-        for first, second in sorted(near):
-            for third in {number for pin in self.bodies[second] for number in at[pin] if (number, first) in near}:
+        for first, second in sorted(touching):
+            for third in {index for pin in self.bodies[second] for index in bodies_at[pin] if (index, first) in touching}:
                 if first < second < third and not self.bodies[first] & self.bodies[second] & self.bodies[third]:
                     return self._unite(first, second, third)
         return self._copy()
 
-    def _unite(self, *numbers: int) -> bool:
-        first, *others = sorted(numbers)
-        for number in reversed(others):
-            self.turns.join(self._turn_of(first), self._turn_of(number))
-            self.bodies[first] |= self.bodies.pop(number)
+    def _unite(self, *indices: int) -> bool:
+        first, *others = sorted(indices)
+        for index in reversed(others):
+            self.turns.join(self._turn_of(first), self._turn_of(index))
+            self.bodies[first] |= self.bodies.pop(index)
         return True
 
     def _copy(self) -> bool:
         """Add the copies of bodies and of pins on the ground."""
         for image in self.images:
-            for number, body in enumerate(list(self.bodies)):
+            for index, body in enumerate(list(self.bodies)):
                 copied = {image[pin] for pin in body if pin in image}
-                if number == 0 and not copied <= body:
+                if index == 0 and not copied <= body:
                     body |= copied
                     return True
-                if number and len(copied) > 1 and not any(copied <= other for other in self.bodies):
+                if index and len(copied) > 1 and not any(copied <= other for other in self.bodies):
                     self.bodies.append(copied)
                     return True
         return False
@@ -148,27 +148,29 @@ class RigidSets:
     def _body_of(self, turn: Hashable) -> int | None:
         return next((k for k, body in enumerate(self.bodies) if isinstance(turn, frozenset) and turn <= body), None)
 
-    def coupled(self) -> list[tuple[str, int, int]]:
-        """Return the numbers of the bodies that turn together without being one, with the constraint that says so."""
-        ground, found, linked = self.turns.find(GROUND), list[tuple[str, int, int]](), Classes()
+    def couplings(self) -> list[tuple[str, int, int]]:
+        """Return each pair of bodies that turn together but move apart, by index, with the label of its constraint."""
+        ground, couplings, linked = self.turns.find(GROUND), list[tuple[str, int, int]](), Classes()
         for label, *turns in self.relations:
             a, b = (self._body_of(turn) for turn in turns)
             if a and b and self.turns.find(turns[0]) != ground and linked.find(a) != linked.find(b):
                 linked.join(a, b)
-                found.append((label, b, a))
-        return found
+                couplings.append((label, b, a))
+        return couplings
 
-    def unused(self) -> Iterator[str]:
+    def unused_constraints(self) -> Iterator[str]:
         """Yield the constraints that the bodies, their guides and their couplings do not keep."""
         ground = self.turns.find(GROUND)
-        held = {slide.label for slides in self.held().values() for slide in slides}
+        kept_labels = {slide.label for slides in self.slides_by_body().values() for slide in slides}
         for label, *turns in self.relations:
             a, b = (0 if turn == GROUND else self._body_of(turn) for turn in turns)
             coupled = a != b and self.turns.find(turns[0]) != ground
-            if label not in held and (a is None or b is None or not (a == b or coupled)):
+            if label not in kept_labels and (a is None or b is None or not (a == b or coupled)):
                 yield label
         related = {label for label, *_ in self.relations}
-        rest = [(slide.label, {slide.pin, *slide.anchors}) for slide in self.slides if slide.label not in {*held, *related}]
+        rest = [
+            (slide.label, {slide.pin, *slide.anchors}) for slide in self.slides if slide.label not in {*kept_labels, *related}
+        ]
         for label, pins in (*rest, *((label, {pin, *pair}) for label, pin, pair in self.middles), *self.rest):
             if not any(pins <= body for body in self.bodies):
                 yield label

@@ -227,7 +227,7 @@ class _XmlCleaner:
 
     def _is_unused(self, child: Element, parent: Element) -> bool:
         """Return True if this element is not used inside this parent, although the import reads elements of its kind."""
-        given = parent.tag in ("body", "link") and any(
+        has_inertial = parent.tag in ("body", "link") and any(
             sibling.tag == "inertial" and (not self.is_urdf or any(part.tag == "mass" for part in sibling.children))
             for sibling in parent.children
         )
@@ -249,22 +249,22 @@ class _XmlCleaner:
             return any(key in child.attributes and child.attributes[key] not in self.tendons for key in ("tendon1", "tendon2"))
         if child.tag == "geom" and parent.tag != "default":
             kind, masses = child.attributes.get("type", ""), [child.attributes.get(name) for name in ("mass", "density")]
-            weightless = given or "0" in masses
+            weightless = has_inertial or "0" in masses
             return (weightless and "mesh" in child.attributes) or kind in ("hfield", "sdf") or "hfield" in child.attributes
         if child.tag == "mesh" and parent.tag == "asset":
             file = PurePath(child.attributes.get("file", "")).stem
             return child.attributes.get("name", file) not in self.meshes
-        return child.tag == "collision" and given
+        return child.tag == "collision" and has_inertial
 
     def _blank_inputs(self, key: Element) -> None:
         """Blank the inputs of unread actuators in a keyframe; blank all inputs if their count is not that of the actuators."""
         read = [is_read for _, is_read in sorted(self.actuators)]
-        given = next((found for found in self._attributes(key) if found[1] == b"ctrl"), None)
-        if given is None or (read and all(read)):
+        inputs = next((attribute for attribute in self._attributes(key) if attribute[1] == b"ctrl"), None)
+        if inputs is None or (read and all(read)):
             return
-        start, values = key.start + given.start(2), list(re.finditer(rb"[^\s\"']+", given[2]))
+        start, values = key.start + inputs.start(2), list(re.finditer(rb"[^\s\"']+", inputs[2]))
         if len(values) != len(read) or not any(read):
-            self._blank(key.start + given.start(), key.start + given.end())
+            self._blank(key.start + inputs.start(), key.start + inputs.end())
             self.lost.append(f"inputs of keyframe {key.shown} left out, because actuators are left out")
             return
         for value, is_read in zip(values, read, strict=True):
@@ -322,11 +322,11 @@ class _XmlCleaner:
         used = self.attributes.get(element.tag, "").split()
         if used == ["*"]:
             return
-        for found in self._attributes(element):
-            name = found[1].decode()
+        for attribute in self._attributes(element):
+            name = attribute[1].decode()
             if name in used:
                 continue
-            self._blank(element.start + found.start(), element.start + found.end())
+            self._blank(element.start + attribute.start(), element.start + attribute.end())
             if name.partition(":")[0] != "xmlns":
                 self.unused[element.tag, name[:SHOWN_LENGTH_MAX]].append(element.line)
 
@@ -349,9 +349,9 @@ class _XmlCleaner:
 
 def _named_motors(element: Element) -> list[NamedMotor]:
     """Return the motors that a `<transmission>` or `<ros2_control>` element names; none for any other element."""
-    found = []
     if element.tag not in ("transmission", "ros2_control"):
         return []
+    motors = []
     for joint in (part for part in element.children if part.tag == "joint" and part.attributes.get("name")):
         parts = [joint, *(part for part in element.children if part.tag == "actuator")]
         interfaces = [text_of(part, "hardwareInterface").rpartition("/")[2] for part in parts]
@@ -361,8 +361,8 @@ def _named_motors(element: Element) -> list[NamedMotor]:
         reductions = [text_of(part, "mechanicalReduction") for part in parts]
         facts = [("interface", interfaces), ("reduction", reductions)]
         words = "".join(f"; {what} {next(filter(None, texts))[:SHOWN_LENGTH_MAX]}" for what, texts in facts if any(texts))
-        found.append(NamedMotor(joint.attributes["name"], f"<{element.tag}> {element.shown}", words))
-    return found
+        motors.append(NamedMotor(joint.attributes["name"], f"<{element.tag}> {element.shown}", words))
+    return motors
 
 
 def _lost_joint(joint: Element, outer: Element) -> str:

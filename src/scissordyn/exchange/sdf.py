@@ -85,14 +85,14 @@ def _find_model(root: Element, left_out: dict[str, list[Element]], notes: list[s
     if len(moving) != 1:
         names = ": " + listed([model.shown for model in moving]) if moving else ""
         raise InputError(f"the SDF has {len(moving)} models with joints{names}", "one model with joints", EXAMPLE)
-    found = [part for part in parts if part.tag == "gravity"]
+    gravities = [part for part in parts if part.tag == "gravity"]
     # before version 1.6 gravity is part of <physics>
-    found += [part for physics in parts if physics.tag == "physics" for part in physics.children if part.tag == "gravity"]
+    gravities += [part for physics in parts if physics.tag == "physics" for part in physics.children if part.tag == "gravity"]
     for part in parts:
         if part is not moving[0] and part.tag not in ("gravity", "physics"):
             left_out[f"<{part.tag}>"].append(part)
-    if found:
-        return moving[0], numbers(found[0].text, 3, f"line {found[0].line}: <gravity>")
+    if gravities:
+        return moving[0], numbers(gravities[0].text, 3, f"line {gravities[0].line}: <gravity>")
     notes.append("gravity: the SDF has none; the default of its worlds is assumed, 9.8 m/s^2 along -z")
     return moving[0], (0.0, 0.0, -9.8)
 
@@ -119,17 +119,17 @@ class _Model:
 
     def _named(self, tag: str) -> dict[str, Element]:
         """Return the children of the model that have a tag, by their names."""
-        found: dict[str, Element] = {}
+        elements: dict[str, Element] = {}
         for child in self.model.children:
             if child.tag != tag:
                 continue
             name = child.attributes.get("name", "")
             if not name or name in (WORLD, MODEL):
                 raise InputError(f"line {child.line}: <{tag}> is named '{name}'", "a name, for example 'arm'", EXAMPLE)
-            if name in found:
+            if name in elements:
                 raise InputError(f"line {child.line}: a second <{tag}> is named '{name}'", "each name once", EXAMPLE)
-            found[name] = child
-        return found
+            elements[name] = child
+        return elements
 
     def _note_unread(self) -> None:
         """Add the elements that are not read, inside elements that are read, to `left_out`."""
@@ -169,20 +169,19 @@ class _Model:
         if placed.attributes.get("relative_to", "") not in ("", WORLD):
             raise InputError(f"line {placed.line}: the pose of the model is relative to a frame", "the world", EXAMPLE)
         outer = read_pose(placed)
-        if held := self.model.attributes.get("placement_frame"):
-            outer = outer.times(self._pose(held, self.model).inverse())
+        if frame := self.model.attributes.get("placement_frame"):
+            outer = outer.times(self._pose(frame, self.model).inverse())
         self.poses = {MODEL: outer}
 
     def _loop(self, edge: Edge, link: Pose) -> LoopJoint:
         """Return the loop joint of an edge; `link` is the pose of its child link."""
         if edge.attributes and edge.type == "prismatic":
-            kept = ", ".join(edge.attributes)
-            self.notes.append(f"joint {edge.shown}: {kept} left out, because the joint is a slide that closes a loop")
+            attributes = ", ".join(edge.attributes)
+            self.notes.append(f"joint {edge.shown}: {attributes} left out, because the joint is a slide that closes a loop")
         place = Frame(edge.links[0], link.inverse().times(edge.pose))
-        axis = tuple(edge.pose.rotation.inv().apply(edge.axis).tolist())
-        kind = KINDS[edge.type]
-        given = None if edge.type == "ball" else axis
-        return LoopJoint(edge.name, f"joint {edge.shown}", kind, edge.links, (place, place), given, place, edge.attributes)
+        axis = None if edge.type == "ball" else tuple(edge.pose.rotation.inv().apply(edge.axis).tolist())
+        shown, kind = f"joint {edge.shown}", KINDS[edge.type]
+        return LoopJoint(edge.name, shown, kind, edge.links, (place, place), axis, place, edge.attributes)
 
     def _edge(self, name: str, joint: Element) -> Edge:
         """Return a joint with its pose and axis in the world."""
@@ -238,9 +237,9 @@ class _Model:
             seen.add(id(element))
             placed = child_of(element, "pose")
             chain.append((name if self.named.get(name) is element else "", pose() if placed is None else read_pose(placed)))
-            given = placed.attributes.get("relative_to") or placed.attributes.get("frame") if placed is not None else ""
-            usual = link_name(element, "child") if element.tag == "joint" else element.attributes.get("attached_to")
-            name, user = given or usual or MODEL, element
+            frame = placed.attributes.get("relative_to") or placed.attributes.get("frame") if placed is not None else ""
+            default = link_name(element, "child") if element.tag == "joint" else element.attributes.get("attached_to")
+            name, user = frame or default or MODEL, element
             if name == WORLD:
                 raise InputError(f"line {element.line}: a pose in the model is relative to the world", "the model", EXAMPLE)
         here = self.poses[name]

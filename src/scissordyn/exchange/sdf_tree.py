@@ -49,12 +49,12 @@ def spanning_tree(links: list[str], edges: list[Edge], first: str) -> Tree:
     beside = defaultdict[str, list[Edge]](list)
     loops = []
     for edge in sorted(edges, key=lambda edge: edge.order):
-        one, other = (group[link] for link in edge.links)
-        if one is other:
+        child_group, parent_group = (group[link] for link in edge.links)
+        if child_group is parent_group:
             loops.append(edge)
             continue
-        one |= other
-        group |= dict.fromkeys(other, one)
+        child_group |= parent_group
+        group |= dict.fromkeys(parent_group, child_group)
         for link in edge.links:
             beside[link].append(edge)
     parents: dict[str, str] = {}

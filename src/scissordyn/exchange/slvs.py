@@ -88,7 +88,7 @@ def read_slvs(text: str, *, linear_density: float = LINEAR_DENSITY) -> Imported:
 
 def _records(text: str) -> dict[str, dict[int, dict[str, Any]]]:
     """Return groups, requests, entities and constraints by their numbers (handles)."""
-    found: dict[str, dict[int, dict[str, Any]]] = {kind: {} for kind in ("Group", "Request", "Entity", "Constraint")}
+    records: dict[str, dict[int, dict[str, Any]]] = {kind: {} for kind in ("Group", "Request", "Entity", "Constraint")}
     fields: dict[str, Any] = defaultdict(str, remap=[])
     for number, line in enumerate(text.splitlines(), start=1):
         key, equals, value = line.strip().partition("=")
@@ -103,15 +103,15 @@ def _records(text: str) -> dict[str, dict[int, dict[str, Any]]]:
         except ValueError:
             raise InputError(f"line {number} of the file: '{line[:60]}'", "a number", EXAMPLE) from None
         if key.startswith("Add"):
-            if key[3:] in found:
+            if key[3:] in records:
                 fields.setdefault("type", 0)
                 if not isinstance(fields["h.v"], int):
                     raise InputError(f"line {number} of the file ends a part without a number", "a complete file", EXAMPLE)
-                found[key[3:]][fields["h.v"]] = fields
+                records[key[3:]][fields["h.v"]] = fields
             fields = defaultdict(str, remap=[])
-    if len(found["Entity"]) > POINTS_MAX:
-        raise InputError(f"the file has {len(found['Entity'])} entities", f"at most {POINTS_MAX}", EXAMPLE)
-    return found
+    if len(records["Entity"]) > POINTS_MAX:
+        raise InputError(f"the file has {len(records['Entity'])} entities", f"at most {POINTS_MAX}", EXAMPLE)
+    return records
 
 
 class _Sketch:
@@ -119,8 +119,8 @@ class _Sketch:
 
     def __init__(self, records: dict[str, dict[int, dict[str, Any]]]) -> None:
         self.groups, self.requests, self.entities = (records[kind] for kind in ("Group", "Request", "Entity"))
-        kept = {number: part for number, part in records["Constraint"].items() if part["reference"] != "1"}
-        self.constraints = {number: part for number, part in kept.items() if part["type"] not in IGNORED}
+        constraints = {number: part for number, part in records["Constraint"].items() if part["reference"] != "1"}
+        self.constraints = {number: part for number, part in constraints.items() if part["type"] not in IGNORED}
         self.notes = list[str]()
         plane = next((0x80000001 | number << 16 for number, group in self.groups.items() if group["type"] == SKETCH), 0)
         if plane not in self.entities:
@@ -199,8 +199,8 @@ class _Sketch:
 
     def _pin(self, part: dict[str, Any], key: str) -> int:
         self.space[part[key]]  # raises KeyError for an unknown point
-        found: int = self.rigid.pins.find(part[key])
-        return found
+        pin: int = self.rigid.pins.find(part[key])
+        return pin
 
     def _pair(self, line: int) -> Pair:
         return frozenset(self._pin(self.entities[line], f"point[{k}].v") for k in (0, 1))
@@ -240,11 +240,11 @@ class _Sketch:
             if part["type"] != ANGLE:
                 continue
             turns = [self._turn(part[key]) for key in ("entityA.v", "entityB.v")]
-            held = [rigid.turns.find(turn) == rigid.turns.find(GROUND) for turn in turns]
-            free = part["entityA.v" if held[1] else "entityB.v"]
+            is_fixed = [rigid.turns.find(turn) == rigid.turns.find(GROUND) for turn in turns]
+            free = part["entityA.v" if is_fixed[1] else "entityB.v"]
             bar = self._turn(free)
             moves = isinstance(bar, frozenset) and any(bar <= body for body in rigid.bodies[1:])
-            if any(held) and not all(held) and moves and not self._is_thin(free):
+            if any(is_fixed) and not all(is_fixed) and moves and not self._is_thin(free):
                 self.inputs.append(self._pair(free))
                 self.notes.append(f"{self.label(free)} is free to turn: its angle c{number:03x} to the ground is the start")
             else:
@@ -303,8 +303,8 @@ class _Sketch:
             label = group["name"] if group["type"] == LINKED else self.label(solid[0]) if solid else "bar"
             names.append(plain_name(label, names))
             sides = dict.fromkeys(tuple(pins[pin] for pin in sorted(self.lines[number])) for number in solid)
-            on = tuple(dict.fromkeys([*chain(*sides), *(pins[pin] for pin in sorted(body))]))
-            bars.append(uniform(names[-1], on, places, density, [(a, b) for a, b in sides]))
+            bar_pins = tuple(dict.fromkeys([*chain(*sides), *(pins[pin] for pin in sorted(body))]))
+            bars.append(uniform(names[-1], bar_pins, places, density, [(a, b) for a, b in sides]))
         if not bars:
             expected = "a linkage; delete the dimension that holds its motion"
             raise InputError("no line of fixed length moves in the sketch", expected, EXAMPLE)
@@ -313,33 +313,33 @@ class _Sketch:
         fixed = tuple(name for pin, name in pins.items() if pin in rigid.bodies[0] and name in used)
         drawing = Drawing(places, fixed, tuple(bars), tuple(blocks))
         self.notes += [
-            *(f"{label} left out: the mechanism does not keep it" for label in dict.fromkeys(rigid.unused())),
+            *(f"{label} left out: the mechanism does not keep it" for label in dict.fromkeys(rigid.unused_constraints())),
             f"masses: none in the file; {density:g} kg/m along each line is assumed",
             "gravity: none in the file, so it is 0; set structure.gravity",
         ]
-        found = mechanism_of_drawing(drawing)
+        mechanism = mechanism_of_drawing(drawing)
         if not (fixed or any(block.carrier == GROUND for block in blocks)):
             self.notes.append("nothing is grounded: join a point to the origin of the sketch, or fix it")
         driven = [names[k] for pair in self.inputs for k, body in enumerate(rigid.bodies) if k and pair <= body]
         couplings = tuple(
             Coupling(plain_name(f"coupling of {label}", ()), RelativeAngle(names[a]), RelativeAngle(names[b]), 1.0)
-            for label, a, b in rigid.coupled()
+            for label, a, b in rigid.couplings()
         )
-        return replace(found, couplings=couplings, input_body=driven[0] if driven else found.input_body)
+        return replace(mechanism, couplings=couplings, input_body=driven[0] if driven else mechanism.input_body)
 
     def _blocks(self, pins: dict[int, str], names: list[str], density: float) -> list[Block]:
         """Return a block for each pin that slides on a body or on the ground; name lines that are neither bars nor guides."""
-        rigid, blocks, held = self.rigid, list[Block](), self.rigid.held()
-        for (number, pin), (slide, *_) in held.items():
-            on = [names[k] for k, body in enumerate(rigid.bodies) if k and pin in body]
+        rigid, blocks, slides_by_body = self.rigid, list[Block](), self.rigid.slides_by_body()
+        for (number, pin), (slide, *_) in slides_by_body.items():
+            followers = [names[k] for k, body in enumerate(rigid.bodies) if k and pin in body]
             label = plain_name(f"slide of {pins[pin]}", (block.guide for block in blocks))
-            if on:
-                blocks.append(Block("", pins[pin], slide.angle, carrier=names[number], follower=on[0], guide=label))
+            if followers:
+                blocks.append(Block("", pins[pin], slide.angle, carrier=names[number], follower=followers[0], guide=label))
             elif number and pin in rigid.bodies[0]:  # its pin is fixed, so that its mass has no effect
                 blocks.append(
                     Block(f"block of {pins[pin]}", pins[pin], slide.angle, density * 1e-3, names[number], guide=label)
                 )
-        carrying = {slide.turn for slides in held.values() for slide in slides}
+        carrying = {slide.turn for slides in slides_by_body.values() for slide in slides}
         bars = {number: pair for number, pair in self.lines.items() if not self._is_thin(number) and pair not in carrying}
         loose = [number for number, pair in bars.items() if not any(pair <= body for body in rigid.bodies)]
         self.notes += [f"{listed(map(self.label, loose))} left out: no fixed length"] if loose else []

@@ -113,8 +113,8 @@ def with_includes(text: str, folder: Path | None, notes: list[str]) -> str:
     content = text.encode("utf-8", "replace")
     files: set[Path] = set()
     regions: list[tuple[int, Path]] = []  # Number of bytes behind each included part that is open, and folder of its file
-    while found := [part for part in _mjcf_elements(content) if part.tag == "include"]:
-        include = min(found, key=lambda part: part.start)
+    while includes := [part for part in _mjcf_elements(content) if part.tag == "include"]:
+        include = min(includes, key=lambda part: part.start)
         name = include.attributes.get("file", "")
         while regions and include.start >= len(content) - regions[-1][0]:
             regions.pop()
@@ -141,18 +141,22 @@ def _mjcf_elements(content: bytes) -> Iterator[Element]:
     return root.descendants() if root.tag == "mujoco" else iter(())
 
 
-def _included(include: Element, name: str, folder: Path | None, beside: Path | None) -> tuple[Path, str]:
+def _included(include: Element, name: str, folder: Path | None, including_folder: Path | None) -> tuple[Path, str]:
     """Return the path of an included file, and "" or, for a file next to the including file, " from 'path'" for notes."""
-    if folder is None or beside is None:
+    if folder is None or including_folder is None:
         raise further_file(include, "file")
     # unlike those of `Path`, these functions accept any name and links in a circle
-    root, path, other = (Path(os.path.realpath(place)) for place in (folder, folder / name, beside / name))
-    found, found_beside = (place.is_relative_to(root) and os.path.isfile(place) for place in (path, other))
-    if found_beside and not found:
-        return other, f" from '{other.relative_to(root)}'"
-    if not path.is_relative_to(root):
+    root, in_folder, next_to_file = (
+        Path(os.path.realpath(place)) for place in (folder, folder / name, including_folder / name)
+    )
+    is_in_folder, is_next_to_file = (
+        place.is_relative_to(root) and os.path.isfile(place) for place in (in_folder, next_to_file)
+    )
+    if is_next_to_file and not is_in_folder:
+        return next_to_file, f" from '{next_to_file.relative_to(root)}'"
+    if not in_folder.is_relative_to(root):
         raise InputError(f"line {include.line}: '{name}' is outside the folder of the model", "a file within it", EXAMPLE)
-    return path, ""
+    return in_folder, ""
 
 
 def further_file(element: Element, name: str) -> InputError:

@@ -121,16 +121,16 @@ def _model_description(
         variableNamingConvention="flat",
         description="planar mechanism with clearance joints",
     )
-    able: dict[str, Any] = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    capabilities: dict[str, Any] = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
     if exchange:
-        ET.SubElement(root, "ModelExchange", modelIdentifier=identifier, needsCompletedIntegratorStep="true", **able)
+        ET.SubElement(root, "ModelExchange", modelIdentifier=identifier, needsCompletedIntegratorStep="true", **capabilities)
     ET.SubElement(
         root,
         "CoSimulation",
         modelIdentifier=identifier,
         canHandleVariableCommunicationStepSize="true",
         mightReturnEarlyFromDoStep="true",
-        **able,
+        **capabilities,
     )
     units = ET.SubElement(root, "UnitDefinitions")
     for unit, exponents in UNITS.items():

@@ -196,8 +196,8 @@ class Source:
     def __init__(self, plan: Plan, driver: Driver, *, tolerance: float, token: str) -> None:
         system = driver.system.content
         self.delayed_signals = system.state.initial_history.size  # number of delayed signals that controllers use
-        self.known: dict[Any, Any] = {}
-        self.unit = Unit(self.known, table=True)
+        self.types: dict[Any, Any] = {}
+        self.unit = Unit(self.types, table=True)
         driver.monitor(False)
         samples = make_samples(np.zeros(1), driver.state)
         samples.state[0] = driver.state.y
@@ -216,9 +216,9 @@ class Source:
             "samples": samples,
             "counted": np.zeros(system.model.rotation_start.size - 1),
         }
-        block = _Block(roots, self.known)
+        block = _Block(roots, self.types)
         for root in roots.values():
-            self.unit.use(kind_of(root, "", self.known))
+            self.unit.use(kind_of(root, "", self.types))
         self._functions(roots)
         data = block.text()
         parts = (
@@ -249,7 +249,7 @@ class Source:
 
     def _functions(self, roots: dict[str, Any]) -> None:
         """Translate to C the functions that the C files of the FMU call."""
-        kinds = {name: kind_of(root, name, self.known) for name, root in roots.items()}
+        kinds = {name: kind_of(root, name, self.types) for name, root in roots.items()}
         system, vector = kinds["system"], Array(FLOAT, 1)
         named = functions.FUNCTIONS
         call = self.unit.function
@@ -310,8 +310,8 @@ def _observer(system: Any) -> System:
 class _Block:
     """Block of memory with the numbers of all arrays in some named tuples; an array that occurs repeatedly is stored once."""
 
-    def __init__(self, roots: Mapping[str, Any], known: dict[Any, Any]) -> None:
-        self.known = known
+    def __init__(self, roots: Mapping[str, Any], types: dict[Any, Any]) -> None:
+        self.types = types
         self.words: list[Any] = []
         self.places: dict[tuple[int, int], int] = {}
         self.lines: list[str] = []
@@ -319,7 +319,7 @@ class _Block:
             self._connect(f"m->{name}", root)
 
     def _connect(self, name: str, content: Any) -> None:
-        kind = kind_of(content, name.rpartition(".")[2], self.known)
+        kind = kind_of(content, name.rpartition(".")[2], self.types)
         if isinstance(kind, Struct):
             for part, value in content._asdict().items():
                 self._connect(f"{name}.{part}", value)

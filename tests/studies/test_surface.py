@@ -105,7 +105,7 @@ def test_points_left_out_without_their_derivatives():
     known[4] = np.nan  # derivatives that are not valid
     found = Surface(x, smooth(x), NOT_LOGARITHMIC, known)
     process = found.process
-    matrix, of_point = process._matrix(np.concatenate([process.lengths, process.noise])), np.nonzero(process.known)[1]
+    matrix, of_point = process._matrix(np.concatenate([process.lengths, process.noise])), np.nonzero(process.is_observed)[1]
     for k in (0, 4):
         own, rest = np.flatnonzero(of_point == k), np.flatnonzero(of_point != k)
         mean = matrix[own[:1]][:, rest] @ np.linalg.solve(matrix[np.ix_(rest, rest)], process.data[rest])

@@ -196,9 +196,9 @@ class StudyResult:
         return confirmed(self.study, self._verified().dataset, self.dataset)
 
     def _verified(self) -> StudyResult:
-        if (there := self.verified) is None:
+        if (verified := self.verified) is None:
             raise InputError("a study without accurate runs", "cheap runs", "screen={'rtol': 1e-3}")
-        return there
+        return verified
 
     def _need_requirements(self) -> None:
         if not self.study.requirements:
@@ -437,9 +437,9 @@ def searching(study: Study, factors: Sequence[Factor], goals: Sequence[str], **o
     """Return the fields that turn a study into a search over these factors."""
     names = [factor.path for factor in (*factors, *study.factors)]  # also those that are uncertain from now on
     units = {measure.name: measure.units for measure in study.own_measures}
-    wanted = tuple(read_goal(goal, units, names) for goal in goals)
-    search = Optimisation(wanted, **options).over([factor.variation for factor in factors])
-    needed = [goal.measure for goal in wanted if goal.measure not in (*names, *study.factor_names, *study.measure_names)]
+    search_goals = tuple(read_goal(goal, units, names) for goal in goals)
+    search = Optimisation(search_goals, **options).over([factor.variation for factor in factors])
+    needed = [goal.measure for goal in search_goals if goal.measure not in (*names, *study.factor_names, *study.measure_names)]
     measures = (*study.measures, *dict.fromkeys(needed))
     return {"optimisation": search, "design": search.design(1, len(factors)), "measures": measures}
 

@@ -86,14 +86,15 @@ def _sentences(result: StudyResult) -> Iterator[RunWarning]:
     if study.requirements:
         yield _verdict(result)
     if point is not None:
-        least = point.margins[0]
-        about = {"point": point.point, "requirement": least.requirement, "margin": margin_text(least.margin)}
-        one = study.points == 1
-        yield warning("only point" if one else "recommended" if point.probability > 0.0 else "nearest", "", "", **about)
+        tightest = point.margins[0]
+        about = {"point": point.point, "requirement": tightest.requirement, "margin": margin_text(tightest.margin)}
+        kind = "only point" if study.points == 1 else "recommended" if point.probability > 0.0 else "nearest"
+        yield warning(kind, "", "", **about)
         if np.isfinite(point.low):
             hits = round(point.probability * point.samples)
             about = {"hits": hits, "samples": point.samples, "fraction": point.probability, "low": point.low}
-            yield warning("samples" if one or not hits else "same samples", "", "", **about, high=point.high)
+            kind = "samples" if study.points == 1 or not hits else "same samples"
+            yield warning(kind, "", "", **about, high=point.high)
     if study.members > 1:
         yield agreement(study, result.points)
 
@@ -146,18 +147,18 @@ def requirement_table(
     margins = {} if point is None else {margin.requirement: margin for margin in point.margins}
     limits = {need.requirement: need.text for need in needed}
     order = sorted(fractions, key=lambda fraction: margins[fraction.label].margin if fraction.label in margins else math.inf)
-    columns: dict[str, Callable[[FeasibleFraction], str]] = {"requirement": lambda one: one.label}
+    columns: dict[str, Callable[[FeasibleFraction], str]] = {"requirement": lambda fraction: fraction.label}
     if any(meanings.values()):
-        columns["meaning"] = lambda one: meanings.get(one.label, "")
+        columns["meaning"] = lambda fraction: meanings.get(fraction.label, "")
     if margins:
-        columns["value"] = lambda one: margins[one.label].text if one.label in margins else ""
-        columns["margin"] = lambda one: margin_text(margins[one.label].margin) if one.label in margins else ""
-    columns["met by"] = lambda one: f"{one.fraction:.1%}"
+        columns["value"] = lambda fraction: margins[fraction.label].text if fraction.label in margins else ""
+        columns["margin"] = lambda fraction: margin_text(margins[fraction.label].margin) if fraction.label in margins else ""
+    columns["met by"] = lambda fraction: f"{fraction.fraction:.1%}"
     sampled = any(np.isfinite(fraction.low) for fraction in fractions)
     if sampled:
-        columns["95 % interval"] = lambda one: f"{one.low:.1%} to {one.high:.1%}"
+        columns["95 % interval"] = lambda fraction: f"{fraction.low:.1%} to {fraction.high:.1%}"
     if limits:
-        columns["needs, by its trend"] = lambda one: limits.get(one.label, "")
+        columns["needs, by its trend"] = lambda fraction: limits.get(fraction.label, "")
     notes = ["Value and margin, as a fraction of the bound, are those of the worst case of the point."] if margins else []
     whole = "points" if study.factors else "samples"
     notes += [f"'met by' is the fraction of {fractions[-1].trials} {whole}, without failed cases."]
@@ -189,10 +190,10 @@ def _range_text(scale: Scale, values: np.ndarray) -> str:
 
 def trend_table(fitted: Mapping[str, tuple[Trend, ...]]) -> Section:
     """Return the better trend of each response: exponents of power laws, or changes of straight lines over the range."""
-    names = list(dict.fromkeys(name for both in fitted.values() for name in both[0].numbers))
+    names = list(dict.fromkeys(name for forms in fitted.values() for name in forms[0].numbers))
     columns: list[tuple[str, ...]] = [("response", "form", *names, "R2", "error at points left out")]
-    for name, both in fitted.items():
-        trend = both[0]
+    for name, forms in fitted.items():
+        trend = forms[0]
         form = FORM_NAMES[trend.form] if trend.clear else "no clear trend"
         cells = {number: _effect_text(trend, k) if trend.clear else "" for k, number in enumerate(trend.numbers)}
         columns.append((name, form, *(cells.get(number, "") for number in names), f"{trend.r2:.2f}", f"{trend.error:.1%}"))
@@ -218,20 +219,20 @@ def _effect_text(trend: Trend, k: int) -> str:
 def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, ...]], numbers: dict[str, float]) -> list[Need]:
     """Find the value of the chosen parameter with the strongest effect at which each requirement is just met."""
     chosen = {factor.path for factor in study.factors}
-    found = []
+    needs = []
     for requirement in study.requirements:
         trend, *others = fitted.get(requirement.response.name, ()) or (None,)
         if trend is None or not trend.clear:
             continue
-        able = np.where([name in chosen for name in trend.numbers] & trend.significant, np.abs(trend.effects), 0.0)
-        if not able.any():
+        effects = np.where([name in chosen for name in trend.numbers] & trend.significant, np.abs(trend.effects), 0.0)
+        if not effects.any():
             continue
-        k = int(np.argmax(able))
+        k = int(np.argmax(effects))
         name, (first, last) = trend.numbers[k], map(float, trend.ranges[k])
         value = trend.parameter_at_bound(name, requirement.bound, numbers)
         if math.isnan(value):
             ends = np.array([trend.value({**numbers, name: end}) for end in (first, last)])
-            found.append(Need(requirement.label, name, value, f"{'any' if requirement.met(ends).all() else 'no'} {name}"))
+            needs.append(Need(requirement.label, name, value, f"{'any' if requirement.met(ends).all() else 'no'} {name}"))
             continue
         side = "at most" if requirement.sign.startswith("<") == (float(trend.slopes[k]) > 0.0) else "at least"
         scale = number_scale(study, results, name, first, last)
@@ -243,8 +244,8 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
         if other is not None:
             second = other.parameter_at_bound(name, requirement.bound, numbers)
             text += f"; by a {FORM_NAMES[other.form]} {'no value' if math.isnan(second) else _rounded(scale, second)}"
-        found.append(Need(requirement.label, name, value, text, beyond))
-    return found
+        needs.append(Need(requirement.label, name, value, text, beyond))
+    return needs
 
 
 def _rounded(scale: Scale, value: float) -> str:
@@ -262,17 +263,17 @@ def _facts_of_requirements(
         if fraction.label in margins:
             numbers |= {"value": margins[fraction.label].value, "margin": margins[fraction.label].margin}
         numbers |= values.get(fraction.label, {})
-        known = {
+        finite = {
             name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in numbers.items()
         }
-        yield {"kind": "requirement", "part": fraction.label, "numbers": known}
+        yield {"kind": "requirement", "part": fraction.label, "numbers": finite}
     if point is not None:
         yield {"kind": "point", "part": str(point.point), "numbers": dict(point.numbers)}
 
 
 def _facts_of_trends(fitted: Mapping[str, tuple[Trend, ...]]) -> Iterator[dict[str, Any]]:
-    for name, both in fitted.items():
-        trend = both[0]
+    for name, forms in fitted.items():
+        trend = forms[0]
         slopes = dict(zip(trend.numbers, trend.slopes.tolist(), strict=True))
         numbers = {"form": trend.form, "clear": trend.clear, "slopes": slopes, "r2": trend.r2, "error": trend.error}
         yield {"kind": "trend", "part": name, "numbers": numbers}

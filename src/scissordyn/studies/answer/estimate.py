@@ -65,12 +65,12 @@ def mean_estimate(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarray) -
     alone = _student(accurate)
     if m < REGRESSION_PAIRS_MIN or not np.ptp(paired) > 0.0:
         return Estimate(*alone, _mean(cheap), *alone, math.nan, n, m)
-    apart = paired - paired.mean()
-    squares = float(np.sum(apart**2))
-    slope = float(np.sum(apart * (accurate - accurate.mean()))) / squares
+    deviations = paired - paired.mean()
+    squares = float(np.sum(deviations**2))
+    slope = float(np.sum(deviations * (accurate - accurate.mean()))) / squares
     shift = float(cheap.mean() - paired.mean())
     value = float(accurate.mean()) + slope * shift
-    residual = float(np.sum((accurate - accurate.mean() - slope * apart) ** 2)) / (m - 2)
+    residual = float(np.sum((accurate - accurate.mean() - slope * deviations) ** 2)) / (m - 2)
     variance = residual * (1.0 / m + shift**2 / squares) + slope**2 * float(np.var(cheap, ddof=1)) / n
     half = float(stdtrit(m - 2, 0.5 + 0.5 * CONFIDENCE_LEVEL)) * math.sqrt(variance)
     return Estimate(value, value - half, value + half, _mean(cheap), *alone, correlation(accurate, paired), n, m)
@@ -127,9 +127,9 @@ def quantile_estimates(accurate: np.ndarray, paired: np.ndarray, cheap: np.ndarr
         alone.append((step.accurate, step.accurate_low, step.accurate_high))
     quantiles = []
     for level in levels:
-        both, single = _inverted(values, steps, level), _inverted(values, alone, level)
+        combined, accurate_only = _inverted(values, steps, level), _inverted(values, alone, level)
         cheap_value = float(np.quantile(cheap, level, method="inverted_cdf")) if cheap.size else math.nan
-        quantiles.append(Estimate(*both, cheap_value, *single, correlated, cheap.size, accurate.size))
+        quantiles.append(Estimate(*combined, cheap_value, *accurate_only, correlated, cheap.size, accurate.size))
     return quantiles
 
 

@@ -111,35 +111,36 @@ def _check(study: Study, budget: float | None) -> None:
 
 def _with_stored_points(study: Study, store: Store) -> Study:
     """Return the study with the numbers of points that its store was created with."""
-    accurate, there = study.accurate, store.study(reading=True).accurate
-    points = POINTS_MIN if there is None else there.points
+    accurate, stored = study.accurate, store.study(reading=True).accurate
+    points = POINTS_MIN if stored is None else stored.points
     return replace(study, design=store.design(), accurate=None if accurate is None else replace(accurate, points=points))
 
 
-def _verify(study: Study, there: Store, how: How) -> None:
+def _verify(study: Study, accurate_store: Store, how: How) -> None:
     """Compute the missing accurate runs of the first points of a study."""
     assert study.accurate is not None
     points = min(study.accurate.points, study.points if study.factors else study.sampling.samples)
-    if there.exists() and study.factors:
-        before = there.design()
+    if accurate_store.exists() and study.factors:
+        before = accurate_store.design()
         if before.points < points:
-            extend(replace(verified_study(study, points), design=before), there.path, points, **how)
+            extend(replace(verified_study(study, points), design=before), accurate_store.path, points, **how)
         points = max(points, before.points)
-    execute(verified_study(study, points), there.path, **how)
+    execute(verified_study(study, points), accurate_store.path, **how)
 
 
 def _split(study: Study, budget: float) -> Study:
     """Return the study with the numbers of cheap and accurate points within a budget of work [s], from pilot runs."""
-    few, accurate = replace(study, design=replace(study.design, points=POINTS_MIN)), verified_study(study, POINTS_MIN)
-    cheap_runs, cheap = _run_pilot(few)
-    accurate_runs, accurate_seconds = _run_pilot(accurate)
-    correlated = _least_correlation(few, cheap_runs, accurate_runs)
+    cheap_study = replace(study, design=replace(study.design, points=POINTS_MIN))
+    accurate_study = verified_study(study, POINTS_MIN)
+    cheap_runs, cheap = _run_pilot(cheap_study)
+    accurate_runs, accurate_seconds = _run_pilot(accurate_study)
+    correlated = _least_correlation(cheap_study, cheap_runs, accurate_runs)
     left = budget - POINTS_MIN * (cheap + accurate_seconds)
     verified, screened_points = split(max(left, 0.0), correlated, accurate_seconds, cheap)
     points = max(POINTS_MIN, screened_points)
     assert study.accurate is not None
-    wanted = replace(study.accurate, points=min(max(POINTS_MIN, verified), points))
-    return replace(study, design=replace(study.design, points=points), accurate=wanted)
+    settings = replace(study.accurate, points=min(max(POINTS_MIN, verified), points))
+    return replace(study, design=replace(study.design, points=points), accurate=settings)
 
 
 def _run_pilot(study: Study) -> tuple[xr.Dataset, float]:
@@ -152,31 +153,33 @@ def _run_pilot(study: Study) -> tuple[xr.Dataset, float]:
 
 def _least_correlation(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> float:
     """Return the smallest correlation of both kinds of runs over the responses of requirements, or over all measures."""
-    judged = [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
-    both = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
-    pairs = [(response_values(cheap, some), response_values(accurate, some)) for some in judged]
-    correlations = [abs(correlation(there[both], here[both])) for here, there in pairs]
-    return min((some for some in correlations if np.isfinite(some)), default=0.0)
+    responses = [requirement.response for requirement in study.requirements] or [Response(name) for name in study.measure_names]
+    complete = (cheap["status"].values == "complete") & (accurate["status"].values == "complete")
+    pairs = [(response_values(cheap, response), response_values(accurate, response)) for response in responses]
+    correlations = [
+        abs(correlation(accurate_values[complete], cheap_values[complete])) for cheap_values, accurate_values in pairs
+    ]
+    return min((value for value in correlations if np.isfinite(value)), default=0.0)
 
 
 def _confirm(study: Study, store: Store, how: How) -> None:
     """Compute accurate runs of the best points of a search: its front, or the best points of one goal."""
     assert study.accurate is not None
-    there, names = Store(verified_path(store.path)), study.paths
-    wanted = best_tried(study, store.results(), study.accurate.points)
+    accurate_store, names = Store(verified_path(store.path)), study.paths
+    best = best_tried(study, store.results(), study.accurate.points)
     points = np.empty((0, len(names)))
-    if there.exists():  # those of an earlier, shorter search stay
-        old = there.results()
+    if accurate_store.exists():  # those of an earlier, shorter search stay
+        old = accurate_store.results()
         points = np.stack([old[column(name)].values[:: study.per_point] for name in names], axis=1)
         points = points[np.isfinite(points).all(axis=1)]
-    new = [row for row in wanted if not (points == row).all(axis=1).any()]
+    new = [row for row in best if not (points == row).all(axis=1).any()]
     points = np.concatenate([points, *(row[None] for row in new)])
     if not points.size:
         return
     confirmed = verified_study(study, points.shape[0])
-    if there.exists() and there.cases < confirmed.cases:
-        there.extend(confirmed)
-    execute(confirmed, there.path, points, **how)
+    if accurate_store.exists() and accurate_store.cases < confirmed.cases:
+        accurate_store.extend(confirmed)
+    execute(confirmed, accurate_store.path, points, **how)
 
 
 def best_tried(study: Study, results: xr.Dataset, most: int) -> np.ndarray:
@@ -209,30 +212,31 @@ def estimates(study: Study, cheap: xr.Dataset, accurate: xr.Dataset) -> list[Cor
     trials, size = _trials(study, cheap), _trials(study, accurate).shape[0]
     complete = _complete(cheap, trials)
     pairs = complete[:size] & _complete(accurate, trials[:size])
-    single = trials.shape[1] == 1
+    has_one_case = trials.shape[1] == 1
 
     def by_trial(results: xr.Dataset, values: np.ndarray) -> np.ndarray:
         rows = trials[: results.sizes["case"] // trials.shape[1]]
         return np.asarray(values[rows].mean(axis=1), float)
 
-    def both(values: Callable[[xr.Dataset], np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        here, there = by_trial(cheap, values(cheap)), by_trial(accurate, values(accurate))
-        return there[pairs], here[:size][pairs], here[complete]
+    def paired_values(values: Callable[[xr.Dataset], np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        cheap_values, accurate_values = by_trial(cheap, values(cheap)), by_trial(accurate, values(accurate))
+        return accurate_values[pairs], cheap_values[:size][pairs], cheap_values[complete]
 
-    def met(requirements: Sequence[Requirement]) -> Estimate:
-        return fraction_estimate(*both(lambda runs: np.all([requirement.met_in(runs) for requirement in requirements], axis=0)))
+    def met_fraction(requirements: Sequence[Requirement]) -> Estimate:
+        return fraction_estimate(*paired_values(lambda runs: np.all([part.met_in(runs) for part in requirements], axis=0)))
 
-    numbers = [Corrected(response.label, "fraction", "1", met([response])) for response in study.requirements]
+    numbers = [Corrected(response.label, "fraction", "1", met_fraction([response])) for response in study.requirements]
     if study.requirements:
-        numbers.append(Corrected("all requirements", "fraction", "1", met(study.requirements)))
+        numbers.append(Corrected("all requirements", "fraction", "1", met_fraction(study.requirements)))
     for response in study_responses(study, cheap):
-        three = both(partial(response_values, response=response))
-        if not all(np.all(np.isfinite(estimate)) for estimate in three):
+        values_of_runs = paired_values(partial(response_values, response=response))
+        if not all(np.all(np.isfinite(estimate)) for estimate in values_of_runs):
             continue
         units = response_unit(cheap, response)
-        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*three)))
-        for level, estimate in zip(QUANTILE_LEVELS, quantile_estimates(*three, QUANTILE_LEVELS), strict=True) if single else ():
-            numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
+        numbers.append(Corrected(f"mean {response.name}", "mean", units, mean_estimate(*values_of_runs)))
+        if has_one_case:
+            for level, estimate in zip(QUANTILE_LEVELS, quantile_estimates(*values_of_runs, QUANTILE_LEVELS), strict=True):
+                numbers.append(Corrected(f"{level:.0%} quantile of {response.name}", "quantile", units, estimate))
     return numbers
 
 
@@ -250,45 +254,51 @@ def confirmed(study: Study, accurate: xr.Dataset, cheap: xr.Dataset) -> pd.DataF
     """Return a table of the points of a search that were also run accurately, with the results of both kinds of runs."""
     import pandas as pd
 
-    tried, there = candidates(study, cheap).points, candidates(study, accurate).points
-    numbers, here = (points[study.paths].to_array().values.T for points in (tried, there))
-    places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in here]
-    table = {name: there[name].values for name in study.paths}
+    cheap_points, accurate_points = candidates(study, cheap).points, candidates(study, accurate).points
+    numbers, accurate_numbers = (points[study.paths].to_array().values.T for points in (cheap_points, accurate_points))
+    places = [int(np.flatnonzero((numbers == row).all(axis=1))[0]) for row in accurate_numbers]
+    table = {name: accurate_points[name].values for name in study.paths}
     for name in (*(goal.label for goal in study.goals), "violation"):
-        table[name], table[f"accurate {name}"] = tried[name].values[places], there[name].values
-    return pd.DataFrame({**table, "front": there["front"].values}, index=pd.Index(places, name="point"))
+        table[name], table[f"accurate {name}"] = cheap_points[name].values[places], accurate_points[name].values
+    return pd.DataFrame({**table, "front": accurate_points["front"].values}, index=pd.Index(places, name="point"))
 
 
 def fidelity(result: StudyResult, verified: StudyResult) -> Iterator[Section]:
     """Yield the sections that combine cheap and accurate runs."""
-    taken = [there.store.times() for there in (result, verified)]
+    taken = [study_result.store.times() for study_result in (result, verified)]
     times = [(float(spent["cases"].sum()), float(spent["seconds"].sum())) for spent in taken]
     cost = _cost(result.study, (result.store, verified.store), times)
     if result.study.goals:
         points = result.confirmed
-        met, best = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
+        met_count, front_count = int((points["accurate violation"] <= 0.0).sum()), int(points["front"].sum())
         kind = "confirmed front" if len(result.study.goals) > 1 else "confirmed"
-        yield Section(lines=[warning(kind, "", "", tried=len(points), met=met, best=best)])
+        yield Section(lines=[warning(kind, "", "", tried=len(points), met=met_count, best=front_count)])
         yield _confirmed_table(result, cost)
         return
-    every = [number.estimate for number in result.estimates if number.label == "all requirements"]
+    met_by_all = [number.estimate for number in result.estimates if number.label == "all requirements"]
     head = ("number", "cheap alone", "accurate alone", "both", "correlation", "accurate runs saved")
     notes = (
         "Intervals of 95 %. The last column says how many times as many accurate runs alone give an interval of the same "
         f"width. All other tables come from cheap runs. {cost}",
     )
     rows = [_row(number) for number in result.estimates]
-    yield Section(head, rows, "Cheap and accurate runs", notes, [_met_by(estimate, times) for estimate in every])
+    yield Section(head, rows, "Cheap and accurate runs", notes, [_met_by(estimate, times) for estimate in met_by_all])
 
 
-def _met_by(both: Estimate, times: Sequence[tuple[float, float]]) -> RunWarning:
+def _met_by(combined: Estimate, times: Sequence[tuple[float, float]]) -> RunWarning:
     """Return the sentence on the fraction that meets all requirements, with the cost of accurate runs alone."""
     (_, cheap), (cases, accurate) = times
     saved = ""
-    if np.isfinite(both.saved) and cases and cheap + accurate > 0.0:
-        longer = both.saved * accurate / (cheap + accurate)
-        saved = f"; accurate runs alone would take {both.saved:.1f} times as many and {longer:.1f} times the time of both"
-    about = {"fraction": both.value, "low": both.low, "high": both.high, "cheap": both.screened, "accurate": both.verified}
+    if np.isfinite(combined.saved) and cases and cheap + accurate > 0.0:
+        longer = combined.saved * accurate / (cheap + accurate)
+        saved = f"; accurate runs alone would take {combined.saved:.1f} times as many and {longer:.1f} times the time of both"
+    about = {
+        "fraction": combined.value,
+        "low": combined.low,
+        "high": combined.high,
+        "cheap": combined.screened,
+        "accurate": combined.verified,
+    }
     return warning("cheap and accurate", "", "", **about, saved=saved)
 
 

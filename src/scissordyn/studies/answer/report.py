@@ -104,8 +104,8 @@ class StudyPictures:
         tried, goals = self._result.optimum.points, self._result.study.goals
         if not max(x, y) < len(goals) or min(x, y) < 0:
             raise InputError(f"the front of goals {x} and {y} of {len(goals)}", "two goals, from 0")
-        there = None if self._result.verified is None else self._result.confirmed
-        return pareto_front(tried, (goals[x].label, goals[y].label), confirmed=there, axes=axes)
+        confirmed = None if self._result.verified is None else self._result.confirmed
+        return pareto_front(tried, (goals[x].label, goals[y].label), confirmed=confirmed, axes=axes)
 
     def _limits(self) -> dict[str, float]:
         return {requirement.response.name: requirement.bound for requirement in self._result.study.requirements}

@@ -68,21 +68,22 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
     x, values = np.stack([points[name].values for name in names], axis=1), points[response].values
     if np.isinf(values).any():  # a surface of the points with a number would hide those without one
         return None
-    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
-    slopes = slopes_of_points(points, response, names)[there]
-    sizes = [np.unique(column_of[there]).size for column_of in x.T]
-    known = there.sum() + np.isfinite(slopes).sum()
+    is_finite = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    slopes = slopes_of_points(points, response, names)[is_finite]
+    sizes = [np.unique(column_of[is_finite]).size for column_of in x.T]
+    data_count = is_finite.sum() + np.isfinite(slopes).sum()
     if (
-        not max(POINTS_MIN, 2 * len(names) + 2) <= known
-        or not POINTS_MIN // 2 <= there.sum() <= SURFACE_DATA_MAX
+        not max(POINTS_MIN, 2 * len(names) + 2) <= data_count
+        or not POINTS_MIN // 2 <= is_finite.sum() <= SURFACE_DATA_MAX
         or min(sizes) < 2
-        or np.ptp(values[there]) == 0.0
+        or np.ptp(values[is_finite]) == 0.0
     ):
         return None
     logarithmic = np.array([factor.logarithmic for factor in study.factors])
-    both = [Surface(x[there], values[there], logarithmic)]
-    both += [Surface(x[there], values[there], logarithmic, slopes)] if np.isfinite(slopes).any() else []
-    surface = max(both, key=lambda one: one.predicted)  # derivatives do not help where the response jumps between points
+    candidates = [Surface(x[is_finite], values[is_finite], logarithmic)]
+    if np.isfinite(slopes).any():  # derivatives do not help where the response jumps between points
+        candidates.append(Surface(x[is_finite], values[is_finite], logarithmic, slopes))
+    surface = max(candidates, key=lambda candidate: candidate.predicted)
     return surface if surface.predicted >= PREDICTED_SHARE_MIN else None
 
 

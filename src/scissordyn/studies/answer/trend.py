@@ -89,9 +89,9 @@ class Trend:
     def inverse(self, name: str, response: float, numbers: dict[str, float]) -> float:
         """Return the value of a parameter at which the trend has a given response; NaN if none exists."""
         k = self.numbers.index(name)
-        wanted = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
+        total = response if self.form == "linear" else (math.log(response) if response > 0.0 else math.nan)
         with np.errstate(all="ignore"):
-            term = float(np.float64(wanted - self._total(numbers, k)) / self.slopes[k])
+            term = float(np.float64(total - self._total(numbers, k)) / self.slopes[k])
             return float(np.exp(np.float64(term))) if self.logarithmic[k] else term
 
     def parameter_at_bound(self, name: str, bound: float, numbers: dict[str, float]) -> float:
@@ -115,16 +115,16 @@ def trends(study: Study, results: xr.Dataset) -> dict[str, tuple[Trend, ...]]:
     by_response = {}
     for response in study_responses(study, results):
         cells = study.cells(case_values(study, results, response)).reshape(-1, study.members)
-        there = np.isfinite(cells)
+        is_finite = np.isfinite(cells)
         if np.isinf(cells).any():  # a trend of the cases that have a number would hide those that fail for want of one
             continue
-        if np.isin(cells[there], (0.0, 1.0)).all():  # yes and no follow neither a power law nor a line
+        if np.isin(cells[is_finite], (0.0, 1.0)).all():  # yes and no follow neither a power law nor a line
             continue
-        values = np.where(there, cells, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan)
+        values = np.where(is_finite, cells, 0.0).sum(axis=1) / np.where(is_finite.any(axis=1), is_finite.sum(axis=1), np.nan)
         slopes = slopes_of_points(points, response.name, tuple(numbers)) if study.gradients else np.full(x.shape, np.nan)
-        both = fit_trends(x, values, groups, tuple(numbers), response.name, response_unit(results, response), slopes)
-        if both:
-            by_response[response.name] = both
+        forms = fit_trends(x, values, groups, tuple(numbers), response.name, response_unit(results, response), slopes)
+        if forms:
+            by_response[response.name] = forms
     return by_response
 
 
@@ -151,24 +151,24 @@ def fit_trends(
     """Fit a power law and a straight line to values of a response; the power law is first unless the line predicts better.
 
     Each form is fitted to the values alone and to values and derivatives, if there are any; the better predictor counts.
-    Shapes: `x` (n, numbers), `values` (n,), `groups` (n,), `slopes` (n, numbers), NaN where they are not known.
+    Shapes: `x` (n, parameters), `values` (n,), `groups` (n,), `slopes` (n, parameters), NaN where they are unknown.
     """
-    there = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
-    x, values, groups = x[there], values[there], np.unique(groups[there], return_inverse=True)[1]
+    is_finite = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
+    x, values, groups = x[is_finite], values[is_finite], np.unique(groups[is_finite], return_inverse=True)[1]
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
     unknown = np.full(x.shape, np.nan)
-    derivatives = unknown if slopes is None else slopes[there][:, varies]
+    derivatives = unknown if slopes is None else slopes[is_finite][:, varies]
     count = int(groups.max(initial=-1)) + 1
     if not names or np.ptp(values) <= 1e-12 * np.max(np.abs(values)):
         return ()
     forms = (["power"] if values.min() > 0.0 and (x.min(axis=0) > 0.0).any() else []) + ["linear"]
     fitted = list[Trend]()
-    for known in (unknown, derivatives) if np.isfinite(derivatives).any() else (unknown,):
-        amounts = np.isfinite(known).sum(axis=1)
+    for used_slopes in (unknown, derivatives) if np.isfinite(derivatives).any() else (unknown,):
+        slope_counts = np.isfinite(used_slopes).sum(axis=1)
         # the jackknife leaves out one group, and needs one more than coefficients then
-        if count + amounts.sum() - 1 - amounts.max() > len(names) + 1 and count >= POINTS_MIN // 2:
-            fitted += [_fit(form, x, values, groups, known, names, (response, units)) for form in forms]
+        if count + slope_counts.sum() - 1 - slope_counts.max() > len(names) + 1 and count >= POINTS_MIN // 2:
+            fitted += [_fit(form, x, values, groups, used_slopes, names, (response, units)) for form in forms]
 
     def better(trend: Trend) -> float:
         return trend.predicted + SHARE_MIN * (trend.form == "power")
@@ -192,14 +192,14 @@ def _fit(
     terms = np.where(logarithmic, np.log(np.where(logarithmic, x, 1.0)), x)
     y = np.log(values) if form == "power" else values
     slopes = slopes * np.where(logarithmic, x, 1.0) / (values[:, None] if form == "power" else 1.0)
-    found, constant, intervals, inner, outer = _jackknife(terms, y, groups, slopes)
+    coefficients, constant, intervals, inner, outer = _jackknife(terms, y, groups, slopes)
     predictions = np.exp(np.clip(outer, -700.0, 700.0)) if form == "power" else outer
     errors = values - predictions
     r2 = 1.0 - float(np.sum((y - inner) ** 2) / np.sum((y - y.mean()) ** 2))
     predicted = 1.0 - float(np.sum(errors**2) / np.sum((values - values.mean()) ** 2))
     error = float(np.sqrt(np.mean(errors**2)) / np.mean(np.abs(values)))
     count = int(groups.max()) + 1
-    return Trend(*named, form, names, constant, found, intervals, logarithmic, ranges, r2, predicted, error, count)
+    return Trend(*named, form, names, constant, coefficients, intervals, logarithmic, ranges, r2, predicted, error, count)
 
 
 def _jackknife(
@@ -215,21 +215,19 @@ def _jackknife(
     design = np.vstack([values, np.eye(values.shape[1])[1 + term]])
     products, sums = design[:, :, None] * design[:, None, :], design.copy()
     sums *= np.append(y, derivatives[point, term] * width[term])[:, None]
-    of_group, every = (
-        (np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))),
-        np.append(groups, groups[point]),
-    )
-    np.add.at(of_group[0], every, products)
-    np.add.at(of_group[1], every, sums)
-    whole = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
-    inverses = np.linalg.pinv(products.sum(axis=0) - of_group[0], hermitian=True)
-    without = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - of_group[1])
-    variance = (count - 1) / count * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    free = max(count - values.shape[1], 1) if not point.size else count - 1
-    wide = stdtrit(free, 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(variance)
-    slopes = whole[1:] / width
-    outer = np.einsum("ij,ij->i", values, without[groups])
-    return slopes, float(whole[0] - slopes @ middle), wide[1:] / width, values @ whole, outer
+    group_products, group_sums = np.zeros((count, *products.shape[1:])), np.zeros((count, sums.shape[1]))
+    row_groups = np.append(groups, groups[point])
+    np.add.at(group_products, row_groups, products)
+    np.add.at(group_sums, row_groups, sums)
+    coefficients = np.linalg.pinv(products.sum(axis=0), hermitian=True) @ sums.sum(axis=0)
+    inverses = np.linalg.pinv(products.sum(axis=0) - group_products, hermitian=True)
+    left_out = np.einsum("gij,gj->gi", inverses, sums.sum(axis=0) - group_sums)
+    variance = (count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
+    degrees = max(count - values.shape[1], 1) if not point.size else count - 1
+    half_widths = stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(variance)
+    slopes = coefficients[1:] / width
+    outer = np.einsum("ij,ij->i", values, left_out[groups])
+    return slopes, float(coefficients[0] - slopes @ middle), half_widths[1:] / width, values @ coefficients, outer
 
 
 def sobol_indices(values: np.ndarray, names: list[str]) -> xr.Dataset:

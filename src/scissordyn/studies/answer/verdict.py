@@ -67,9 +67,9 @@ def study_responses(study: Study, results: xr.Dataset) -> list[Response]:
     chosen += [goal.response for goal in study.goals if goal.measure not in study.factor_names]
     chosen += [response for response in study.responses if response.name not in {other.name for other in chosen}]
     covered = {(response.measure, response_unit(results, response)) for response in chosen}
-    there = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
-    every = (response for name in there for response in whole_responses(results, name))
-    return chosen + [response for response in every if (response.measure, response_unit(results, response)) not in covered]
+    measures = (name for name in study.measure_names if results[name].size)  # no forces of contacts without clearance
+    further = (response for name in measures for response in whole_responses(results, name))
+    return chosen + [response for response in further if (response.measure, response_unit(results, response)) not in covered]
 
 
 def case_values(study: Study, results: xr.Dataset, response: Response) -> np.ndarray:
@@ -112,9 +112,9 @@ def by_point(study: Study, results: xr.Dataset) -> xr.Dataset:
     variables["disagrees"] = ("point", differs, {"long_name": "members disagree"})
     variables["undecided"] = ("point", mixed & (study.members > 1), {"long_name": "members disagree on the requirements"})
     if SLOPES in results:  # one case of each point
-        there = results[SLOPES].isel(case=slice(count)).where(results["status"][:count] == COMPLETE)
-        variables[SLOPES] = (("point", *there.dims[1:]), there.values, there.attrs)
-        return xr.Dataset(variables, {dim: there[dim].values for dim in map(str, there.dims[1:])})
+        slopes = results[SLOPES].isel(case=slice(count)).where(results["status"][:count] == COMPLETE)
+        variables[SLOPES] = (("point", *slopes.dims[1:]), slopes.values, slopes.attrs)
+        return xr.Dataset(variables, {dim: slopes[dim].values for dim in map(str, slopes.dims[1:])})
     return xr.Dataset(variables)
 
 
@@ -128,15 +128,15 @@ def slopes_of_points(points: xr.Dataset, response: str, names: Sequence[str]) ->
 def _spread(cells: np.ndarray) -> np.ndarray:
     """Return the largest relative difference between members of a sample, shape (points, samples, members) to (points,)."""
     with np.errstate(invalid="ignore"):  # of numbers that are infinite
-        apart = np.fmax.reduce(cells, axis=-1) - np.fmin.reduce(cells, axis=-1)
-        spread = apart / np.maximum(np.fmax.reduce(np.abs(cells), axis=-1), 1e-300)
+        difference = np.fmax.reduce(cells, axis=-1) - np.fmin.reduce(cells, axis=-1)
+        spread = difference / np.maximum(np.fmax.reduce(np.abs(cells), axis=-1), 1e-300)
     return np.asarray(np.where(np.isnan(spread), 0.0, spread).max(axis=-1))
 
 
 def _mean(values: np.ndarray) -> np.ndarray:
-    there = ~np.isnan(values)
+    is_number = ~np.isnan(values)
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(there, values, 0.0).sum(axis=-1) / there.sum(axis=-1))
+        return np.asarray(np.where(is_number, values, 0.0).sum(axis=-1) / is_number.sum(axis=-1))
 
 
 def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
@@ -149,14 +149,14 @@ def meets_all(study: Study, results: xr.Dataset) -> np.ndarray:
 
 def feasible_fraction(study: Study, results: xr.Dataset) -> list[FeasibleFraction]:
     """Return the fractions of the range that meet each requirement, and all of them, without failed cases."""
-    labelled = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
-    every = [*labelled, ("all requirements", meets_all(study, results))] if labelled else []
+    masks = [(requirement.label, requirement.met_in(results)) for requirement in study.requirements]
+    labelled_masks = [*masks, ("all requirements", meets_all(study, results))] if masks else []
     complete, fractions_met = study.cells(results["status"].values == COMPLETE), []
     by_samples = len(complete) == 1  # one point with uncertain numbers: its samples are the trials
     kind, axis = (study.sampling.kind, (0, 2)) if by_samples else (study.design.kind, (1, 2))
     completed = complete.sum(axis=axis)
-    for label, met in every:
-        fractions = (study.cells(met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
+    for label, is_met in labelled_masks:
+        fractions = (study.cells(is_met) & complete).sum(axis=axis)[completed > 0] / completed[completed > 0]
         fraction = float(np.mean(fractions)) if fractions.size else np.nan
         sampled = fractions.size and kind in INDEPENDENT and (by_samples or study.factors)
         low, high = fraction_interval(fraction * fractions.size, fractions.size) if sampled else (np.nan, np.nan)
@@ -216,10 +216,10 @@ def recommended(study: Study, results: xr.Dataset) -> Recommendation | None:
     rows, margins, violated = np.flatnonzero(done), list[Margin](), set[str]()
     complete = results["status"].values == COMPLETE
     for requirement in study.requirements:
-        every = case_margins(requirement, results)[place * study.per_point : (place + 1) * study.per_point]
-        worst = int(rows[np.argmin(every[rows])])
+        point_margins = case_margins(requirement, results)[place * study.per_point : (place + 1) * study.per_point]
+        worst = int(rows[np.argmin(point_margins[rows])])
         value, text = response_values(here, requirement.response)[worst], value_text(here, requirement.response, worst)
-        margins.append(Margin(requirement.label, float(value), text, float(every[worst])))
+        margins.append(Margin(requirement.label, float(value), text, float(point_margins[worst])))
         if not requirement.met_in(results)[complete].all():
             violated.add(requirement.label)
     margins.sort(key=lambda requirement: requirement.margin)

@@ -327,16 +327,18 @@ class Study:
 
     def by_variant(self, values: Mapping[str, np.ndarray]) -> Iterator[tuple[Mechanism, np.ndarray]]:
         count = len(next(iter(values.values())))
-        every: dict[str, Any] = {**self.own_values(), **values}
-        chosen = [factor.places(np.broadcast_to(every[factor.name], count)) for factor in self.variant_factors]
+        all_values: dict[str, Any] = {**self.own_values(), **values}
+        chosen = [factor.places(np.broadcast_to(all_values[factor.name], count)) for factor in self.variant_factors]
         which = np.ravel_multi_index(chosen, self._counts) if chosen else np.zeros(count, int)
         for place in np.unique(which):
             yield self.variants[place] if chosen else self.mechanism, np.flatnonzero(which == place)
 
     def mechanism_of(self, values: Mapping[str, float], *, nominal: bool = False) -> Mechanism:
         ((mechanism, _),) = self.by_variant({name: np.array([value]) for name, value in values.items()})
-        apart = {factor.name for factor in self.variant_factors}
-        numbers = {name: value for name, value in values.items() if name not in apart} if nominal else self.applied(values)
+        variant_names = {factor.name for factor in self.variant_factors}
+        numbers = (
+            {name: value for name, value in values.items() if name not in variant_names} if nominal else self.applied(values)
+        )
         return changed_all(mechanism, numbers)
 
     def labelled(self, values: Mapping[str, float]) -> dict[str, float | str]:
@@ -357,19 +359,19 @@ class Study:
         """Return the study with only those names and levels whose indices `places` gives by factor."""
         if not places:
             return self
-        kept = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.variant_factors))
+        kept_places = np.ix_(*(places.get(factor.name, range(factor.variation.count)) for factor in self.variant_factors))
 
         def fewer(factor: Factor) -> Factor:
             if factor.name not in places:
                 return factor
-            every: Any = factor.variation
-            return replace(factor, variation=type(every)(tuple(every.values[place] for place in places[factor.name])))
+            variation: Any = factor.variation
+            return replace(factor, variation=type(variation)(tuple(variation.values[place] for place in places[factor.name])))
 
         return replace(
             self,
             factors=tuple(map(fewer, self.factors)),
             uncertain=tuple(map(fewer, self.uncertain)),
-            variants=tuple(self.variants[k] for k in np.arange(len(self.variants)).reshape(self._counts)[kept].ravel()),
+            variants=tuple(self.variants[k] for k in np.arange(len(self.variants)).reshape(self._counts)[kept_places].ravel()),
         )
 
     @property

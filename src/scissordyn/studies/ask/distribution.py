@@ -29,11 +29,11 @@ def _numbers(kind: str, values: Any) -> tuple[float, ...]:
     """Return several finite numbers as Python floats; raise `InputError` for anything else."""
     if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
         raise InputError(f"{kind} of {shown(values)}", "a tuple of finite numbers")
-    given = tuple(values)
-    if not all(is_number(number) and math.isfinite(number) for number in given):
-        texts = ", ".join(f"{number:g}" if is_number(number) else shown(number) for number in given)
+    numbers = tuple(values)
+    if not all(is_number(number) and math.isfinite(number) for number in numbers):
+        texts = ", ".join(f"{number:g}" if is_number(number) else shown(number) for number in numbers)
         raise InputError(f"{kind} of {texts}", "finite numbers")
-    return tuple(map(float, given))
+    return tuple(map(float, numbers))
 
 
 class Variation:
@@ -156,11 +156,12 @@ class Distribution(Variation):
     arguments: Any  # mapping of names to numbers; kept as pairs in the order of SciPy: shapes, loc, scale
 
     def __post_init__(self) -> None:
-        names, given = argument_names(self.name), dict(self.arguments)
-        given = {"loc": 0.0, "scale": 1.0} | given
-        if set(given) != set(names):
-            raise InputError(f"{self.name} with {', '.join(given)}", f"{self.name}({', '.join(names)})", DISTRIBUTION_SAMPLE)
-        numbers = _numbers(self.name, [given[name] for name in names])
+        names, arguments = argument_names(self.name), {"loc": 0.0, "scale": 1.0} | dict(self.arguments)
+        if set(arguments) != set(names):
+            raise InputError(
+                f"{self.name} with {', '.join(arguments)}", f"{self.name}({', '.join(names)})", DISTRIBUTION_SAMPLE
+            )
+        numbers = _numbers(self.name, [arguments[name] for name in names])
         object.__setattr__(self, "arguments", tuple(zip(names, numbers, strict=True)))
         if not np.isfinite(self.quantile(np.array([0.5]))[0]):  # SciPy returns NaN for arguments out of range
             raise InputError(
@@ -192,11 +193,11 @@ def _scipy(name: str) -> Any:
     """Return a continuous distribution of scipy.stats, which is imported when the first one is used."""
     from scipy import stats
 
-    there = getattr(stats, name, None)
-    if not isinstance(there, stats.rv_continuous):
+    distribution = getattr(stats, name, None)
+    if not isinstance(distribution, stats.rv_continuous):
         allowed = f"a continuous distribution of scipy.stats: {', '.join(DISTRIBUTIONS)}, ..."
         raise InputError(f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)}", allowed, DISTRIBUTION_SAMPLE)
-    return there
+    return distribution
 
 
 def argument_names(name: str) -> Sequence[str]:

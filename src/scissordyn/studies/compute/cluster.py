@@ -125,13 +125,13 @@ def _described(file: Path) -> tuple[Any, dict[str, Any], str, int]:
 
 def _started(file: Path, described: Any, options: dict[str, Any], distributed: Any, folder: Path) -> Any:
     """Start a cluster of dask-jobqueue without jobs, whose scheduler and workers authenticate by generated certificates."""
-    own: dict[str, Any] = {"shared_temp_directory": str(folder), "scheduler_options": {"dashboard": False}}
+    defaults: dict[str, Any] = {"shared_temp_directory": str(folder), "scheduler_options": {"dashboard": False}}
     if described.job_cls.config_name == "slurm" and "log_directory" not in options:
         output = shlex.quote(f"--output={folder}/slurm-%j.out")
-        own["job_extra_directives"] = [output, *options.pop("job_extra_directives", ())]
+        defaults["job_extra_directives"] = [output, *options.pop("job_extra_directives", ())]
     try:
         # anyone who can connect to a scheduler can execute code there
-        return described(**{"security": distributed.Security.temporary(), **own, **options})
+        return described(**{"security": distributed.Security.temporary(), **defaults, **options})
     except (ImportError, OSError, TypeError, ValueError) as error:
         reason = str(error).splitlines()[0].partition(". ")[0]  # what follows is an example with all options
         sample = "cores: 2, processes: 2, memory: 2GB, each on a line of its own"

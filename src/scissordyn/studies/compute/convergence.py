@@ -119,20 +119,20 @@ def convergence(
         raise InputError(f"within = {within!r}", "a fraction above 0 and below 1", "within=0.01")
     whole_number("members", members, 2)
     part, measure, _ = read_response(response)
-    wanted = Response(measure, part)
-    check_part(mechanism, wanted)
+    selected = Response(measure, part)
+    check_part(mechanism, selected)
     varied, tried = _settings_to_try(mechanism, options, over)
-    levels, enough = list[Level](), math.nan
+    levels, sufficient = list[Level](), math.nan
     for setting, variant, changed in tried:
-        levels.append(_level(variant, changed, setting, wanted, members, threads))
+        levels.append(_level(variant, changed, setting, selected, members, threads))
         if math.isnan(levels[-1].value) and not levels[-1].cause:
-            raise InputError(f"'{wanted.name}' has no value in this run", "a measure of a part that the mechanism has")
+            raise InputError(f"'{selected.name}' has no value in this run", "a measure of a part that the mechanism has")
         at = len(levels) - 1 - AGREEING_LEVELS
         if at >= 0 and _agrees(levels[at], levels[at + 1 :], within):
-            enough = levels[at].setting
+            sufficient = levels[at].setting
             break
     chaotic = any(not level.cause and level.spread > within for level in levels[-AGREEING_LEVELS:])
-    return Convergence(wanted.name, MEASURES[measure].units, within, tuple(levels), varied, enough, chaotic)
+    return Convergence(selected.name, MEASURES[measure].units, within, tuple(levels), varied, sufficient, chaotic)
 
 
 def _settings_to_try(mechanism: Mechanism, options: Options, over: str) -> tuple[str, list[tuple[float, Mechanism, Options]]]:

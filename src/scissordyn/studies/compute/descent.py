@@ -46,7 +46,7 @@ class Descent:
         if self.study.requirements:
             constraints = [{"type": "ineq", "fun": lambda u: self._result(u)[1:], "jac": lambda u: self._slopes(u)[1:]}]
         try:
-            found = minimize(  # type: ignore[call-overload]
+            optimum = minimize(  # type: ignore[call-overload]
                 lambda u: self._result(u)[0],
                 np.full(self.count, 0.5),
                 jac=lambda u: self._slopes(u)[0],
@@ -57,7 +57,7 @@ class Descent:
             )
         except _MissingPointError as missing:
             return missing.point[None]
-        self.converged = bool(found.success)
+        self.converged = bool(optimum.success)
         return np.empty((0, self.count))
 
     def tell(self, point: np.ndarray, goal: float, margins: np.ndarray) -> None:
@@ -75,19 +75,19 @@ class Descent:
         }
 
     def _result(self, u: np.ndarray) -> np.ndarray:
-        """Return the goal as a fraction of the first one, and the margins; of a failed case a bad goal."""
+        """Return the goal as a fraction of the first finite one, and the margins; a failed case has a bad goal."""
         point = np.clip(u, 0.0, 1.0)
         if point.tobytes() not in self.results:
             raise _MissingPointError(point)
-        known = [goal for goal, _ in self.results.values() if np.isfinite(goal)]
+        finite_goals = [goal for goal, _ in self.results.values() if np.isfinite(goal)]
         goal, margins = self.results[point.tobytes()]
-        scale = abs(known[0]) or 1.0 if known else 1.0
+        scale = abs(finite_goals[0]) or 1.0 if finite_goals else 1.0
         if not (np.isfinite(goal) and np.isfinite(margins).all()):
-            return np.array([max(known, default=0.0) / scale + 1.0, *np.full(margins.size, -1.0)])
+            return np.array([max(finite_goals, default=0.0) / scale + 1.0, *np.full(margins.size, -1.0)])
         return np.array([goal / scale, *margins])
 
     def _slopes(self, u: np.ndarray) -> np.ndarray:
-        """Return the derivatives of goal and margins by the place in the unit cube, shape (1 + requirements, factors)."""
+        """Return the derivatives of goal and margins by the position in the unit cube, shape (1 + requirements, factors)."""
         point = np.clip(u, 0.0, 1.0)
         key = point.tobytes()
         if key not in self.slopes and key not in self.reasons:
@@ -97,8 +97,8 @@ class Descent:
                 self.reasons[key] = error.what if isinstance(error, InputError) else str(error)
         if key in self.reasons:
             return self._differences(point)
-        known = next(goal for goal, _ in self.results.values() if np.isfinite(goal))
-        return np.concatenate([self.slopes[key][:1] / (abs(known) or 1.0), self.slopes[key][1:]])
+        first_goal = next(goal for goal, _ in self.results.values() if np.isfinite(goal))
+        return np.concatenate([self.slopes[key][:1] / (abs(first_goal) or 1.0), self.slopes[key][1:]])
 
     def _differences(self, point: np.ndarray) -> np.ndarray:
         columns, middle = [], self._result(point)
@@ -120,19 +120,22 @@ class Descent:
         low, high = quantiles(variations, ends)
         by_place = (high - low) / (ends[1] - ends[0])
         values = dict(zip(study.paths, quantiles(variations, point[None])[0].tolist(), strict=True))
-        own = goal.measure in study.paths  # the goal is a factor itself
-        responses = [*([] if own else [goal.response]), *(requirement.response for requirement in study.requirements)]
+        goal_is_factor = goal.measure in study.paths
+        responses = [
+            *([] if goal_is_factor else [goal.response]),
+            *(requirement.response for requirement in study.requirements),
+        ]
         if any(response.unit for response in responses):
             raise InputError("a measure of forces and torques of several parts", "the measure of one part")
         signs = np.array([-1.0 if requirement.sign.startswith("<") else 1.0 for requirement in study.requirements])
         bounds = np.array([requirement.bound for requirement in study.requirements])
-        sizes = signs / np.where(bounds, np.abs(bounds), 1.0)
-        slopes = np.eye(self.count)[[study.paths.index(goal.measure)]] if own else np.empty((0, self.count))
+        scales = signs / np.where(bounds, np.abs(bounds), 1.0)
+        slopes = np.eye(self.count)[[study.paths.index(goal.measure)]] if goal_is_factor else np.empty((0, self.count))
         if responses:
-            least, margins = self.results[point.tobytes()]
-            expected = [*([] if own else [goal.sign * least]), *(bounds + margins / sizes)]
+            goal_value, margins = self.results[point.tobytes()]
+            expected = [*([] if goal_is_factor else [goal.sign * goal_value]), *(bounds + margins / scales)]
             options = exact_options(study.options)
             exact = slopes_of(study.mechanism_of(values), options, responses, study.paths, expected)
             slopes = np.concatenate([slopes, exact])
-        factors = np.append(goal.sign, sizes)
+        factors = np.append(goal.sign, scales)
         return np.asarray(factors[:, None] * slopes * by_place)

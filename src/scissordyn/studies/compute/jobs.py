@@ -101,10 +101,12 @@ class Jobs:
         if states is None:
             self._say(f"jobs: {len(self._alive)} submitted; {self._workers}")
             return
-        found = [states.get(number, ("ENDED", "")) for number in self._alive]
-        ended = [number for number, (state, _) in zip(self._alive, found, strict=True) if state in ("ENDED", *ENDED_STATES)]
-        waiting = Counter(reason for state, reason in found if state in WAITING_STATES)
-        running = len(found) - len(ended) - waiting.total()
+        job_states = [states.get(number, ("ENDED", "")) for number in self._alive]
+        ended = [
+            number for number, (state, _) in zip(self._alive, job_states, strict=True) if state in ("ENDED", *ENDED_STATES)
+        ]
+        waiting = Counter(reason for state, reason in job_states if state in WAITING_STATES)
+        running = len(job_states) - len(ended) - waiting.total()
         self._alive = [number for number in self._alive if number not in ended]
         self._ended += len(ended)
         self._fruitless += len(ended)

@@ -124,21 +124,21 @@ def optimise(study: Study, path: str | os.PathLike[str], **how: Unpack[How]) -> 
         else:
             new = design_values(Design("grid"), variations, study.base(), np.arange(width))
         points = np.concatenate([points, new])
-        here = replace(study, design=plan.design(generation + 1, count))
-        there = store.cases // study.per_point if store.exists() else 0
-        if there < points.shape[0] and there:
-            store.check(here)
-            store.extend(here)
+        extended = replace(study, design=plan.design(generation + 1, count))
+        stored_points = store.cases // study.per_point if store.exists() else 0
+        if stored_points < points.shape[0] and stored_points:
+            store.check(extended)
+            store.extend(extended)
         how["generation"] = generation + 1
-        missing = there > points.shape[0] and (store.status()[: here.cases] == PENDING).any()
-        if there <= points.shape[0] or missing:
-            store = execute(here, store.path, points, **how)
+        missing = stored_points > points.shape[0] and (store.status()[: extended.cases] == PENDING).any()
+        if stored_points <= points.shape[0] or missing:
+            store = execute(extended, store.path, points, **how)
         results = store.results().isel(case=slice(0, points.shape[0] * study.per_point))
         _check_points(results, study, points, store)
-        tried = candidates(here, results).points.isel(point=slice(-width, None))
+        tried = candidates(extended, results).points.isel(point=slice(-width, None))
         goals = np.stack([tried[goal.label].values for goal in plan.goals], axis=1)
         if descent is not None:
-            descent.tell(proposed[0], float(goals[0, 0]), margins(here, results)[-1])
+            descent.tell(proposed[0], float(goals[0, 0]), margins(extended, results)[-1])
         elif method is not None:
             method.tell(*_finite(goals, tried["violation"].values))
     if descent is not None:
@@ -229,10 +229,10 @@ def nondominated(goals: np.ndarray) -> np.ndarray:
     """Return a mask (points,) of the points that no other dominates: better in one goal (points, goals), worse in none."""
     best = np.zeros(goals.shape[0], bool)
     order = np.lexsort(goals.T[::-1])
-    kept = np.empty((0, goals.shape[1]))
+    front = np.empty((0, goals.shape[1]))
     for place in order:  # in this order a point can only be dominated by one before it
         candidate = goals[place]
-        best[place] = not np.any(np.all(kept <= candidate, axis=1) & np.any(kept < candidate, axis=1))
+        best[place] = not np.any(np.all(front <= candidate, axis=1) & np.any(front < candidate, axis=1))
         if best[place]:
-            kept = np.concatenate([kept, candidate[None]])
+            front = np.concatenate([front, candidate[None]])
     return best

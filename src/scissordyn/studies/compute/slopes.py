@@ -32,24 +32,24 @@ def with_slopes(study: Study, runs: xr.Dataset) -> xr.Dataset:
     responses += [response for name in study.measures if runs[name].size for response in whole_responses(runs, name)]
     chosen = {response.name: response for response in responses}
     names = list(chosen)
-    found = np.full((runs.sizes["case"], len(names), len(study.factor_names)), np.nan)
+    derivatives = np.full((runs.sizes["case"], len(names), len(study.factor_names)), np.nan)
     texts = runs["warnings"].values.astype(object)
     for case in np.flatnonzero(runs["status"].values == "complete"):
         numbers = {name: float(runs[name][case]) for name in study.factor_names}
-        one, reasons = runs.isel(case=[case]), dict[str, str]()
+        run, reasons = runs.isel(case=[case]), dict[str, str]()
         for response in chosen.values():
-            reasons |= _reason(one, response)
-        values = {name: float(response_values(one, chosen[name])[0]) for name in names if name not in reasons}
+            reasons |= _reason(run, response)
+        values = {name: float(response_values(run, chosen[name])[0]) for name in names if name not in reasons}
         if values:
             slopes, further = _slopes(study, study.mechanism_of(numbers), values)
-            found[case, [names.index(name) for name in values]] = slopes
+            derivatives[case, [names.index(name) for name in values]] = slopes
             reasons |= further
         lines = [f"{NO_SLOPE}{what}: {reason}" for what, reason in reasons.items()]
         texts[case] = "\n".join([*([texts[case]] if texts[case] else []), *lines])
     labels = {SLOPE_OF: names, SLOPE_BY: list(study.factor_names)}
     about = {"long_name": "derivative of a response by a number, in SI units"}
-    derived = xr.DataArray(found, labels, ("case", SLOPE_OF, SLOPE_BY), attrs=about)
-    return runs.assign({SLOPES: derived, "warnings": ("case", texts)})
+    slopes_array = xr.DataArray(derivatives, labels, ("case", SLOPE_OF, SLOPE_BY), attrs=about)
+    return runs.assign({SLOPES: slopes_array, "warnings": ("case", texts)})
 
 
 def _reason(run: xr.Dataset, response: Response) -> dict[str, str]:

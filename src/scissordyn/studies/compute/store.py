@@ -201,9 +201,9 @@ class Store:
 
     def check(self, study: Study) -> None:
         """Raise `InputError` if the store belongs to another study, or to another version of the program."""
-        there = self._value("fingerprint")
+        stored = self._value("fingerprint")
         with self._sound("fingerprint"):
-            differs = [name for name, digest in study.fingerprint().items() if there.get(name) != digest]
+            differs = [name for name, digest in study.fingerprint().items() if stored.get(name) != digest]
         if differs:
             raise InputError(
                 f"'{self.path}' holds another study (differs in {', '.join(differs)})",
@@ -240,11 +240,11 @@ class Store:
         with self._reading() as connection:
             rows = table.read(connection, columns, cases)
             written = _blocks(connection)
-        there = np.zeros(cases, bool)
-        there[rows.cases] = True
+        is_intact = np.zeros(cases, bool)
+        is_intact[rows.cases] = True
         for number, (size, _) in written.items():
             first = number * block
-            for case in first + np.flatnonzero(~there[first : min(first + min(size, block), cases)]):
+            for case in first + np.flatnonzero(~is_intact[first : min(first + min(size, block), cases)]):
                 rows.damaged.setdefault(int(case), "missing")
         return rows
 
@@ -299,8 +299,8 @@ class Store:
     def search(self) -> dict[str, Any]:
         """Return how a search along derivatives has ended; empty before its end."""
         with self._reading() as connection:
-            known = connection.execute("SELECT 1 FROM notes WHERE name = 'search'").fetchone()
-        return dict(self._value("search")) if known else {}
+            has_ended = connection.execute("SELECT 1 FROM notes WHERE name = 'search'").fetchone()
+        return dict(self._value("search")) if has_ended else {}
 
     @contextmanager
     def _transaction(self) -> Iterator[sqlite3.Connection]:

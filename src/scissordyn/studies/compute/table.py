@@ -198,9 +198,9 @@ class Rows:
 
     def filled(self, cases: int, values: np.ndarray, nothing: object) -> np.ndarray:
         """Return an array with one row for each of `cases`, with `nothing` in the rows that are missing here."""
-        every = np.full((cases, *values.shape[1:]), nothing, values.dtype)
-        every[self.cases] = values
-        return every
+        all_rows = np.full((cases, *values.shape[1:]), nothing, values.dtype)
+        all_rows[self.cases] = values
+        return all_rows
 
 
 def insert(connection: sqlite3.Connection, columns: Columns, rows: Rows) -> None:

@@ -371,7 +371,7 @@ class _InternalForces:
         axial = np.sum(before * tangent, axis=1) / np.linalg.norm(tangent, axis=1)
         axial[np.abs(axial) * max(np.linalg.norm(by[:, k]) for k in range(count)) < self.least] = 0.0
         stretch = np.zeros(self.moved.size)
-        for row in range(count, shapes.held):
+        for row in range(count, shapes.interface_count):
             along = vectors[row] / np.linalg.norm(vectors[row])
             stretch += by[:, row] @ along * float(outside[row] @ along)
         return stiffness_of_bar(axis, vectors, by, at, axial * np.outer(half, weights).ravel()), stretch

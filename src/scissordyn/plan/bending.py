@@ -101,7 +101,7 @@ def mode_columns(axis: Axis, maps: list[PointMap]) -> tuple[int, int, float]:
 
     Each mode has two columns of its own, in order. A bar without modes has column 0 and factor 0.
     """
-    fixed, count = axis.shapes.held, axis.shapes.count
+    fixed, count = axis.shapes.interface_count, axis.shapes.count
     if fixed == count:
         return fixed, 0, 0.0
     first, scale = int(maps[fixed].columns[0]), float(maps[fixed].rows[0, 0])
@@ -197,8 +197,8 @@ def is_straight(axis: Axis, natural: np.ndarray) -> bool:
     points = axis.vectors(natural)[: len(axis.bar.sections)]
     along = (points[-1] - points[0]) / axis.bar.length
     straight = points[0] + np.outer(axis.shapes.places, along)
-    apart = float(np.max(np.abs(points - straight))), abs(math.hypot(*along) - 1.0) * axis.bar.length
-    return max(apart) <= 1e-6 * axis.bar.length
+    deviations = float(np.max(np.abs(points - straight))), abs(math.hypot(*along) - 1.0) * axis.bar.length
+    return max(deviations) <= 1e-6 * axis.bar.length
 
 
 def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[PointMap, float]], Constraint]:
@@ -207,9 +207,10 @@ def straight_bar(coordinates: Coordinates, axis: Axis) -> tuple[list[tuple[Point
     identity = np.eye(shapes.count)
     chord = (identity[sections - 1] - identity[0]) / length
     rows = [(identity[k] - identity[0] - shapes.places[k] * chord, length) for k in range(1, sections - 1)]
-    rows += [(identity[k] - chord, 1.0) for k in range(sections, shapes.held)]
+    rows += [(identity[k] - chord, 1.0) for k in range(sections, shapes.interface_count)]
     rows += [
-        (identity[shapes.held + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5) for k, mean in enumerate(shapes.mean)
+        (identity[shapes.interface_count + k] - np.append(mean, np.zeros(shapes.modes)), length**1.5)
+        for k, mean in enumerate(shapes.mean)
     ]
     vectors = [(coordinates.vector(*axis.expression(row)), scale) for row, scale in rows]
     along = coordinates.vector(*axis.expression(chord))

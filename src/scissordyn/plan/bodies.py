@@ -135,17 +135,17 @@ def _sense_and_offset(first: PointMap, other: PointMap, first_angle: float, othe
     return sense, offset + 2.0 * math.pi * turns
 
 
-def balance(mechanism: Mechanism, known: Balance | None = None) -> Balance:
+def balance(mechanism: Mechanism, earlier: Balance | None = None) -> Balance:
     """Return the tables of the balances of force and moment; `known` are those of a mechanism with other inertias only."""
     mass = np.array([body.mass for body in mechanism.bodies], float)
     inertia = np.array([body_inertia(mechanism, body) if body.rotates else 0.0 for body in mechanism.bodies], float)
-    if known is not None:
-        return known._replace(mass=mass, inertia=inertia)
+    if earlier is not None:
+        return earlier._replace(mass=mass, inertia=inertia)
     index = {body.name: k for k, body in enumerate(mechanism.bodies)}
     sizes = [math.hypot(*point) for body in mechanism.bodies for point in body.points.values()]
     length = max([size for size in sizes if size > 0.0], default=1.0)
     kinds = _unknowns(mechanism, length)
-    held = {guide.follower[0] for guide in guides_with_moment(mechanism)}
+    bodies_with_moment = {guide.follower[0] for guide in guides_with_moment(mechanism)}
     first = list(accumulate(map(len, kinds), initial=0))
     entries: dict[str, list[tuple[int, tuple[float, float, float], Point, int, int]]] = {name: [] for name in index}
     for unknown, actions in enumerate(actions for kind in kinds for actions in kind):
@@ -165,7 +165,7 @@ def balance(mechanism: Mechanism, known: Balance | None = None) -> Balance:
         frame=np.array([frame for *_, frame in listed], np.int64),
         mass=mass,
         inertia=inertia,
-        moments=np.array([body.rotates or body.name in held for body in mechanism.bodies], np.int64),
+        moments=np.array([body.rotates or body.name in bodies_with_moment for body in mechanism.bodies], np.int64),
         length=length,
         order=order,
         band=reach(near, order),
@@ -178,12 +178,12 @@ def guides_with_moment(mechanism: Mechanism) -> tuple[Guide, ...]:
 
     A guide keeps the angle of a body without inertia. The first of several guides of such a body carries the whole moment.
     """
-    chosen, held = list[Guide](), set[str]()
+    chosen, guided_bodies = list[Guide](), set[str]()
     for guide in mechanism.ideal_guides:
         follower = mechanism.body(guide.follower[0])
-        if guide.aligned or (not follower.rotates and follower.name not in held):
+        if guide.aligned or (not follower.rotates and follower.name not in guided_bodies):
             chosen.append(guide)
-            held.add(follower.name)
+            guided_bodies.add(follower.name)
     return tuple(chosen)
 
 

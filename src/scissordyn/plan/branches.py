@@ -46,13 +46,15 @@ def every_branch(mechanism: Mechanism, coordinates: Coordinates) -> Branches:
     # every natural coordinate is free here; the last column is the constant 1
     unit = np.zeros((total, total + 1))
     unit[:, :total] = np.diag(np.where(origins(natural), mechanism.size, 1.0))
-    every = Coordinates(natural, total, 1, unit, None, mechanism.size)
-    constraints = tuple(entry for entry in quadratic_constraints(mechanism, every) if not entry.latch)
-    kept = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
+    all_free = Coordinates(natural, total, 1, unit, None, mechanism.size)
+    constraints = tuple(entry for entry in quadratic_constraints(mechanism, all_free) if not entry.latch)
+    linear_constraints = {constraint.name: constraint for constraint in coordinates.constraints if constraint.linear}
     for coupling in mechanism.coupling_parts:
-        if coupling.name in kept:
-            terms = kept[coupling.name].acting if kept[coupling.name].moving else coupling.terms
-            constraints += (replace(kept[coupling.name], parts=coupling_parts(every, terms, coupling.name).parts),)
+        if coupling.name in linear_constraints:
+            terms = linear_constraints[coupling.name].acting if linear_constraints[coupling.name].moving else coupling.terms
+            constraints += (
+                replace(linear_constraints[coupling.name], parts=coupling_parts(all_free, terms, coupling.name).parts),
+            )
     parts = [part for constraint in constraints for part in constraint.parts]
     rows = np.zeros((len(parts), 2, total + 1))
     for row, (_, entry) in zip(rows, parts, strict=True):

@@ -191,7 +191,7 @@ class Natural:
                     position[last_end : last_end + 2] - position[first_end : first_end + 2]
                 ) / axis.bar.length
             amplitudes = axis.static_amplitudes(position)
-            for q, p in zip(amplitudes, axis.first[axis.shapes.held :].tolist(), strict=True):
+            for q, p in zip(amplitudes, axis.first[axis.shapes.interface_count :].tolist(), strict=True):
                 position[p : p + 2] = q
 
     def translation(self, vector: np.ndarray) -> np.ndarray:

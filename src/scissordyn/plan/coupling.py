@@ -106,8 +106,8 @@ class _Start:
                 references[part.coordinate.body] += math.tau * round((value - here) / math.tau)
         elif part.offset is not None:
             # with moving centres the constant of the relation is not that of the coordinates
-            given = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
-            value = here + part.offset - given if moving else part.offset
+            relation_value = sum(factor * self.value(coordinate) for factor, coordinate in part.terms)
+            value = here + part.offset - relation_value if moving else part.offset
         return replace(
             bare,
             value=value / scale,

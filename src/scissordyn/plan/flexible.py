@@ -95,7 +95,7 @@ class Axis:
     @property
     def slopes(self) -> list[int]:
         """Indices of the first coordinates of the slope vectors at cross-sections without a direction of their own."""
-        slopes = self.first[len(self.bar.sections) : self.shapes.held]
+        slopes = self.first[len(self.bar.sections) : self.shapes.interface_count]
         return [p for p, k in zip(slopes.tolist(), self.shapes.clamped, strict=True) if k not in self.directed]
 
     @property
@@ -122,7 +122,7 @@ class Axis:
 
     def static_amplitudes(self, natural: np.ndarray) -> np.ndarray:
         """Return the amplitudes in static deflection under forces at the cross-sections, shape (modes, 2)."""
-        return np.asarray(self.shapes.mean @ self.vectors(natural)[: self.shapes.held])
+        return np.asarray(self.shapes.mean @ self.vectors(natural)[: self.shapes.interface_count])
 
     def add_forces(self, forces: np.ndarray, target: np.ndarray) -> None:
         """Add forces on the shape vectors (..., count, 2) to forces on natural coordinates (..., nZ)."""

@@ -71,9 +71,9 @@ HARD_START: Mapping[str, Any] = MappingProxyType(
 def hard_contacts(plan: Plan) -> HardContacts:
     """Return the tables of a plan's hard contacts, without the parameters of a case, which `put_hard_numbers` writes."""
     model = plan.model
-    made: HardModel = plan.structure_table("hard contacts", lambda: _hard_model(plan))
-    count, rows, states = made.which.size, made.place.size, 2 * model.n + int(model.state_start[-1])
-    band = int(made.reach[0])
+    hard_model: HardModel = plan.structure_table("hard contacts", lambda: _hard_model(plan))
+    count, rows, states = hard_model.which.size, hard_model.place.size, 2 * model.n + int(model.state_start[-1])
+    band = int(hard_model.reach[0])
     value = np.zeros(ELEMENT_ROWS_MAX * model.element_column.size + model.constraint_column.size)
     shapes: dict[str, Any] = {
         **dict.fromkeys((*HardParameters._fields, *HardState._fields, *HardWork._fields), count),
@@ -83,7 +83,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         "ahead": 3,
         "elastic": (count, ELEMENT_PARAMETERS_MAX),
         "bristle": int(np.max(np.diff(model.state_start), initial=0)),
-        "damping": made.damped.size,
+        "damping": hard_model.damped.size,
         "impact": 3,
         "gram": (rows, 2 * band + 1),
         "band": (rows, width(band, band)),
@@ -101,7 +101,7 @@ def hard_contacts(plan: Plan) -> HardContacts:
         return described(**scratch(described, {name: shapes[name] for name in described._fields}))
 
     return HardContacts(
-        model=made,
+        model=hard_model,
         parameters=zeros(HardParameters),
         state=zeros(HardState),
         work=zeros(HardWork)._replace(
@@ -132,20 +132,20 @@ def _hard_model(plan: Plan) -> HardModel:
     )
 
 
-def put_hard_numbers(made: HardContacts, plan: Plan) -> None:
+def put_hard_numbers(contacts: HardContacts, plan: Plan) -> None:
     """Write the parameters of a case into the tables of hard contacts, and reset their state to that of the start."""
-    parameters = made.parameters
-    for i, j in enumerate(made.model.which.tolist()):
+    parameters = contacts.parameters
+    for i, j in enumerate(contacts.model.which.tolist()):
         clearance = plan.contacts[j].clearance
         assert clearance is not None
-        if made.model.compliant[i] == 0:
+        if contacts.model.compliant[i] == 0:
             parameters.restitution[i], parameters.kinetic[i], parameters.static[i] = hard_numbers(clearance)
         elif clearance.damping.states:
             what = f"damping law '{clearance.damping.name}' of '{plan.contacts[j].name}' has states, but a contact is hard"
             raise InputError(what, "a damping law without states", 'contact = "compliant" in all joints')
         parameters.law[i], parameters.energy[i], parameters.elastic[i] = elastic_law(clearance)
         parameters.floor[i] = TOUCHING_DEPTH_MAX * clearance.clearance
-    reset_hard_state(made.state)
+    reset_hard_state(contacts.state)
 
 
 def reset_hard_state(state: HardState) -> None:
@@ -180,15 +180,15 @@ def _products(entries: Entries, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return the pairs of entries whose products add up to the scalar product of each pair of rows."""
     counts = np.array([columns.size for columns, _ in entries], np.int64)
     columns, values = (np.concatenate([np.zeros(0, np.int64), *parts]) for parts in zip(*entries, strict=True))
-    of_row = np.repeat(np.arange(counts.size), counts)
+    row_of_entry = np.repeat(np.arange(counts.size), counts)
     (a, b), stride = pairs.T, 1 + int(np.max(columns, initial=0))
-    order = of_row * stride + columns  # increases, as the columns of each row do
+    order = row_of_entry * stride + columns  # increases, as the columns of each row do
     pair = np.repeat(np.arange(len(pairs)), counts[a])
-    one = _ranges(np.cumsum(counts)[a] - counts[a], counts[a])
-    first, last = (np.searchsorted(order, b[pair] * stride + columns[one], side) for side in ("left", "right"))
-    same = last - first
-    starts = np.concatenate([[0], np.cumsum(np.bincount(pair, same, len(pairs)).astype(np.int64))])
-    return starts, np.stack([values[np.repeat(one, same)], values[_ranges(first, same)]], axis=1)
+    first_entries = _ranges(np.cumsum(counts)[a] - counts[a], counts[a])
+    first, last = (np.searchsorted(order, b[pair] * stride + columns[first_entries], side) for side in ("left", "right"))
+    match_counts = last - first
+    starts = np.concatenate([[0], np.cumsum(np.bincount(pair, match_counts, len(pairs)).astype(np.int64))])
+    return starts, np.stack([values[np.repeat(first_entries, match_counts)], values[_ranges(first, match_counts)]], axis=1)
 
 
 def _ranges(first: np.ndarray, counts: np.ndarray) -> np.ndarray:

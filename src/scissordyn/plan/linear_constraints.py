@@ -165,9 +165,9 @@ def _lost_inertia(mechanism: Mechanism) -> InputError:
     )
 
 
-def _name_bodies(one: str, other: str) -> str:
+def _name_bodies(first: str, second: str) -> str:
     """Name two bodies, one of which may be the ground."""
-    names = [f"'{name}'" for name in (one, other) if name != GROUND]
+    names = [f"'{name}'" for name in (first, second) if name != GROUND]
     return f"bodies {names[0]} and {names[1]}" if len(names) == 2 else f"body {names[0]} and the ground"
 
 
@@ -177,15 +177,15 @@ def _impose_all(
     """Impose drives, parallelograms, welds, joints and guides on the elimination."""
     ones, size = natural.total, mechanism.size
 
-    def impose_angle(one: str, other: str, angle: float, name: str) -> None:
+    def impose_angle(first: str, second: str, angle: float, name: str) -> None:
         """Keep a constant angle between the directions of two bodies, or of the ground and a body."""
-        b, cos, sin = natural.offsets[other] + 2, math.cos(angle), math.sin(angle)
-        x, y = ({ones: 1.0}, {}) if one == GROUND else natural.direction(one)
+        b, cos, sin = natural.offsets[second] + 2, math.cos(angle), math.sin(angle)
+        x, y = ({ones: 1.0}, {}) if first == GROUND else natural.direction(first)
         elimination.impose(add({b: 1.0}, scaled(-cos, x), scaled(sin, y)), name)
         elimination.impose(add({b + 1: 1.0}, scaled(-sin, x), scaled(-cos, y)), name)
 
-    def impose_pin(one: BodyPoint, other: BodyPoint, name: str) -> None:
-        for here, there in zip(natural.point_expressions(*one, size), natural.point_expressions(*other, size), strict=True):
+    def impose_pin(first: BodyPoint, second: BodyPoint, name: str) -> None:
+        for here, there in zip(natural.point_expressions(*first, size), natural.point_expressions(*second, size), strict=True):
             elimination.impose(add(here, scaled(-1.0, there)), name)
 
     for index, drive in enumerate(mechanism.drives):

@@ -127,7 +127,9 @@ def _flexible(
         [at, axis.shapes.count, axis.shapes.quadrature[0].size, table, *mode_columns(axis, vectors[at:])]
         for at, axis, table in zip(first.tolist(), coordinates.natural.axes, table_start, strict=False)
     ]
-    fixed = [held_table(maps[: axis.shapes.held]) for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)]
+    fixed = [
+        held_table(maps[: axis.shapes.interface_count]) for axis, (_, maps) in zip(coordinates.natural.axes, bars, strict=True)
+    ]
     static = np.stack(
         [
             tables.size + offsets(table.size for _, table in fixed)[:-1],

@@ -127,8 +127,8 @@ def worn_contours(contacts: Sequence[Revolute | ContactPoint]) -> tuple[np.ndarr
     }
     if not worn:
         return np.zeros((len(contacts), 0, 3)), np.zeros((len(contacts), 0)), np.zeros((len(contacts), 0, 6))
-    both = [depths for clearance in worn.values() for depths in (clearance.contour, clearance.journal_contour) if depths]
-    counts = {len(depths) for depths in both}
+    contours = [depths for clearance in worn.values() for depths in (clearance.contour, clearance.journal_contour) if depths]
+    counts = {len(depths) for depths in contours}
     if len(counts) > 1:
         raise InputError(f"contours of {' and '.join(map(str, sorted(counts)))} depths", "as many depths for each worn surface")
     hard = [part.name for part in contacts if part.clearance is not None and part.clearance.contact == "hard"]

@@ -38,23 +38,23 @@ def order_unknowns(
         return Ordering(np.arange(size, dtype=np.int64), max(0, size - 1), *nothing)
     columns = [constraint.columns[constraint.columns < free] for constraint in constraints]
     pair, pair_of = _pairs(constraints, columns, latched, free)
-    kept = np.ones(size, bool)
-    kept[free + np.flatnonzero(pair_of >= 0)] = False
-    same = np.arange(size)
+    is_kept = np.ones(size, bool)
+    is_kept[free + np.flatnonzero(pair_of >= 0)] = False
+    partner = np.arange(size)
     if pair.size:
-        kept[pair[:, 2]] = False
-        same[pair[:, 2]] = pair[:, 1]
+        is_kept[pair[:, 2]] = False
+        partner[pair[:, 2]] = pair[:, 1]
     groups = [np.append(columns[k], free + k) for k in range(m) if pair_of[k] < 0]
     for element, count in zip(elements, states, strict=True):
         internal = np.arange(first, first + count)
         if count == 1:
-            kept[internal] = False
+            is_kept[internal] = False
             internal = internal[:0]
-        groups.append(np.concatenate([np.unique(same[element]), internal]))
+        groups.append(np.concatenate([np.unique(partner[element]), internal]))
         first += count
-    row = np.cumsum(kept) - 1
-    near, place = narrow([row[same[group]] for group in groups], int(kept.sum()))
-    permutation = np.where(kept[same], place[row[same]], -1).astype(np.int64)  # -1: eliminated
+    row = np.cumsum(is_kept) - 1
+    near, place = narrow([row[partner[group]] for group in groups], int(is_kept.sum()))
+    permutation = np.where(is_kept[partner], place[row[partner]], -1).astype(np.int64)  # -1: eliminated
     return Ordering(permutation, reach(near, place), pair, pair_of)
 
 

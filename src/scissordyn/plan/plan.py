@@ -75,8 +75,9 @@ class Plan:
 
         The inertia of a section of a flexible bar decides whether its direction is a coordinate.
         """
-        (one, *here), (two, *there) = _table_entries(self.mechanism), _table_entries(other)
-        if not _is_same([*map(_placement, one)], [*map(_placement, two)]) or not all(map(_is_same, here, there)):
+        (bodies, *entries), (other_bodies, *other_entries) = _table_entries(self.mechanism), _table_entries(other)
+        placements = [*map(_placement, bodies)], [*map(_placement, other_bodies)]
+        if not _is_same(*placements) or not all(map(_is_same, entries, other_entries)):
             return False
         return natural_coordinates(other).offsets == self.coordinates.natural.offsets
 
@@ -89,11 +90,11 @@ class Plan:
 
     def table(self, name: str, make: Callable[[], Any]) -> Any:
         """Return an additional table that follows from the plan; `make` computes it once for all cases that share the plan."""
-        return _kept(self.answers, name, make)
+        return _computed_once(self.answers, name, make)
 
     def structure_table(self, name: str, make: Callable[[], Any]) -> Any:
         """Return an additional table of indices; `make` computes it once for all plans with the same structure."""
-        return _kept(self.structural, name, make)
+        return _computed_once(self.structural, name, make)
 
     @property
     def companions(self) -> np.ndarray:
@@ -236,20 +237,21 @@ def plan(mechanism: Mechanism) -> Plan:
     Compilation takes a fifth of the time of a short run. The last plans are kept; a mechanism that differs from one of them
     only in parameters of the case shares its tables.
     """
-    kept = list(RECENT_PLANS)
-    for known, made in kept:
-        if known is mechanism:
-            return made
+    recent = list(RECENT_PLANS)
+    for compiled_mechanism, recent_plan in recent:
+        if compiled_mechanism is mechanism:
+            return recent_plan
     whole = with_mode_counts(mechanism)
-    shared = next((made for _, made in kept if made.fits(whole)), None)
+    plans = [recent_plan for _, recent_plan in recent]
+    shared = next((other for other in plans if other.fits(whole)), None)
     if shared is None:
-        made = compiled(whole, next((known for _, known in kept if known.differs_in_mass(whole)), None))
-        same = (other for _, other in kept if other.structure == made.structure)
-        made = next((replace(made, structural=other.structural) for other in same), made)
+        new_plan = compiled(whole, next((other for other in plans if other.differs_in_mass(whole)), None))
+        same = (other for other in plans if other.structure == new_plan.structure)
+        new_plan = next((replace(new_plan, structural=other.structural) for other in same), new_plan)
     else:
-        made = shared.case(whole)
-    RECENT_PLANS.appendleft((mechanism, made))
-    return made
+        new_plan = shared.case(whole)
+    RECENT_PLANS.appendleft((mechanism, new_plan))
+    return new_plan
 
 
 RECENT_PLANS: deque[tuple[Mechanism, Plan]] = deque(maxlen=8)
@@ -291,11 +293,11 @@ def _structure_of(part: Any) -> Any:
     return part.shape if part.dtype.kind == "f" else (part.shape, part.tobytes())
 
 
-def _kept(tables: dict[str, Any], name: str, make: Callable[[], Any]) -> Any:
-    made = tables.get(name)
-    if made is None:
-        made = tables[name] = make()
-    return made
+def _computed_once(tables: dict[str, Any], name: str, make: Callable[[], Any]) -> Any:
+    table = tables.get(name)
+    if table is None:
+        table = tables[name] = make()
+    return table
 
 
 def _angles(mechanism: Mechanism, coordinates: Coordinates, model: Model) -> np.ndarray:
@@ -317,9 +319,9 @@ def _table_entries(mechanism: Mechanism) -> list[Any]:
     return [*entire, driven, tracked, joints, components, mechanism.clearances_closed]
 
 
-def _is_same(one: Any, other: Any) -> bool:
+def _is_same(first: Any, second: Any) -> bool:
     """Return whether two values are equal to the last bit; 0.0 and -0.0 compile to different tables."""
-    return one is other or (one == other and repr(one) == repr(other))
+    return first is second or (first == second and repr(first) == repr(second))
 
 
 def _placement(body: Body) -> tuple[Any, ...]:

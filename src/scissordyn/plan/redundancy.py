@@ -115,8 +115,8 @@ def _redundant(
     return none if the constraints are met only far from x.
     """
     everything, random, b = np.arange(gradients.count), np.random.default_rng(0), basis_of(angles)
-    met = ROUND_OFF_TOL if dependent == EXACT_TOLS[0] else follows
-    x_start = _close(gradients, everything, x, b, met)
+    closing_tol = ROUND_OFF_TOL if dependent == EXACT_TOLS[0] else follows
+    x_start = _close(gradients, everything, x, b, closing_tol)
     if x_start is None:
         return {}  # the assembly reports the reason
     far = float(np.max(np.abs(gradients.maps[:, : x.size] @ (x_start - x)), initial=0.0))
@@ -124,17 +124,17 @@ def _redundant(
         CLOSING_DISPLACEMENT_MAX, CLOSING_RATIO_MAX * float(np.max(np.abs(gradients.residual(np.append(x, b)))))
     ):
         return {}
-    moved = _move(gradients, everything, x_start, angles, random, met)
+    moved = _move(gradients, everything, x_start, angles, random, closing_tol)
     if moved is None:
         return {}
-    kept, left = _pivots(gradients.unit(np.append(*moved)), classes, dependent)
-    if not left:
+    independent, dependent_rows = _pivots(gradients.unit(np.append(*moved)), classes, dependent)
+    if not dependent_rows:
         return {}
-    again = _move(gradients, np.array(kept), moved[0], angles, random, ROUND_OFF_TOL)
-    if again is None:
+    moved_again = _move(gradients, np.array(independent), moved[0], angles, random, ROUND_OFF_TOL)
+    if moved_again is None:
         return {}
-    errors = np.abs(gradients.residual(np.append(*again))[left])
-    return dict(zip(left, errors.tolist(), strict=True)) if np.max(errors) <= follows else {}
+    errors = np.abs(gradients.residual(np.append(*moved_again))[dependent_rows])
+    return dict(zip(dependent_rows, errors.tolist(), strict=True)) if np.max(errors) <= follows else {}
 
 
 def assembled_near_placed(coordinates: Coordinates, angles: np.ndarray) -> np.ndarray | None:
@@ -213,7 +213,7 @@ def _pivots(unit: Any, classes: np.ndarray, dependent: float) -> tuple[list[int]
     from scipy.linalg import qr  # imported here: most mechanisms have no redundant constraints
 
     rows = unit if isinstance(unit, np.ndarray) else unit.toarray()
-    kept: list[int] = []
+    independent: list[int] = []
     basis = np.zeros((rows.shape[1], 0))
     for group in (np.flatnonzero(classes == level) for level in np.unique(classes)):
         rest = rows[group].T
@@ -224,6 +224,6 @@ def _pivots(unit: Any, classes: np.ndarray, dependent: float) -> tuple[list[int]
         directions, factors, chosen = qr(rest * weights, mode="economic", pivoting=True)
         short = np.abs(np.diag(factors)) <= dependent * weights[chosen[: factors.shape[0]]]
         rank = int(np.argmax(short)) if np.any(short) else short.size
-        kept += group[chosen[:rank]].tolist()
+        independent += group[chosen[:rank]].tolist()
         basis = np.hstack([basis, directions[:, :rank]])
-    return sorted(kept), sorted(set(range(len(rows))).difference(kept))
+    return sorted(independent), sorted(set(range(len(rows))).difference(independent))

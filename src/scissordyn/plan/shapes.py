@@ -32,14 +32,14 @@ class Shapes:
     further: int = EXTRA_POINTS
 
     @property
-    def held(self) -> int:
+    def interface_count(self) -> int:
         """Number of points and directions, which come before the amplitudes of modes."""
         return len(self.places) + len(self.clamped)
 
     @property
     def count(self) -> int:
         """Number of shapes."""
-        return self.held + self.modes
+        return self.interface_count + self.modes
 
     @cached_property
     def degree(self) -> int:
@@ -92,20 +92,20 @@ class Shapes:
 
         squares, vectors = sl.eigh(bending[inside], mass[inside])
         table = np.zeros((mass.shape[0], self.count))
-        table[fixed, range(self.held)] = 1.0
-        table[free, : self.held] = -np.linalg.solve(bending[inside], bending[np.ix_(free, fixed)])
-        table[free, self.held :] = vectors[:, : self.modes]
-        free_part = table[:, self.held :]
-        mean = free_part.T @ mass @ table[:, : self.held]
-        table[:, : self.held] -= free_part @ mean
+        table[fixed, range(self.interface_count)] = 1.0
+        table[free, : self.interface_count] = -np.linalg.solve(bending[inside], bending[np.ix_(free, fixed)])
+        table[free, self.interface_count :] = vectors[:, : self.modes]
+        free_part = table[:, self.interface_count :]
+        mean = free_part.T @ mass @ table[:, : self.interface_count]
+        table[:, : self.interface_count] -= free_part @ mean
         return table, mean, squares
 
     @cached_property
     def mass(self) -> np.ndarray:
         """Integrals of S_k S_l, shape (count, count) [m]; modes are orthonormal and decoupled."""
         form = self._solved[0].T @ self._forms[0] @ self._solved[0]
-        form[:, self.held :] = form[self.held :] = 0.0
-        form[range(self.held, self.count), range(self.held, self.count)] = 1.0
+        form[:, self.interface_count :] = form[self.interface_count :] = 0.0
+        form[range(self.interface_count, self.count), range(self.interface_count, self.count)] = 1.0
         return np.asarray(form)
 
     @cached_property

@@ -18,16 +18,16 @@ from scissordyn.plan.plan import Plan
 def make_system(plan: Plan) -> Handle:
     """Return a new system of a plan, at rest with all contacts open; each thread needs its own."""
     numbers = plan.numbers()
-    first = plan.template("system", lambda: _template(_new_system(plan, numbers)))
-    if first is None:
+    template = plan.template("system", lambda: _template(_new_system(plan, numbers)))
+    if template is None:
         return Handle(_new_system(plan, numbers))
-    given: dict[str, Any] = {f"Workspace.{name}": part for name, part in worn_surfaces(numbers).items()}
-    given |= {"System.model": plan.model, "System.parameters": numbers}
-    if "System.friction" in first.shared:
-        given["System.friction"] = plan.friction_workspace()
+    replaced_parts: dict[str, Any] = {f"Workspace.{name}": part for name, part in worn_surfaces(numbers).items()}
+    replaced_parts |= {"System.model": plan.model, "System.parameters": numbers}
+    if "System.friction" in template.shared:
+        replaced_parts["System.friction"] = plan.friction_workspace()
     else:
-        given |= {"FrictionWorkspace.balance": plan.balance, "FrictionWorkspace.maps": plan.maps}
-    system = first.copy(given)
+        replaced_parts |= {"FrictionWorkspace.balance": plan.balance, "FrictionWorkspace.maps": plan.maps}
+    system = template.copy(replaced_parts)
     content: System = system.content
     content.state.reference[:] = plan.angles
     content.work.value[0] = numbers.value

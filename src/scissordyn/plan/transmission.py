@@ -62,15 +62,15 @@ Terms = tuple[tuple[float, Coordinate | LineAngle | Thrust], ...]  # Factors and
 def wheel_centre(mechanism: Mechanism, part: Coupling, end: str) -> BodyPoint:
     """Return the centre of the output's or the input's wheel: as given, or where a pin holds it on its base."""
     angle = getattr(part, end)
-    given = getattr(part.transmission, "centre" if isinstance(part.transmission, Screw) else f"{end}_centre")
-    points = dict(mechanism.ground) if angle.body == GROUND else mechanism.body(angle.body).points
     key = "centre" if isinstance(part.transmission, Screw) else f"{end}_centre"
-    if given:
-        if given not in points:
+    centre = getattr(part.transmission, key)
+    points = dict(mechanism.ground) if angle.body == GROUND else mechanism.body(angle.body).points
+    if centre:
+        if centre not in points:
             raise InputError(
-                f"coupling '{part.name}': {key} = '{given}'{did_you_mean(given, points)}", f"a point of '{angle.body}'"
+                f"coupling '{part.name}': {key} = '{centre}'{did_you_mean(centre, points)}", f"a point of '{angle.body}'"
             )
-        return angle.body, given
+        return angle.body, centre
     pins = [
         (here, there[0])
         for joint in mechanism.joints
@@ -159,13 +159,14 @@ def _screw(mechanism: Mechanism, part: Coupling) -> Terms:
 def _from_bearing(mechanism: Mechanism, part: Coupling, distance: Distance, centre: BodyPoint) -> Distance:
     """Return a distance whose end at the thrust bearing is on the rotating body."""
     place = mechanism.place(centre)
-    apart = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
-    if min(apart) > ASSEMBLY_TOL * mechanism.size:
+    distances = [math.dist(mechanism.place(end), place) for end in (distance.start, distance.end)]
+    if min(distances) > ASSEMBLY_TOL * mechanism.size:
         raise InputError(
-            f"coupling '{part.name}': both ends of its distance are {min(apart):.4g} m or more from the screw's thrust bearing",
+            f"coupling '{part.name}': both ends of its distance are {min(distances):.4g} m or more from the screw's thrust "
+            "bearing",
             "a distance with one end at the thrust bearing",
         )
-    return Distance(centre, distance.end) if apart[0] <= apart[1] else Distance(distance.start, centre)
+    return Distance(centre, distance.end) if distances[0] <= distances[1] else Distance(distance.start, centre)
 
 
 def centres_move(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray) -> bool:
@@ -224,8 +225,8 @@ def turns_with(coordinates: Coordinates, base: str, vector: PointMap, full: np.n
     (x, y), (cos, sin) = vector.at(full), frame.at(full)
     length = math.hypot(x, y)
     along, across = x * cos + y * sin, y * cos - x * sin
-    apart = combined((vector, 1.0), (frame.turned(along, across), -1.0))
-    return bool(np.max(np.abs(apart.rows), initial=0.0) <= ASSEMBLY_TOL * max(length, coordinates.size))
+    difference = combined((vector, 1.0), (frame.turned(along, across), -1.0))
+    return bool(np.max(np.abs(difference.rows), initial=0.0) <= ASSEMBLY_TOL * max(length, coordinates.size))
 
 
 def check_placed(mechanism: Mechanism, coordinates: Coordinates, part: Coupling, full: np.ndarray, *, moving: bool) -> None:
@@ -272,26 +273,26 @@ def _is_rack(part: Coupling) -> bool:
     return isinstance(part.output, Slide) or isinstance(part.input, Slide)
 
 
-def _check_centres(part: Coupling, label: str, apart: float, size: float) -> None:
+def _check_centres(part: Coupling, label: str, distance: float, size: float) -> None:
     """Raise `InputError` if the distance of two centres does not fit their radius or belt."""
     transmission = part.transmission
-    if apart <= ASSEMBLY_TOL * size:
+    if distance <= ASSEMBLY_TOL * size:
         raise InputError(f"{label}: both wheels have one centre", "wheels whose centres are apart")
     if isinstance(transmission, Teeth) and transmission.radius is not None:
-        _check_radius(label, transmission.radius, apart / abs(1.0 - part.ratio), f"centres {apart:.6g} m apart make")
-    if isinstance(transmission, Belt) and abs(1.0 - part.ratio) * transmission.radius >= apart:
+        _check_radius(label, transmission.radius, distance / abs(1.0 - part.ratio), f"centres {distance:.6g} m apart make")
+    if isinstance(transmission, Belt) and abs(1.0 - part.ratio) * transmission.radius >= distance:
         kind = "open" if part.ratio > 0.0 else "crossed"
         raise InputError(
             f"{label}: no {kind} belt over radii {transmission.radius:.6g} and {abs(part.ratio) * transmission.radius:.6g} m "
-            f"with centres {apart:.6g} m apart",
+            f"with centres {distance:.6g} m apart",
             "centres farther apart",
         )
 
 
-def _check_radius(label: str, given: float, radius: float, why: str) -> None:
+def _check_radius(label: str, radius: float, expected: float, why: str) -> None:
     """Raise `InputError` for a pitch radius that differs from `radius`, which ratio and centres give, by more than rounding."""
-    if abs(given - radius) > 1e-3 * radius:
-        raise InputError(f"{label}: radius = {given:.6g} m, but {why} {radius:.6g} m", "that pitch radius, or none")
+    if abs(radius - expected) > 1e-3 * expected:
+        raise InputError(f"{label}: radius = {radius:.6g} m, but {why} {expected:.6g} m", "that pitch radius, or none")
 
 
 @dataclass(frozen=True)
@@ -314,8 +315,8 @@ def separating_force_of(mechanism: Mechanism, part: Any) -> SeparatingForce | No
     transmission = getattr(part, "transmission", None)
     if isinstance(transmission, Belt):
         centres = wheel_centre(mechanism, part, "output"), wheel_centre(mechanism, part, "input")
-        apart = abs(1.0 - part.ratio) * transmission.radius
-        return SeparatingForce(BELT, *centres, 1.0 / transmission.radius, (2.0 * transmission.pretension, apart))
+        centre_distance = abs(1.0 - part.ratio) * transmission.radius
+        return SeparatingForce(BELT, *centres, 1.0 / transmission.radius, (2.0 * transmission.pretension, centre_distance))
     if not isinstance(transmission, Teeth) or transmission.pressure_angle == 0.0:
         return None
     slope = math.tan(transmission.pressure_angle)

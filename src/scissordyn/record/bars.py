@@ -277,10 +277,10 @@ def bar_variables(path: Trajectory, record: Record, present: Mapping[str, Variab
     def tables() -> list[dict[str, np.ndarray]]:
         return [_table(axis, motion) for axis, motion in zip(axes, bar_motions(plan, record, time), strict=True)]
 
-    found = Deferred(tables, path.system.lock)
+    bar_tables = Deferred(tables, path.system.lock)
 
     def over_time(name: str) -> np.ndarray:
-        parts = [table[name] for table in found()]
+        parts = [table[name] for table in bar_tables()]
         if elements:
             none = np.full((time.size, len(elements)), np.nan)
             parts.insert(0, of_elements[f"beam_{name}"].values if f"beam_{name}" in of_elements else none)

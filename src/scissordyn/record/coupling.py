@@ -115,8 +115,8 @@ def transmitted_variables(plan: Plan, motion: Record, rows: list[tuple[Coupling,
         vectors[:, k], points[:, k] = _force_and_point(plan, motion, part, constraint, force[:, k])
         if isinstance(part.transmission, Belt):
             effective = np.abs(force[:, k]) / part.transmission.radius
-            both = np.maximum(2.0 * part.transmission.pretension, effective)
-            tensions[:, :, k] = 0.5 * (both + effective), 0.5 * (both - effective)
+            tension_sum = np.maximum(2.0 * part.transmission.pretension, effective)
+            tensions[:, :, k] = 0.5 * (tension_sum + effective), 0.5 * (tension_sum - effective)
     over, where = ("time", "coupling", "axis"), "of teeth, belt or screw on the body of the output"
     variables = {
         "coupling_transmitted_force": described(over, vectors, "N", f"force {where}"),
@@ -150,22 +150,22 @@ def _force_and_point(
         return (on_rack if slides else -on_rack), pinion - radius * left
     output, input = (coordinates.place(wheel_centre(mechanism, part, end)).at(motion.X) for end in ("output", "input"))
     line = output - input
-    apart = np.hypot(*line.T)[:, None]
-    vector = (part.ratio - 1.0) * force[:, None] * _left(line) / apart**2
+    distance = np.hypot(*line.T)[:, None]
+    vector = (part.ratio - 1.0) * force[:, None] * _left(line) / distance**2
     size = np.zeros_like(force)
     if pressure is not None and pressure.kind == BELT:
-        most, sine = np.maximum(pressure.numbers[0], pressure.per_force * np.abs(force)), pressure.numbers[1] / apart[:, 0]
+        most, sine = np.maximum(pressure.numbers[0], pressure.per_force * np.abs(force)), pressure.numbers[1] / distance[:, 0]
         size = -most * np.sqrt(1.0 - sine * sine)
     elif pressure is not None and constraint.moving:
         size = constraint.acting[-1][0] * force
     elif pressure is not None:
-        size = pressure.per_force * np.abs(force) / apart[:, 0]
-    vector = vector + size[:, None] * line / apart
+        size = pressure.per_force * np.abs(force) / distance[:, 0]
+    vector = vector + size[:, None] * line / distance
     if isinstance(part.transmission, Teeth):
         return vector, output - line / (1.0 - part.ratio)
     square = np.sum(vector * vector, axis=1)
-    away = np.divide(force, square, out=np.zeros_like(force), where=square > 0.0)
-    return vector, output - away[:, None] * _left(vector)
+    lever = np.divide(force, square, out=np.zeros_like(force), where=square > 0.0)
+    return vector, output - lever[:, None] * _left(vector)
 
 
 def _screw_force_and_point(plan: Plan, motion: Record, part: Coupling, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -300,15 +300,15 @@ def _energy_variables(plan: Plan, path: Trajectory, record: Record) -> Variables
     def energies() -> dict[str, np.ndarray]:
         account = dict(zip(ENERGY_TERMS, accounts(plan, path.samples.total, path.log, path.samples.time).T, strict=True))
         energy = record.kinetic + record.potential + record.elastic + record.stored
-        lost = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
+        loss = account["damping_loss"] + account["friction_loss"] + account["damper_loss"] + account["switching_loss"]
         work = account["drive_work"] + account["load_work"] + account["motor_work"]
-        account |= {"dissipated_energy": lost, "energy_residual": energy - energy[:1] - work + lost}
+        account |= {"dissipated_energy": loss, "energy_residual": energy - energy[:1] - work + loss}
         return account | {f"{name}_energy": getattr(record, name) for name in ("kinetic", "potential", "elastic", "stored")}
 
-    found = Deferred(energies, path.system.lock)
+    energy_values = Deferred(energies, path.system.lock)
 
     def of(name: str) -> DeferredArray:
-        return DeferredArray(path.samples.time.shape, lambda: np.ascontiguousarray(found()[name]))
+        return DeferredArray(path.samples.time.shape, lambda: np.ascontiguousarray(energy_values()[name]))
 
     return {name: described("time", of(name), "J", text) for name, text in ENERGIES.items()}
 

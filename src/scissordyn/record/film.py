@@ -36,9 +36,9 @@ def _films_over_time(plan: Plan, path: Trajectory) -> tuple[np.ndarray, dict[str
     results, coordinates = list[np.ndarray](), list[np.ndarray]()
     with state_kept(path.system):
         for part in in_chunks(path, [path.samples, *recorded_ends(path)]):
-            found, time = path.record(part), np.append(time, part.time)
-            results.append(found.result[:, first:])
-            coordinates.append(found.coordinate[:, first:])
+            outputs, time = path.record(part), np.append(time, part.time)
+            results.append(outputs.result[:, first:])
+            coordinates.append(outputs.coordinate[:, first:])
     order, films = np.argsort(time, kind="stable"), dict[str, np.ndarray]()
     for output in plan.components[-1].declaration.reported:
         values = np.concatenate(coordinates if output.coordinate else results)
@@ -71,10 +71,10 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
     if len(time):
         dry, mixed, torn = (time_mean(part, time) for part in (dry, mixed, torn))
         heat = np.trapezoid(film["power_lost"], time, axis=0)
-        each = np.arange(len(joints))
+        index = np.arange(len(joints))
         nearest, highest = (np.argmin(np.abs(time[:, None] - at), axis=0) for at in (when, largest["largest_time"]))
-        direction = np.arctan2(*films["displacement"][nearest, each].T[::-1])
-        at_peak, carried = thickness[highest, each], film["asperity_force"][highest, each]
+        direction = np.arctan2(*films["displacement"][nearest, index].T[::-1])
+        at_peak, carried = thickness[highest, index], film["asperity_force"][highest, index]
         share = np.divide(carried, largest["largest"], out=np.zeros_like(carried), where=largest["largest"] > 0.0)
     else:
         dry = mixed = torn = heat

@@ -156,7 +156,7 @@ def _compression(quantities: dict[str, np.ndarray]) -> np.ndarray:
 class Largest(NamedTuple):
     """Largest value of each quantity along each bar, and the buckling load of each bar."""
 
-    found: dict[str, np.ndarray]  # value, instant [s] and distance from the first end [m] of each quantity, (3, bars)
+    values: dict[str, np.ndarray]  # value, instant [s] and distance from the first end [m] of each quantity, (3, bars)
     loads: np.ndarray  # (bars,) buckling loads [N]
 
 
@@ -183,10 +183,10 @@ def largest_along(mechanism: Mechanism, variables: Variables, time: np.ndarray, 
         if ratios[b] > 0.0 and compression.any():
             loads[b] = float(compression.max()) / ratios[b]
         quantities["buckling_ratio"] = compression / loads[b]
-        for name, kept in largest.items():
+        for name, rows in largest.items():
             size = np.abs(quantities[name])
             row, column = np.unravel_index(int(np.argmax(size)), size.shape)
-            kept[:, b] = quantities[name][row, column], time[row], places[column]
+            rows[:, b] = quantities[name][row, column], time[row], places[column]
     return Largest(largest, loads)
 
 
@@ -196,7 +196,7 @@ def largest_variables(bars: tuple[Bar, ...], largest: Deferred[Largest]) -> Vari
     loads = DeferredArray((len(bars),), lambda: largest().loads)
 
     def of(name: str, row: int) -> np.ndarray:
-        return np.asarray(largest().found[name][row])
+        return np.asarray(largest().values[name][row])
 
     answers = {"bar_buckling_load": described("bar", loads, "N", about)}
     answers["bar"] = labels("bar", [bar.name for bar in bars], "bar that bends")
@@ -261,8 +261,8 @@ def _along_elements(bar: Bar, read: _RunReader, at: np.ndarray) -> dict[str, np.
     quantities = {name: values[:, order] for name, values in quantities.items()}
     first, last = read.body("position", bar.beams[0].start[0]), read.body("position", bar.beams[-1].end[0])
     line = _chord(first, last)
-    away = quantities["position"] - first[:, None]
-    quantities["deflection"] = line[:, None, 0] * away[..., 1] - line[:, None, 1] * away[..., 0]
+    offset = quantities["position"] - first[:, None]
+    quantities["deflection"] = line[:, None, 0] * offset[..., 1] - line[:, None, 1] * offset[..., 0]
     return quantities
 
 
@@ -270,8 +270,8 @@ def _along_whole(bar: FlexibleBar, read: _RunReader, distance: np.ndarray) -> di
     """Return all `QUANTITIES` at distances from the first end of a bar with modes, by name, each of shape (samples, places)."""
     places, marks = np.array(bar.places) - bar.places[0], part_boundaries(bar)
     names = part_names(bar)
-    start, end, away = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
-    away = np.hstack([np.zeros_like(away[:, :1]), away])
+    start, end, node_deflection = (read.parts(output, names) for output in ("start_moment", "end_moment", "deflection"))
+    node_deflection = np.hstack([np.zeros_like(node_deflection[:, :1]), node_deflection])
     part = np.clip(np.searchsorted(marks, distance, side="right") - 1, 0, marks.size - 2)
     length, within = np.diff(marks)[part], [names[k] for k in part]
     xi = (distance - marks[part]) / length
@@ -290,7 +290,7 @@ def _along_whole(bar: FlexibleBar, read: _RunReader, distance: np.ndarray) -> di
     span = np.clip(np.searchsorted(places, distance, side="right") - 1, 0, places.size - 2)
     for k in range(places.size - 1):
         inside, nodes = span == k, slice(SPAN_PARTS * k, SPAN_PARTS * (k + 1) + 1)
-        deflection[:, inside] = away[:, nodes] @ _interpolation_matrix(marks[nodes], distance[inside])
+        deflection[:, inside] = node_deflection[:, nodes] @ _interpolation_matrix(marks[nodes], distance[inside])
     points = np.stack([read.body("position", name) for name in bar.sections], axis=1)
     line = _chord(points[:, 0], points[:, -1])
     projected = np.einsum("tka,ta->tk", points - points[:, :1], line)

@@ -228,19 +228,19 @@ def force_after_start(run: Run, start: str, joint: JointSummary) -> tuple[float,
     nearly as large follows, or the mean load of `joint` is larger in it than afterwards, so that the motion explains the force.
     """
     force, when = joint.largest, joint.when
-    joints, begun = run["contact_joint"].values, run["contact_start"].values
-    if start != "concentric" or not begun.size:
+    joints, contact_starts = run["contact_joint"].values, run["contact_start"].values
+    if start != "concentric" or not contact_starts.size:
         return None
-    end = START_DURATION * max(float(np.min(begun[joints == joint])) for joint in np.unique(joints))
+    end = START_DURATION * max(float(np.min(contact_starts[joints == joint])) for joint in np.unique(joints))
     time = run["time"].values
     if not when < end < float(run.attrs["end"]) or not (time >= end).any():
         return None
-    after = [run["peak_force_estimate"].values[begun >= end]] if "peak_force_estimate" in run else []
-    located = ("joint_peak_force_after_start", "weld_peak_force_after_start")
-    after += [run[name].values for name in located if name in run]
-    after += [joint_force(run, joint)[time >= end] for joint in clearance_joints(run)]
-    known = np.concatenate(after)
-    largest = float(np.nanmax(known)) if np.isfinite(known).any() else 0.0
+    later = [run["peak_force_estimate"].values[contact_starts >= end]] if "peak_force_estimate" in run else []
+    peak_names = ("joint_peak_force_after_start", "weld_peak_force_after_start")
+    later += [run[name].values for name in peak_names if name in run]
+    later += [joint_force(run, joint)[time >= end] for joint in clearance_joints(run)]
+    later_forces = np.concatenate(later)
+    largest = float(np.nanmax(later_forces)) if np.isfinite(later_forces).any() else 0.0
     if largest >= LATER_FORCE_RATIO_MAX * force or _largest_load(
         run, joint.name, 0.0, end
     ) * LATER_FORCE_RATIO_MAX > _largest_load(run, joint.name, end, end):

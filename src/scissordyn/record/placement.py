@@ -74,8 +74,8 @@ class Placement:
 
     def place(self, reference: BodyPoint | tuple[str, None]) -> np.ndarray:
         """Return the position of a named point, or of the origin, of a body or the ground, shape (samples, 2) [m]."""
-        if (known := self._places.get(reference)) is not None:
-            return known
+        if (position := self._places.get(reference)) is not None:
+            return position
         body, point = reference
         if point is None:
             local = np.zeros((1, 2))

@@ -82,9 +82,9 @@ class PointAnswer(Answer):
 
 def _parts(sizes: dict[str, float]) -> str:
     """Return the contributions to a deviation as text; empty if there is only one."""
-    known = {name: size for name, size in sizes.items() if size != 0.0}
-    there = ", ".join(f"{name} {short(size, 'm')}" for name, size in known.items())
-    return f" ({there})" if len(known) > 1 else f", by {next(iter(known))}" if known else ""
+    nonzero = {name: size for name, size in sizes.items() if size != 0.0}
+    text = ", ".join(f"{name} {short(size, 'm')}" for name, size in nonzero.items())
+    return f" ({text})" if len(nonzero) > 1 else f", by {next(iter(nonzero))}" if nonzero else ""
 
 
 @dataclass(frozen=True)
@@ -258,15 +258,15 @@ def _force(run: Run, described: Any, options: Options | None) -> ForceAnswer | N
     if whole is None:
         return None
     start, after = (None if options is None else force_after_start(run, options.start, whole)) or (None, None)
-    found = _answer(run, whole, described)
-    less = None if loose is None or loose is whole else _answer(run, loose, described)
+    answer = _answer(run, whole, described)
+    loose_answer = None if loose is None or loose is whole else _answer(run, loose, described)
     partial = whole is not loose and "peak_force_estimate" in run
-    return dataclasses.replace(found, start=start, after=after, loose=less, partial=partial)
+    return dataclasses.replace(answer, start=start, after=after, loose=loose_answer, partial=partial)
 
 
 def _largest(joints: Sequence[JointSummary]) -> JointSummary | None:
-    known = [joint for joint in joints if joint.largest > 0.0]
-    return max(known, key=lambda joint: joint.largest, default=None)
+    loaded = [joint for joint in joints if joint.largest > 0.0]
+    return max(loaded, key=lambda joint: joint.largest, default=None)
 
 
 def _answer(run: Run, joint: JointSummary, described: Any) -> ForceAnswer:
@@ -305,7 +305,7 @@ def point_answers(run: Run, described: Any) -> Iterator[PointAnswer]:
     for k, name in enumerate(run["track"].values.astype(str).tolist()):
         settled, sizes = float(run["settling_time"].values[k]), np.hypot(*parts[k])
         largest = np.hypot(*at_peak[k])
-        there = [part for part in range(len(PARTS)) if np.any(sizes[:, part] > least) or largest[part] > least]
+        relevant = [part for part in range(len(PARTS)) if np.any(sizes[:, part] > least) or largest[part] > least]
         yield PointAnswer(
             name=name,
             deviation=_zero_below(float(run["peak_track_deviation"].values[k]), least),
@@ -313,8 +313,8 @@ def point_answers(run: Run, described: Any) -> Iterator[PointAnswer]:
             tolerance=tolerances.get(name),
             settled=settled if math.isfinite(settled) else None,
             at_end=_zero_below(float(along(run["track_deviation"], "track", "time")[k, -1]), least),
-            parts={PARTS[part]: _zero_below(float(largest[part]), least) for part in there},
-            parts_at_end={PARTS[part]: _zero_below(float(sizes[-1, part]), least) for part in there},
+            parts={PARTS[part]: _zero_below(float(largest[part]), least) for part in relevant},
+            parts_at_end={PARTS[part]: _zero_below(float(sizes[-1, part]), least) for part in relevant},
         )
 
 
@@ -348,9 +348,9 @@ def at_limit(time: np.ndarray, torque: np.ndarray, limit: float | None) -> list[
     if limit is None or time.size < 2:
         return []
     middle = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
-    there = np.concatenate([[False], np.abs(torque) >= LIMIT_RATIO_MIN * limit, [False]]).astype(int)
-    change = np.diff(there)
-    return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if there.any() else []
+    is_at_limit = np.concatenate([[False], np.abs(torque) >= LIMIT_RATIO_MIN * limit, [False]]).astype(int)
+    change = np.diff(is_at_limit)
+    return list(zip(middle[change == 1].tolist(), middle[change == -1].tolist(), strict=True)) if is_at_limit.any() else []
 
 
 def _actuators(run: Run, described: Any) -> Iterator[ActuatorAnswer]:
@@ -432,5 +432,5 @@ def _work(run: Run) -> dict[str, float]:
         return {}
     least = ROUND_OFF_TOL * largest_energy_change(run)
     works = {whose: run[name].values for name, whose in WORKS if name in run and np.any(np.abs(run[name].values) > least)}
-    every = {**works, "dissipated": run["dissipated_energy"].values}
-    return {whose: 0.0 if abs(values[-1]) < least else float(values[-1]) for whose, values in every.items()}
+    energies = {**works, "dissipated": run["dissipated_energy"].values}
+    return {whose: 0.0 if abs(values[-1]) < least else float(values[-1]) for whose, values in energies.items()}

@@ -101,9 +101,9 @@ class Trajectory:
     def record(self, samples: Samples | None = None) -> Record:
         """Evaluate positions, velocities, accelerations and forces at samples, by default its own; many on two threads."""
         entries_min = 50_000  # [values of states] fewer take less time than a thread and a copy of the system save
-        given, friction = self.samples if samples is None else samples, self.system.content.friction.component.size > 0
-        halves = given.state.size > entries_min and not friction and processors() > 1
-        return (record_in_halves if halves else record)(self.plan.maps, self.system, given)
+        evaluated, friction = self.samples if samples is None else samples, self.system.content.friction.component.size > 0
+        halves = evaluated.state.size > entries_min and not friction and processors() > 1
+        return (record_in_halves if halves else record)(self.plan.maps, self.system, evaluated)
 
     @cached_property
     def contacts(self) -> np.ndarray:

@@ -58,10 +58,10 @@ class Transmitted(NamedTuple):
         return np.asarray(np.hypot(*np.moveaxis(np.concatenate([self.force, self.weld_force], axis=1), -1, 0)))
 
 
-def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:
+def transmitted(plan: Plan, outputs: Record, time: np.ndarray) -> Transmitted:
     """Return forces and moments of all joints, guides, contact points and welds at the instants of a record."""
-    mechanism, wrench = plan.mechanism, found.wrench
-    reactions = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, found, time))
+    mechanism, wrench = plan.mechanism, outputs.wrench
+    reactions = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, time))
     joints = mechanism.joint_names
     force, moment = np.zeros((time.size, len(joints), 2)), np.zeros((time.size, len(joints)))
     at = plan.places(contact.name for contact in plan.contacts)
@@ -75,24 +75,24 @@ def transmitted(plan: Plan, found: Record, time: np.ndarray) -> Transmitted:
         place, pushed = plan.places([point.guide])[0], wrench[:, j]
         body, guide = mechanism.body(point.follower), mechanism.guide(point.guide)
         x, y = np.subtract(point.centre, body.points[guide.follower[1]])
-        cos, sin = found.direction[:, plan.bodies.index(body)].T
+        cos, sin = outputs.direction[:, plan.bodies.index(body)].T
         force[:, place] += pushed[:, :2]
         moment[:, place] += (cos * x - sin * y) * pushed[:, 1] - (sin * x + cos * y) * pushed[:, 0] + pushed[:, 2]
     force[:, plan.places(joint.name for joint in mechanism.ideal_joints)] = reactions.joints
     for g, guide in enumerate(mechanism.ideal_guides):
         across = np.array([-math.sin(guide.direction), math.cos(guide.direction)])
         if guide.body != GROUND:
-            cos, sin = found.direction[:, plan.bodies.index(mechanism.body(guide.body))].T
+            cos, sin = outputs.direction[:, plan.bodies.index(mechanism.body(guide.body))].T
             across = np.stack([cos * across[0] - sin * across[1], sin * across[0] + cos * across[1]], axis=1)
         force[:, plan.places([guide.name])[0]] = reactions.guides[:, g : g + 1] * across
     moment[:, plan.places(guide.name for guide in guides_with_moment(mechanism))] = reactions.guide_moments
     return Transmitted(force, moment, reactions.weld_forces, reactions.weld_moments)
 
 
-def transmitted_variables(plan: Plan, path: Trajectory, found: Record) -> Variables:
+def transmitted_variables(plan: Plan, path: Trajectory, outputs: Record) -> Variables:
     """Return forces and moments of joints and welds over time, and their largest forces; all are computed when read."""
     instants, joints, welds = path.samples.time.size, len(plan.mechanism.joint_names), len(plan.mechanism.welds)
-    sampled = Deferred(lambda: transmitted(plan, found, path.samples.time), path.system.lock)
+    sampled = Deferred(lambda: transmitted(plan, outputs, path.samples.time), path.system.lock)
     force = DeferredArray((instants, joints, 2), lambda: sampled().force)
     moment = DeferredArray((instants, joints), lambda: sampled().moment)
     variables = {
@@ -158,8 +158,8 @@ def force_peaks(path: Trajectory, sampled: Transmitted | None = None) -> Peaks:
         sources = [_coarse(path), *recorded_ends(path)]
     with state_kept(path.system):
         for part in in_chunks(path, sources):
-            found = transmitted(plan, path.record(part), part.time)
-            sizes.append((part.time, found.sizes))
+            forces = transmitted(plan, path.record(part), part.time)
+            sizes.append((part.time, forces.sizes))
     return _largest(path, sizes)
 
 
@@ -167,22 +167,22 @@ def force_peaks_together(paths: Sequence[Trajectory]) -> list[Peaks]:
     """Return the largest forces of several runs without samples; runs with the same tables are evaluated in one pass."""
     sources = [list(in_chunks(path, [_coarse(path), *recorded_ends(path)])) for path in paths]
     first, rows = paths[0].plan, sum(part.time.size for parts in sources for part in parts)
-    alike = all(
+    has_same_tables = all(
         path.plan.balance is first.balance and np.array_equal(path.plan.gravity_vector, first.gravity_vector) for path in paths
     )
-    if not alike or bends(first.mechanism) or rows > 4 * CHUNK_ROWS:
+    if not has_same_tables or bends(first.mechanism) or rows > 4 * CHUNK_ROWS:
         return [force_peaks(path) for path in paths]
     listed = [(path.system, part) for path, parts in zip(paths, sources, strict=True) for part in parts]
-    with ExitStack() as kept:
+    with ExitStack() as states:
         for path in paths:
-            kept.enter_context(state_kept(path.system))
+            states.enter_context(state_kept(path.system))
         time = np.concatenate([part.time for _, part in listed])
         forces = transmitted(first, record_together(first.maps, listed), time).sizes
-    found, last = list[Peaks](), 0
+    peaks, last = list[Peaks](), 0
     for path, parts in zip(paths, sources, strict=True):
         begin, last = last, last + sum(part.time.size for part in parts)
-        found.append(_largest(path, [(time[begin:last], forces[begin:last])]))
-    return found
+        peaks.append(_largest(path, [(time[begin:last], forces[begin:last])]))
+    return peaks
 
 
 def _coarse(path: Trajectory) -> Samples:
@@ -202,13 +202,13 @@ def _largest(path: Trajectory, sizes: Sequence[tuple[np.ndarray, np.ndarray]]) -
     count, begin = len(plan.mechanism.joint_names) + len(plan.mechanism.welds), start_end(path)
     size, when, after = np.full((3, count), math.nan)
     for time, forces in sizes:
-        known = np.where(np.isfinite(forces), forces, -1.0)
-        best = np.argmax(known, axis=0) if time.size else np.zeros(count, int)
-        values = known[best, np.arange(count)] if time.size else np.full(count, -1.0)
+        finite_forces = np.where(np.isfinite(forces), forces, -1.0)
+        best = np.argmax(finite_forces, axis=0) if time.size else np.zeros(count, int)
+        values = finite_forces[best, np.arange(count)] if time.size else np.full(count, -1.0)
         higher = (values >= 0.0) & ~(values <= size)
         size[higher], when[higher] = values[higher], time[best[higher]]
         if (late := time >= begin).any():
-            last = known[late].max(axis=0)
+            last = finite_forces[late].max(axis=0)
             after = np.where(last >= 0.0, np.fmax(after, last), after)
     _enter_contacts(plan, path, begin, size, when, after)
     return Peaks(size, when, after)
@@ -236,11 +236,11 @@ def _enter_contacts(plan: Plan, path: Trajectory, begin: float, size: np.ndarray
 
 def _peak_variables(plan: Plan, path: Trajectory, sampled: Deferred[Transmitted]) -> Variables:
     joints, welds = len(plan.mechanism.joint_names), len(plan.mechanism.welds)
-    found = Deferred(lambda: force_peaks(path, sampled()), path.system.lock)
+    peaks = Deferred(lambda: force_peaks(path, sampled()), path.system.lock)
     has_start = path.contacts.size > 0
 
     def of(name: str, part: slice) -> np.ndarray:
-        return np.asarray(getattr(found(), name)[part])
+        return np.asarray(getattr(peaks(), name)[part])
 
     variables: Variables = {}
     for dim, part, count, text in (

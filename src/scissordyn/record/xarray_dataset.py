@@ -32,10 +32,10 @@ class DatasetVariable(xr.Variable):
         """
         if not STORES_DATA:
             return xr.Variable(variable.dims, variable.values, variable.attrs, fastpath=True)
-        made = cls.__new__(cls)
-        made._dims, made._attrs, made._encoding = variable.dims, dict(variable.attrs), None
-        made._source = variable
-        return made
+        copy = cls.__new__(cls)
+        copy._dims, copy._attrs, copy._encoding = variable.dims, dict(variable.attrs), None
+        copy._source = variable
+        return copy
 
     @property
     def _data(self) -> Any:

@@ -31,10 +31,10 @@ def exact_jacobian(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
         _curve_derivatives(problem, fitted, values, segment.record.time) / problem.deviation[:, None]
         for segment in problem.segments
     ]
-    known = np.zeros((len(problem.known), len(problem.free)))
-    for row, k in enumerate(problem.known):
-        known[row, k] = problem.scale[k] / problem.free[k].deviation
-    return np.concatenate([*(block.reshape(-1, len(problem.free)) for block in blocks), known])
+    prior_rows = np.zeros((len(problem.prior_indices), len(problem.free)))
+    for row, k in enumerate(problem.prior_indices):
+        prior_rows[row, k] = problem.scale[k] / problem.free[k].deviation
+    return np.concatenate([*(block.reshape(-1, len(problem.free)) for block in blocks), prior_rows])
 
 
 def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -49,8 +49,8 @@ def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, 
         run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times, integrals=problem.monitors)
         problem.runs += 1
         for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
-            found = moved_slopes(run, k, parameter.moved, lambda path: {"": curves(as_dataset(path), problem.columns)})
-            slopes.append(found[""])
+            slopes_by_name = moved_slopes(run, k, parameter.moved, lambda path: {"": curves(as_dataset(path), problem.columns)})
+            slopes.append(slopes_by_name[""])
     return np.stack(slopes, axis=2)
 
 

@@ -69,8 +69,8 @@ def fit_parameters(
     if starts > 1:
         problem = _best_start(problem, starts)
         if progress is not None:
-            found = ", ".join(f"{parameter.path} = {parameter.start:.6g}" for parameter in problem.free)
-            progress(f"{starts} starts: the best is {found}")
+            start_text = ", ".join(f"{parameter.path} = {parameter.start:.6g}" for parameter in problem.free)
+            progress(f"{starts} starts: the best is {start_text}")
     problem, unknowns, solution = _solve(problem, weights=not deviations, most=most, progress=progress)
     failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
@@ -319,8 +319,8 @@ def _warnings(
     correlation = errors.correlation
     for i in range(len(free)):
         for j in range(i):
-            both = np.isfinite(errors.error[[i, j]]).all()
-            if both and abs(correlation[i, j]) > correlation_max:
+            has_errors = np.isfinite(errors.error[[i, j]]).all()
+            if has_errors and abs(correlation[i, j]) > correlation_max:
                 warnings.append(
                     f"'{free[j].path}' and '{free[i].path}' can hardly be distinguished: correlation {correlation[i, j]:.4f}"
                 )

@@ -180,7 +180,7 @@ class Problem:
         self.offsets = len(self.free) + np.concatenate([[0], np.cumsum(sizes)]).astype(int)
         self.monitors = not {column.variable for column in self.columns} <= KINEMATIC_VARIABLES
         self.scale = np.array([parameter.scale for parameter in self.free])
-        self.known = [k for k, parameter in enumerate(self.free) if np.isfinite(parameter.deviation)]
+        self.prior_indices = [k for k, parameter in enumerate(self.free) if np.isfinite(parameter.deviation)]
 
     @property
     def unknowns(self) -> int:
@@ -241,7 +241,7 @@ class Problem:
         except FailedRunError:
             rows = sum(segment.record.values.size for segment in self.segments)
             rows += 0 if self.jumps is None else self.jumps.size * sum(segment.follows for segment in self.segments)
-            return np.full(rows + len(self.known), 1e3)  # large residuals make the search reject this trial
+            return np.full(rows + len(self.prior_indices), 1e3)  # large residuals make the search reject this trial
 
     def join_residuals(self, segment_runs: Sequence[SegmentRun], unknowns: np.ndarray) -> np.ndarray:
         """Return the residual vector: records by segment and row, then jumps between segments, then prior knowledge."""
@@ -254,7 +254,7 @@ class Problem:
                 self._jump(segment_runs[k - 1], segment_runs[k]) for k, segment in enumerate(self.segments) if segment.follows
             ]
         values = self.values(unknowns)
-        parts.append(np.array([(values[k] - self.free[k].mean) / self.free[k].deviation for k in self.known]))
+        parts.append(np.array([(values[k] - self.free[k].mean) / self.free[k].deviation for k in self.prior_indices]))
         return np.concatenate(parts)
 
     def _jump(self, before: SegmentRun, after: SegmentRun) -> np.ndarray:

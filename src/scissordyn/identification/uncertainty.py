@@ -78,14 +78,14 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     )
 
 
-def _scores(problem: Problem, own: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
+def _scores(problem: Problem, jacobian: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
     """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p), from the Jacobian `own`."""
     sizes = [segment.record.values.size for segment in problem.segments]
     per_segment = max(1, -(-least_blocks // len(sizes)))
     scores, first = [], 0
     for size in sizes:
         cuts = np.linspace(first, first + size, min(per_segment, size) + 1).round().astype(int)
-        scores += [own[a:b].T @ residual[a:b] for a, b in pairwise(cuts.tolist())]
+        scores += [jacobian[a:b].T @ residual[a:b] for a, b in pairwise(cuts.tolist())]
         first += size
     return np.array(scores)
 

@@ -102,13 +102,17 @@ def depth_errors(
     for j in range(joints):
         total = energy[:, :, j].sum(axis=-1)
         local = rates[:, :, j, int(np.argmax(depths[-1, j]))]  # directions vary, so that it scatters more than the volume
-        relative, own = (np.divide(part, part.mean(), out=np.zeros_like(part), where=part > 0.0) for part in (total, local))
-        found, within = scatter(cycles, relative), float(relative.var(axis=1, ddof=1).mean())
-        ratio = max(1.0, float(own.var(axis=1, ddof=1).mean()) / within) if within > 0.0 else 1.0
-        found = found._replace(single=found.single * ratio, mean=found.mean * ratio)
-        scatters.append(np.sqrt(found.single))
+        total_share, local_share = (
+            np.divide(part, part.mean(), out=np.zeros_like(part), where=part > 0.0) for part in (total, local)
+        )
+        cycle_scatter, within = scatter(cycles, total_share), float(total_share.var(axis=1, ddof=1).mean())
+        ratio = max(1.0, float(local_share.var(axis=1, ddof=1).mean()) / within) if within > 0.0 else 1.0
+        cycle_scatter = cycle_scatter._replace(single=cycle_scatter.single * ratio, mean=cycle_scatter.mean * ratio)
+        scatters.append(np.sqrt(cycle_scatter.single))
         for s in range(1, len(cycles)):
             inner = np.array([*weights[:s, j], 0.5 * deepened[s - 1, j]])
-            variance = found.mean * np.sum(inner**2) + found.single * np.sum(deepened[:s, j] ** 2 / steps[:s, 0])
-            errors[s, j] += found.factor * np.sqrt(variance) + abs(drift[j]) * (largest[s, j] - largest[0, j])
+            variance = cycle_scatter.mean * np.sum(inner**2) + cycle_scatter.single * np.sum(
+                deepened[:s, j] ** 2 / steps[:s, 0]
+            )
+            errors[s, j] += cycle_scatter.factor * np.sqrt(variance) + abs(drift[j]) * (largest[s, j] - largest[0, j])
     return DepthError(errors, np.array(scatters), drift)

@@ -98,14 +98,14 @@ def repetition(run: xr.Dataset) -> list[RunWarning]:
 
 def first_crossing(cycles: np.ndarray, curve: np.ndarray, limit: float) -> float:
     """Return the number of cycles at which a curve first exceeds a limit, by linear interpolation; NaN if it does not."""
-    beyond = np.flatnonzero(curve > limit)
-    if not beyond.size:
+    exceeded = np.flatnonzero(curve > limit)
+    if not exceeded.size:
         return math.nan
-    k = int(beyond[0])
+    k = int(exceeded[0])
     if k == 0:
         return float(cycles[0])
-    share = (limit - curve[k - 1]) / (curve[k] - curve[k - 1])
-    return float(cycles[k - 1] + share * (cycles[k] - cycles[k - 1]))
+    fraction = (limit - curve[k - 1]) / (curve[k] - curve[k - 1])
+    return float(cycles[k - 1] + fraction * (cycles[k] - cycles[k - 1]))
 
 
 def life_lines(run: xr.Dataset) -> list[str]:

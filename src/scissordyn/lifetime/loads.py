@@ -237,10 +237,10 @@ class CycleRunner:
             if cause:
                 raise ScissordynError(f"the simulated cycle stopped at t = {driver.time:.9g} s: {cause}")
             if stop.number >= settle:
-                found = [*plain(prepared.warnings), *Extremes(driver.plan).add(current_trajectory(driver)).of_a_case()]
+                warnings = [*plain(prepared.warnings), *Extremes(driver.plan).add(current_trajectory(driver)).of_a_case()]
                 if driver.stepping is not None:
-                    found += stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))
-                yield self._loads_of_cycle(driver, tuple(found))
+                    warnings += stepping_warnings(driver.plan, driver.system, driver.stepping.statistics(driver.time))
+                yield self._loads_of_cycle(driver, tuple(warnings))
 
     def _loads_of_cycle(self, driver: Driver, warnings: tuple[RunWarning, ...]) -> Loads:
         """Return the loads of the cycle that the driver has just finished."""

@@ -58,7 +58,7 @@ class WearLife:
         if run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
         lives = run["life"].values
-        known = lives[np.isfinite(lives)]
-        if run.attrs["status"] == "failed" and not known.size:
+        finite_lives = lives[np.isfinite(lives)]
+        if run.attrs["status"] == "failed" and not finite_lives.size:
             raise ScissordynError(run.attrs["cause"])
-        return float(known.min()) if known.size else math.inf, json.loads(run.attrs["warnings"])
+        return float(finite_lives.min()) if finite_lives.size else math.inf, json.loads(run.attrs["warnings"])

@@ -29,21 +29,21 @@ class WornJoint:
         """`rows`: indices of the surfaces of this joint, the bearing first."""
         clearance = mechanism.joint(surfaces[rows[0]].joint).clearance
         assert clearance is not None
-        self.rows, both = rows, clearance.surfaces
-        chosen = [surfaces[row].contour(clearance) for row in rows]
-        for depths in chosen:
+        self.rows, geometry = rows, clearance.surfaces
+        contours = [surfaces[row].contour(clearance) for row in rows]
+        for depths in contours:
             if depths and len(depths) != angles:
                 raise InputError(
                     f"joint '{surfaces[rows[0]].joint}': a contour of {len(depths)} depths",
                     f"{angles} depths, one for each angle of the wear computation",
                     f"angles = {len(depths)}",
                 )
-        self.depths = np.array([depths or (0.0,) * angles for depths in chosen])
+        self.depths = np.array([depths or (0.0,) * angles for depths in contours])
         self.coefficients = np.array([clearance.wear or 0.0, clearance.journal_wear or 0.0])[: len(rows)]
         self.bush, self.clearance = clearance.bush, clearance.clearance
-        self.radii = np.array([both.bearing_radius, both.journal_radius])[: len(rows)]
-        self.areas = 2.0 * np.pi * self.radii * both.length / angles
-        self.table = pressure_table(clearance.stiffness, both)
+        self.radii = np.array([geometry.bearing_radius, geometry.journal_radius])[: len(rows)]
+        self.areas = 2.0 * np.pi * self.radii * geometry.length / angles
+        self.table = pressure_table(clearance.stiffness, geometry)
 
     def worn(self, depths: np.ndarray, loads: Loads, cycles: int, substeps: int = 4000) -> Worn:
         """Return the contours after some cycles, from those of all surfaces, shape (surfaces, angles) [m].

@@ -292,8 +292,8 @@ class _Life:
     def continue_from(self, earlier: xr.Dataset) -> None:
         """Load the states of an earlier result of the same wear computation, so that it continues from its last state."""
         self._check_same(earlier)
-        said = repetition(earlier)
-        self.warnings = [item for item in warnings_of(earlier) if item not in said]
+        repeated = repetition(earlier)
+        self.warnings = [item for item in warnings_of(earlier) if item not in repeated]
         for k in range(earlier.sizes["state"]):
             row = earlier.isel(state=k)
             depths, rates, correction = (row[name].values.copy() for name in ("depth", "member_rate", "depth_correction"))
@@ -370,7 +370,7 @@ class _Life:
         area, largest = np.concatenate([joint.areas for joint in self.joints]), depths.max(axis=-1)
         loads = [state.loads for state in states]
         rates, corrections = np.array([state.rates for state in states]), np.array([state.correction for state in states])
-        found = depth_errors(
+        depth_error = depth_errors(
             np.array([state.cycle for state in states]), depths, rates, np.array([part.energy for part in loads]), corrections
         )
         deviation = np.array([part.deviation for part in loads])
@@ -379,7 +379,7 @@ class _Life:
             "depth_largest": (("state", "joint"), largest, "m", "largest depth of the worn surface"),
             "depth_error": (
                 ("state", "joint"),
-                found.error,
+                depth_error.error,
                 "m",
                 "half the 95 % interval of the largest depth",
             ),
@@ -392,7 +392,7 @@ class _Life:
             ),
             "clearance_error": (
                 ("state", "joint"),
-                self._of_both(found.error),
+                self._of_both(depth_error.error),
                 "m",
                 "half the 95 % interval of this clearance",
             ),
@@ -418,13 +418,13 @@ class _Life:
             ),
             "cycle_scatter": (
                 ("joint",),
-                found.scatter,
+                depth_error.scatter,
                 "1",
                 "relative standard deviation of the wear of single cycles, at the deepest angle",
             ),
             "cycle_drift": (
                 ("joint",),
-                found.drift,
+                depth_error.drift,
                 "1",
                 "relative change of the wear from the first averaged cycle to the last; 0 if it may be chance",
             ),

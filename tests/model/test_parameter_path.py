@@ -8,7 +8,7 @@ from tests.build import EXAMPLES, one_line_error
 
 import scissordyn as sd
 from scissordyn.model.parameter_path import every_number, find, matching, number
-from scissordyn.model.walk import Place, at, declared, given, is_described, replaced
+from scissordyn.model.walk import Place, at, declared, is_described, non_default_fields, replaced
 
 PIN = sd.Clearance(0.5e-3)  # Clearance of the joints
 
@@ -197,7 +197,7 @@ def test_given_fields_rebuild_a_part(case):
     assert parts
     assert all(map(is_described, parts))
     for part in (mechanism, *parts):
-        assert type(part)(**{field.name: value for field, value in given(part)}) == part
+        assert type(part)(**{field.name: value for field, value in non_default_fields(part)}) == part
 
 
 def test_points_are_values_with_a_unit():
@@ -205,4 +205,4 @@ def test_points_are_values_with_a_unit():
     body = sd.Body("rod", 1.0, 0.1, points={"tip": (0.2, 0.0)}, centre=(-0.0, 0.0))
     units = {leaf.path: leaf.quantity.unit for leaf in leaves(body) if leaf.quantity is not None}
     assert units["points", "tip"] == units["centre",] == "m"
-    assert [field.name for field, _ in given(body)] == ["name", "mass", "inertia", "points", "centre"]
+    assert [field.name for field, _ in non_default_fields(body)] == ["name", "mass", "inertia", "points", "centre"]

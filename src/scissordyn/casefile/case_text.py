@@ -37,7 +37,7 @@ from scissordyn.model.coupling import Coordinate, Coupling, Distance, FurtherInp
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
 from scissordyn.model.record import first_difference, to_plain
-from scissordyn.model.walk import Declared, declared, given, is_described
+from scissordyn.model.walk import Declared, declared, is_described, non_default_fields
 from scissordyn.plugin.element import Part
 from scissordyn.units import Pairs
 
@@ -217,7 +217,11 @@ def _body(body: Body, code: Code) -> Entries:
 
 def _fields(described: Any, code: Code) -> Entries:
     """Return the fields of a dataclass as keys of a table; fields with default values or None are left out."""
-    return {field.name: _value(value, field, type(described), code) for field, value in given(described) if value is not None}
+    return {
+        field.name: _value(value, field, type(described), code)
+        for field, value in non_default_fields(described)
+        if value is not None
+    }
 
 
 def _value(value: Any, field: Declared, kind: type, code: Code) -> Any:

@@ -17,7 +17,7 @@ from scissordyn.casefile.quantity import INTEGER_MAX, example, read_quantity, ro
 from scissordyn.casefile.text import Place, place_text
 from scissordyn.components.declaration import MEANINGS
 from scissordyn.errors import InputError, did_you_mean
-from scissordyn.model.walk import declared, given, is_described
+from scissordyn.model.walk import declared, is_described, non_default_fields
 from scissordyn.plugin.element import Part
 from scissordyn.units import Quantity, Sample, help_of, hints_of
 
@@ -330,7 +330,7 @@ def _defaults(described: Callable[..., Any]) -> dict[str, Any]:
 
 def _in_case_file(described: Any) -> Any:
     """Return the name of a material or law, or a law's table if some of its numbers differ from their defaults."""
-    numbers = {field.name: value for field, value in given(described)} if isinstance(described, Part) else {}
+    numbers = {field.name: value for field, value in non_default_fields(described)} if isinstance(described, Part) else {}
     return {"law": described.name, **numbers} if numbers else described.name
 
 

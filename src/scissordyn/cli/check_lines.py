@@ -147,8 +147,8 @@ def _clearances(kind: str, parts: Sequence[Any]) -> list[str]:
             names.setdefault(text, []).append(part.name)
 
     def subject(those: list[str]) -> str:
-        every = len(those) == len(parts) > ROWS_MAX
-        return f"All {len(parts)} {kind.lower()}s" if every else f"{kind}{'s' * (len(those) > 1)} {', '.join(those)}"
+        is_all = len(those) == len(parts) > ROWS_MAX
+        return f"All {len(parts)} {kind.lower()}s" if is_all else f"{kind}{'s' * (len(those) > 1)} {', '.join(those)}"
 
     return [f"{subject(those)}: {text}" for text, those in names.items()]
 
@@ -353,9 +353,9 @@ def _assembled(mechanism: Mechanism, ideal: xr.Dataset) -> str:
     for body in mechanism.bodies:
         (px, py), (x, y) = body.placed_position, body.centre
         cos, sin = math.cos(body.placed_angle), math.sin(body.placed_angle)
-        placed, there = (px + cos * x - sin * y, py + sin * x + cos * y), start.sel(body=body.name)
-        moves.append((math.dist(placed, there["position"].values.tolist()), body.name))
-        turns.append((abs(math.remainder(float(there["angle"]) - body.placed_angle, 2.0 * math.pi)), body.name))
+        placed, assembled = (px + cos * x - sin * y, py + sin * x + cos * y), start.sel(body=body.name)
+        moves.append((math.dist(placed, assembled["position"].values.tolist()), body.name))
+        turns.append((abs(math.remainder(float(assembled["angle"]) - body.placed_angle, 2.0 * math.pi)), body.name))
     (far, farthest), (turn, turned) = (max(pairs, key=lambda pair: pair[0], default=(0.0, "")) for pairs in (moves, turns))
     parts = [f"moves the mass centre of body '{farthest}' by {1e3 * far:.4g} mm"] * (far > DATA_TOL * mechanism.size)
     parts += [f"rotates body '{turned}' by {math.degrees(turn):.4g} deg"] * (turn > DATA_TOL)
@@ -425,9 +425,9 @@ def _further_forces(ideal: xr.Dataset, round_off: float) -> list[str]:
             continue
         values = np.abs(ideal[name].transpose("time", dim, ...).values.reshape(time.size, ideal.sizes[dim], -1))
         peaks = [smooth_peak(time, np.hypot.reduce(values[:, k], axis=1)) for k in range(values.shape[1])]
-        known = {place: peak for place, peak in enumerate(peaks) if math.isfinite(peak[0]) and peak[0] > round_off}
-        if known:
-            most = max(known, key=lambda place: known[place][0])
-            (largest, when), part = known[most], ideal[dim].values[most]
+        loaded = {place: peak for place, peak in enumerate(peaks) if math.isfinite(peak[0]) and peak[0] > round_off}
+        if loaded:
+            index_max = max(loaded, key=lambda place: loaded[place][0])
+            (largest, when), part = loaded[index_max], ideal[dim].values[index_max]
             lines.append(f"Largest {subject} with ideal joints: {short(largest, unit)} at '{part}', at {short(when, 's')}.")
     return lines

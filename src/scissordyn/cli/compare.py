@@ -139,9 +139,9 @@ def measures(run: xr.Dataset) -> dict[str, tuple[float, str]]:
     figures: dict[str, tuple[float, str]] = {"end": (float(run.attrs["end"]), "s")}
     summary = summary_of(run)
     figures |= {f"largest deviation of {point.name}": (point.deviation, "m") for point in summary.points}
-    for one in summary.actuators:
-        quantity = "largest torque" if one.unit == "N m" else "largest driving force"
-        figures[quantity if len(summary.actuators) == 1 else f"{quantity} of {one.name}"] = (one.torque, one.unit)
+    for answer in summary.actuators:
+        quantity = "largest torque" if answer.unit == "N m" else "largest driving force"
+        figures[quantity if len(summary.actuators) == 1 else f"{quantity} of {answer.name}"] = (answer.torque, answer.unit)
     figures = {name: (value, unit) for name, (value, unit) in figures.items() if math.isfinite(value)}
     for name, (variables, unit) in LAST_VALUES.items():
         lasts = [float(run[variable].values[-1]) for variable in variables if variable in run]

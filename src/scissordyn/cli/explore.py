@@ -94,8 +94,8 @@ def import_drawing(
     from scissordyn.units import Quantity
 
     check_target(case, sample="-o case.toml", beginning=FIRST_LINE.encode())
-    given = {"tolerance": (tolerance, "m"), "thickness": (thickness, "m"), "density": (density, "kg/m^3")}
-    of_dxf = {name: read_quantity(text, Quantity(unit, above=0.0)) for name, (text, unit) in given.items() if text}
+    dxf_texts = {"tolerance": (tolerance, "m"), "thickness": (thickness, "m"), "density": (density, "kg/m^3")}
+    of_dxf = {name: read_quantity(text, Quantity(unit, above=0.0)) for name, (text, unit) in dxf_texts.items() if text}
     per_length = read_quantity(linear_density, Quantity("kg/m", above=0.0))
     end = read_option(until, "--until")
     drawing = read_drawing(source, unit=unit, linear_density=per_length, **of_dxf)

@@ -53,7 +53,7 @@ def gradient(
     check_picture(plot, case, "gradient.png")
     read, last = read_case(case, change or []), read_option(until, "--until")
     exact = exact_options(read.run)
-    found = compute(
+    derivatives = compute(
         read.mechanism,
         of=of,
         by=by or None,
@@ -66,25 +66,25 @@ def gradient(
         step=read.run.step if plan(read.mechanism).hard_places else None,
     )
     if as_json:
-        print_json(_record(found))
+        print_json(_record(derivatives))
     else:
-        _show(found)
+        _show(derivatives)
     if output is not None:
         from scissordyn.record.store import save
 
-        say(save(found, output))
+        say(save(derivatives, output))
     if plot is not None:
         from scissordyn.plot.file import write
         from scissordyn.plot.gradient import elasticities
 
-        say(write(elasticities(found), plot))
+        say(write(elasticities(derivatives), plot))
     return DONE
 
 
-def _show(found: xr.Dataset) -> None:
+def _show(derivatives: xr.Dataset) -> None:
     """Print a table for each measure, with the parameters in the order of their elasticity."""
-    for name in found["measure"].values.tolist():
-        here = found.sel(measure=name)
+    for name in derivatives["measure"].values.tolist():
+        here = derivatives.sel(measure=name)
         say(f"{name} = {short(float(here['value']), str(here['unit'].values))}")
         order = abs(here["elasticity"]).fillna(0.0).argsort().values[::-1]
         rows = []
@@ -101,13 +101,13 @@ def _show(found: xr.Dataset) -> None:
             )
         heads = {"parameter": "text", "value": "numbers", "derivative (SI)": "numbers", "% per %": "numbers", "until": "text"}
         print_table(heads, rows)
-    statistics = json.loads(found.attrs["statistics"])
+    statistics = json.loads(derivatives.attrs["statistics"])
     count = int(statistics["runs"])
     say(f"{count} run{'s' * (count != 1)} in {statistics['seconds']:.1f} s")
-    left_out = json.loads(found.attrs["left_out"])
+    left_out = json.loads(derivatives.attrs["left_out"])
     if left_out:
         say(f"{len(left_out)} parameters do not act or cannot change alone")
-    say(*(f"Warning: {line}" for line in json.loads(found.attrs["warnings"])))
+    say(*(f"Warning: {line}" for line in json.loads(derivatives.attrs["warnings"])))
 
 
 def _value_text(value: float, unit: str) -> str:
@@ -122,17 +122,17 @@ def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}g}" if math.isfinite(value) else "-"
 
 
-def _record(found: xr.Dataset) -> dict[str, object]:
+def _record(derivatives: xr.Dataset) -> dict[str, object]:
     """Return the derivatives as a dictionary for JSON, in SI units."""
-    names = [str(name) for name in found["parameter"].values]
+    names = [str(name) for name in derivatives["parameter"].values]
     measures = {}
-    for name in found["measure"].values.tolist():
-        here = found.sel(measure=name)
+    for name in derivatives["measure"].values.tolist():
+        here = derivatives.sel(measure=name)
         measures[str(name)] = {
             "value": float(here["value"]),
             "unit": str(here["unit"].values),
             "derivative": dict(zip(names, here["derivative"].values.tolist(), strict=True)),
             "elasticity": dict(zip(names, here["elasticity"].values.tolist(), strict=True)),
         }
-    until = dict(zip(names, found["valid_until"].values.tolist(), strict=True))
-    return {"measures": measures, "valid_until": until, "warnings": json.loads(found.attrs["warnings"])}
+    until = dict(zip(names, derivatives["valid_until"].values.tolist(), strict=True))
+    return {"measures": measures, "valid_until": until, "warnings": json.loads(derivatives.attrs["warnings"])}

@@ -106,16 +106,16 @@ def read_run(path: Path, *, samples: int = 2) -> xr.Dataset:
     from scissordyn.file.run_check import check_run
     from scissordyn.record.store import load
 
-    wanted = "a run that was saved"
+    expected = "a run that was saved"
     if not path.exists():
-        raise InputError(f"cannot read '{path}': no such file", wanted, "scissordyn run case.toml -o run.nc")
+        raise InputError(f"cannot read '{path}': no such file", expected, "scissordyn run case.toml -o run.nc")
     if path.suffix.lower() == ".toml":
         from scissordyn.casefile.text import read_text
         from scissordyn.config.file import is_study, parse_toml
 
-        kind, ending = ("study", "db") if is_study(parse_toml(read_text(path, wanted), path)) else ("run", "nc")
+        kind, ending = ("study", "db") if is_study(parse_toml(read_text(path, expected), path)) else ("run", "nc")
         sample = command("scissordyn", kind, path, "-o", f"{path.stem}.{ending}")
-        raise InputError(f"'{path}' is a {kind.replace('run', 'case')} file", wanted, sample)
+        raise InputError(f"'{path}' is a {kind.replace('run', 'case')} file", expected, sample)
     run = load(path)
     if not is_run(run):
         raise InputError(

@@ -148,18 +148,18 @@ def print_table(
             least[k] = width if looks[k] == "number" else min(width, name_letters)
         elif looks[k] == "words":
             least[k] = _longest_word(texts)
-    kept = [*range(len(heads))]
+    shown = [*range(len(heads))]
     for unwanted in spare:
-        if sum(width + 1 for k, width in least.items() if k in kept) <= to.width - 2:
+        if sum(width + 1 for k, width in least.items() if k in shown) <= to.width - 2:
             break
-        kept.remove(heads.index(unwanted))
+        shown.remove(heads.index(unwanted))
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=title, title_justify="left")
-    for k in kept:
+    for k in shown:
         table.add_column(heads[k], **COLUMN_STYLES[looks[k]], min_width=least.get(k))
     for row in cells:
-        table.add_row(*(row[k] for k in kept))
+        table.add_row(*(row[k] for k in shown))
     to.print(table)
-    return [head.split("\n")[0] for k, head in enumerate(heads) if k not in kept]
+    return [head.split("\n")[0] for k, head in enumerate(heads) if k not in shown]
 
 
 def print_words(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -44,7 +44,7 @@ def paper(
 ) -> int:
     check_folder(output, "-o paper")
     parts = {"--beyond": beyond, "--parameter-sets": parameter_sets, "--figure": figure is not None}
-    chosen = [name for name, wanted in parts.items() if wanted]
+    chosen = [name for name, is_given in parts.items() if is_given]
     if len(chosen) > 1:
         raise InputError(f"{' and '.join(chosen)} together", "one of these options", chosen[0])
     from scissordyn_paper.open_answers import answer_open_question
@@ -57,15 +57,15 @@ def paper(
         columns = (PROGRESS_TEXT, "BarColumn", "MofNCompleteColumn", "TimeRemainingColumn")
         with _engine_options(threads, workers, figure).engine() as engine, bars(*columns) as update:
             progress = None if update is None else lambda name, done, total: update(name, completed=done, total=total)
-            how: dict[str, Any] = {"engine": engine, "progress": progress}
+            options: dict[str, Any] = {"engine": engine, "progress": progress}
             if beyond:
-                answers, show = answer_open_question(output, **how), _show_changes
+                answers, show = answer_open_question(output, **options), _show_changes
             elif parameter_sets:
-                answers, show = answer_parameter_sets(output, number, **how), _show_parameter_sets
+                answers, show = answer_parameter_sets(output, number, **options), _show_parameter_sets
             elif figure is None:
-                answers, show = reproduce(output, **how), _show
+                answers, show = reproduce(output, **options), _show
             else:
-                answers, show = draw_figure(figure, output, **how), None
+                answers, show = draw_figure(figure, output, **options), None
     except KeyboardInterrupt:
         again = f"completed runs are in {output}; the same command continues from there"
         print(f"scissordyn: interrupted; {again}", file=sys.stderr)

@@ -37,8 +37,8 @@ class Option:
         """Return the option of click; one of a list is repeatable, and one of a bool is a flag."""
         names = self.names or (f"--{name.replace('_', '-')}",)
         shown: dict[Any, dict[str, Any]] = {bool: {"is_flag": True}, int: {"metavar": "N"}, float: {"metavar": "X"}}
-        given = {"show_default": default != "", "multiple": get_origin(kind) is list, **shown.get(kind, {})}
-        return click.Option([name, *names], **given | _common_attributes(kind, default, self.attributes))
+        attributes = {"show_default": default != "", "multiple": get_origin(kind) is list, **shown.get(kind, {})}
+        return click.Option([name, *names], **attributes | _common_attributes(kind, default, self.attributes))
 
 
 def _common_attributes(kind: Any, default: Any, attributes: dict[str, Any]) -> dict[str, Any]:
@@ -64,10 +64,10 @@ def make_command(function: Callable[..., int], name: str, about: str, example: s
         lists = {key: list(value) or parameters[key].default for key, value in values.items() if isinstance(value, tuple)}
         return partial(function, **values | lists)
 
-    made = []
+    arguments: list[click.Parameter] = []
     for key, parameter in parameters.items():
         kind, mark = get_args(hints[key])
         kinds = [part for part in get_args(kind) if part is not NoneType] if NoneType in get_args(kind) else [kind]
-        made.append(mark.make(key, kinds[0], parameter.default))
-    told = f"Example: {example}"
-    return click.Command(name, params=made, callback=parsed, help=about, epilog=told, context_settings=HELP_OPTIONS)
+        arguments.append(mark.make(key, kinds[0], parameter.default))
+    epilog = f"Example: {example}"
+    return click.Command(name, params=arguments, callback=parsed, help=about, epilog=epilog, context_settings=HELP_OPTIONS)

@@ -147,8 +147,8 @@ def export(
         run = read_run(source)
         mechanism = mechanism_of(run, allow_code) if loads else None
         part = select_window(run, begin, end)
-        asked: dict[str, Any] = {"contacts": contacts, "forces": forces, "envelope": envelope}
-        make = partial(write, part, target, **asked, mechanism=mechanism, section=section, material=material)
+        selection: dict[str, Any] = {"contacts": contacts, "forces": forces, "envelope": envelope}
+        make = partial(write, part, target, **selection, mechanism=mechanism, section=section, material=material)
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("ignore")  # those of libraries
         warnings.simplefilter("always", UserWarning)

@@ -251,13 +251,13 @@ class DrawnCurves:
             sampled["output"] = variables["slider_position"].values
         if "beam_stress" in run:
             sampled["stress"] = along(variables["beam_stress"], "beam", "time").max(axis=0)
-        every = np.unique(np.concatenate([time, *(curve.time for curve in exact.values())]))
-        values = {name: np.interp(every, curve.time, curve.values) for name, curve in exact.items()}
+        instants = np.unique(np.concatenate([time, *(curve.time for curve in exact.values())]))
+        values = {name: np.interp(instants, curve.time, curve.values) for name, curve in exact.items()}
         for name, column in sampled.items():
             if name not in OPTIONAL_COLUMNS or np.any(np.nan_to_num(column)):
-                values[name] = column if every.size == time.size else np.interp(every, time, column)
+                values[name] = column if instants.size == time.size else np.interp(instants, time, column)
         present = (name for figure in self.figures.values() for name in figure.lines if name in values)
-        return every, {name: values[name] for name in present if np.isfinite(values[name]).any()}
+        return instants, {name: values[name] for name in present if np.isfinite(values[name]).any()}
 
     def levels(self, figure: str, data: Columns, nearest: float = 5.0) -> list[float]:
         """Return the limits that are drawn in a figure: those that its curves reach to at least a fifth.
@@ -307,8 +307,8 @@ def figures(
     time, horizon = engineering("s", run["time"].values), predictability_horizon(run)
     for compared in (run, *reversed(pins)):
         instants, curves = chosen.columns(compared)
-        kept = drawn_points(instants.size, list(curves.values()))
-        columns.append({"time": time.factor * instants[kept], **{name: curve[kept] for name, curve in curves.items()}})
+        rows = drawn_points(instants.size, list(curves.values()))
+        columns.append({"time": time.factor * instants[rows], **{name: curve[rows] for name, curve in curves.items()}})
     drawn, (data, *before) = [], columns
     bands = {} if tangent is None else _bands(chosen, run, tangent)
     for name, (unit, title, heads) in chosen.figures.items():
@@ -340,7 +340,7 @@ def figures(
     }
 
 
-def _bands(chosen: DrawnCurves, run: Run, tangent: Tangent, far: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
+def _bands(chosen: DrawnCurves, run: Run, tangent: Tangent, change_max: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
     """Return instants, values and drawn changes of the curves; a change is NaN if it exceeds `far` of the curve's range.
 
     An impact that moves in time changes a steep curve so much that its tangent is not valid there.
@@ -350,9 +350,9 @@ def _bands(chosen: DrawnCurves, run: Run, tangent: Tangent, far: float = 0.1) ->
     for line in curves.keys() & values.keys():
         value = np.interp(instants, before, values[line])
         size = np.abs(curves[line] - value)
-        size[size > far * np.ptp(values[line])] = np.nan
-        kept = drawn_points(instants.size, [value, size])
-        bands[line] = instants[kept], value[kept], tangent.widening * size[kept]
+        size[size > change_max * np.ptp(values[line])] = np.nan
+        rows = drawn_points(instants.size, [value, size])
+        bands[line] = instants[rows], value[rows], tangent.widening * size[rows]
     return bands
 
 
@@ -364,8 +364,8 @@ def orbit(run: Run, joint: str, factor: float) -> Columns:
     """Return the journal's orbit as columns "x" and "y"; a long orbit is reduced to the outermost points of each interval."""
     k = run.variables["joint"].values.tolist().index(joint)
     x, y = factor * along(run.variables["eccentricity"], "joint", "axis", "time")[k]
-    kept = drawn_points(x.size, [x, y, np.hypot(x, y)])
-    return {"x": x[kept].copy(), "y": y[kept].copy()}
+    rows = drawn_points(x.size, [x, y, np.hypot(x, y)])
+    return {"x": x[rows].copy(), "y": y[rows].copy()}
 
 
 def _orbit(run: Run, pins: Sequence[Run], joint: str) -> dict[str, Any] | None:

@@ -25,7 +25,7 @@ from scissordyn.explore.field import Field, fields_of
 from scissordyn.laws.catalogue import BY_KIND
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.model.walk import given, is_described
+from scissordyn.model.walk import is_described, non_default_fields
 from scissordyn.plot.scale import Scale, scale_of
 from scissordyn.plugin.user_file import origin_of
 from scissordyn.record.store import load
@@ -207,7 +207,7 @@ def python_of(case: Case) -> str:
 
     imports: dict[str, str] = {}
     body = pretty_repr(_code(case.mechanism, imports), max_width=width)
-    options = [f"{field.name}={value!r}" for field, value in given(case.options)]
+    options = [f"{field.name}={value!r}" for field, value in non_default_fields(case.options)]
     lines = ["import scissordyn as sd", *(f"from {module} import {name}" for name, module in sorted(imports.items()))]
     return "\n".join([*lines, "", f"mechanism = {body}", f"run = sd.simulate(mechanism, {', '.join(options)})", ""])
 
@@ -215,7 +215,7 @@ def python_of(case: Case) -> str:
 def _code(value: Any, imports: dict[str, str]) -> Any:
     """Return an object whose `repr` is Python code for a value; a dataclass becomes a call without default values."""
     if is_described(value):
-        arguments = [(field.name, _code(inner, imports)) for field, inner in given(value)]
+        arguments = [(field.name, _code(inner, imports)) for field, inner in non_default_fields(value)]
         return type(_name(type(value), imports), (), {"__rich_repr__": lambda _: iter(arguments)})()
     if isinstance(value, tuple):
         return tuple(_code(item, imports) for item in value)

@@ -140,12 +140,12 @@ class Drag:
     def move_target(self, dx: float, dy: float, *, steps: int = 2) -> None:
         """Change the parameters so that the target moves to (dx, dy) from its original position [m], by Newton steps."""
         close = 1e-4  # the target is reached at this distance, as a fraction of the mechanism's size
-        wanted = self._wanted(dx, dy)
+        destination = self._wanted(dx, dy)
         for _ in range(steps):
-            off = wanted - self.present
-            if np.linalg.norm(off) < close * self.size:
+            remaining = destination - self.present
+            if np.linalg.norm(remaining) < close * self.size:
                 return
-            change = self.inverse @ off
+            change = self.inverse @ remaining
             values = self.values.copy()
             values[list(self.chosen)] += change
             texts = self._texts({k: float(values[k]) for k in self.chosen})
@@ -163,8 +163,8 @@ class Drag:
         ends = placement.points(self.name, outline(self.ideal.body(self.name))[[0, -1]])[0]
         along = (ends[1] - ends[0]) / max(1e-12, float(np.linalg.norm(ends[1] - ends[0])))
         longer = float(along @ moved)
-        wanted: np.ndarray = np.maximum(self.origin + longer, shortest * self.origin)
-        return wanted
+        length: np.ndarray = np.maximum(self.origin + longer, shortest * self.origin)
+        return length
 
     @property
     def note(self) -> str:

@@ -164,10 +164,10 @@ def _table_in(shape: Shape) -> Any:
     return shape if isinstance(shape, type) else None  # a schema may also be that of a number or a text
 
 
-def _table_of_key(key: Key, reader: Reader, given: Mapping[str, Any]) -> Any:
+def _table_of_key(key: Key, reader: Reader, entries: Mapping[str, Any]) -> Any:
     """Return the table class of a key's value; that of a motion depends on the kind of its coordinate."""
-    if key.name == "motion" and "coordinate" in given:
-        return DriveTable if "angle" in given["coordinate"] else TIME_FUNCTION_TABLES["m"]
+    if key.name == "motion" and "coordinate" in entries:
+        return DriveTable if "angle" in entries["coordinate"] else TIME_FUNCTION_TABLES["m"]
     return BendingTable if key.name == "bars" else _table_in(reader.shape())
 
 
@@ -185,7 +185,7 @@ def _sets_start(tree: Mapping[str, Any]) -> bool:
 
 
 def _table_fields(
-    table: type[Table], given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool = False, law: str = ""
+    table: type[Table], entries: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool = False, law: str = ""
 ) -> Iterator[Field]:
     """Yield the fields of a table, including keys with default values.
 
@@ -194,7 +194,7 @@ def _table_fields(
     """
     for key, declaration in table.declared_keys().items():
         here = (*place, key)
-        value = given.get(key, None if declaration.required else declaration.default)
+        value = entries.get(key, None if declaration.required else declaration.default)
         quantity = declaration.quantity
         if isinstance(value, str | int) and (table, key) in CHOICES:
             yield _text_field(here, group, str(value), declaration.help, CHOICES[table, key])
@@ -208,18 +208,18 @@ def _table_fields(
         elif isinstance(value, str) and key in VECTOR_UNITS:
             yield from _number_field(here, group, key, value, Quantity(VECTOR_UNITS[key], help=declaration.help), count=2)
         elif key in BY_KIND or key == "controller":
-            yield from _law_fields(key, value, given, here, group, code, star=star)
+            yield from _law_fields(key, value, entries, here, group, code, star=star)
         elif isinstance(value, Mapping) and declaration.reader is not None:
-            inner = _table_of_key(declaration, declaration.reader, given)
+            inner = _table_of_key(declaration, declaration.reader, entries)
             if inner is not None:
                 within = f"{group}, {key.replace('_', ' ')}"
                 yield from _table_fields(inner, value, here, within, code, star=star and key != "reference")
 
 
 def _law_fields(
-    key: str, value: Any, given: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
+    key: str, value: Any, entries: Mapping[str, Any], place: Route, group: str, code: Code, *, star: bool
 ) -> Iterator[Field]:
-    """Yield the fields of a contact law or a controller that is the value of a key in the table `given`."""
+    """Yield the fields of a contact law or a controller that is the value of a key in the table `entries`."""
     inner = value if isinstance(value, Mapping) else {}
     name = str(inner.get("name" if key == "controller" else "law") if inner else value)
     kind: Any = CONTROLLERS.get(name) if key == "controller" else BY_KIND[key].get(name)
@@ -228,7 +228,7 @@ def _law_fields(
     if kind is None:
         return
     for field in _table_fields(plain_table(kind), inner, place, f"{group}, {key}", code, star=star, law=name):
-        if not (field.name == "restitution" and key == "damping" and given.get("restitution") is not None):
+        if not (field.name == "restitution" and key == "damping" and entries.get("restitution") is not None):
             yield field
 
 

@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 
 def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
     """Return the measures of the answers that have derivatives, with their labels."""
-    found = dict[str, str]()
+    labels = dict[str, str]()
     parts: dict[str, set[str]] = {
         "peak_drive_torque": {drive.body for drive in mechanism.drives},
         "peak_coordinate_drive_force": {drive.name for drive in mechanism.coordinate_drives},
@@ -42,14 +42,14 @@ def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
     force = summary.force and (summary.force.loose or summary.force)
     located = {joint.name for joint in mechanism.contacts}
     if force is not None and force.joint in located and not force.estimated and math.isnan(force.film):
-        found[f"{force.joint}.peak_force"] = f"largest force at {force.joint}"
-    found |= {f"{point.name}.peak_track_deviation": f"deviation of {point.name}" for point in summary.points}
+        labels[f"{force.joint}.peak_force"] = f"largest force at {force.joint}"
+    labels |= {f"{point.name}.peak_track_deviation": f"deviation of {point.name}" for point in summary.points}
     for actuator in summary.actuators:
         measure = next((measure for measure, names in parts.items() if actuator.name in names), "")
         if measure and math.isfinite(actuator.torque):
             quantity = "force" if actuator.unit == "N" else "torque"
-            found[f"{actuator.name}.{measure}"] = f"largest {quantity} of {actuator.name}"
-    return found
+            labels[f"{actuator.name}.{measure}"] = f"largest {quantity} of {actuator.name}"
+    return labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,39 +123,42 @@ class Influences:
         self._stop = threading.Event()
         self._turn = threading.Lock()  # an interrupted computation ends before the next one begins
 
-    def order(self, order: Order, known: Influence | None) -> None:
-        """Compute an order instead of the previous one; `known` are derivatives that are computed already."""
+    def order(self, order: Order, earlier: Influence | None) -> None:
+        """Compute an order instead of the previous one; the derivatives of `earlier` are not computed again."""
         self.cancel()
         self.newest, self._stop = order, (stop := threading.Event())
-        threading.Thread(target=self._work, args=(order, known, stop), name="scissordyn influence", daemon=True).start()
+        threading.Thread(target=self._work, args=(order, earlier, stop), name="scissordyn influence", daemon=True).start()
 
     def cancel(self) -> None:
         """End the current computation."""
         self._stop.set()
 
-    def _work(self, order: Order, known: Influence | None, stop: threading.Event) -> None:
+    def _work(self, order: Order, earlier: Influence | None, stop: threading.Event) -> None:
         try:
             with self._turn, interrupted_by(stop):
-                for found in influences(order, known):
+                for influence in influences(order, earlier):
                     if not stop.is_set():
-                        self._done(found)
+                        self._done(influence)
         except KeyboardInterrupt:
             return
 
 
-def influences(order: Order, known: Influence | None = None) -> Iterator[Influence]:
-    """Yield the influence on the answers, then also that on the curves if a number is drawn."""
+def influences(order: Order, earlier: Influence | None = None) -> Iterator[Influence]:
+    """Yield the influence on the answers, then also that on the curves if a parameter is drawn.
+
+    The answers of `earlier` are used again if it has the same run and parameters.
+    """
     case = order.outcome.case
     try:
         check_interrupt()
-        if known is None or known.order.outcome is not order.outcome or known.order.keys != order.keys:
-            known = _influence(order)
-            yield known
-        found = replace(known, order=order, curves=None)
-        drawn = order.outcome.curves
-        if order.drawn in case.fields and not found.error and order.drawn not in found.left_out and drawn is not None:
-            found = replace(found, curves=_derived(order, (), [order.drawn], drawn["time"].values))
-        yield found
+        if earlier is None or earlier.order.outcome is not order.outcome or earlier.order.keys != order.keys:
+            earlier = _influence(order)
+            yield earlier
+        influence = replace(earlier, order=order, curves=None)
+        curves = order.outcome.curves
+        if order.drawn in case.fields and not influence.error and order.drawn not in influence.left_out and curves is not None:
+            influence = replace(influence, curves=_derived(order, (), [order.drawn], curves["time"].values))
+        yield influence
     except ScissordynError as error:
         yield Influence(order, f"{error.what}; expected {error.expected}" if isinstance(error, InputError) else str(error))
     except Exception:  # the run is usable without its derivatives
@@ -168,9 +171,9 @@ def _influence(order: Order) -> Influence:
 
     if order.outcome.run is None or order.outcome.run.attrs["status"] != "complete":
         raise InputError("the run is not complete", "a run that reaches its end")
-    of = list(measures(order.outcome.summary, order.outcome.case.mechanism))
-    found = _derived(order, of, order.keys, np.zeros(0))
-    return Influence(order, answers=found, left_out=json.loads(found.attrs["left_out"]))
+    names = list(measures(order.outcome.summary, order.outcome.case.mechanism))
+    derivatives = _derived(order, names, order.keys, np.zeros(0))
+    return Influence(order, answers=derivatives, left_out=json.loads(derivatives.attrs["left_out"]))
 
 
 def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.ndarray) -> xr.Dataset:

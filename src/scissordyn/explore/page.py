@@ -254,14 +254,14 @@ class Page:
         elif shown is not None and shown is self.session.good and not shown.note and not self.session.computing:
             self._influences.order(Order(shown, self._weighed, self._traced), self._influence)
 
-    def _take_influence(self, found: Influence | None) -> None:
+    def _take_influence(self, influence: Influence | None) -> None:
         with self._lock:
-            if found is not None and found.order is not self._influences.newest:
+            if influence is not None and influence.order is not self._influences.newest:
                 return
-            before, self._influence = self._influence, found
-            if found is not None:
-                self.send({"type": "influence", **found.plain()})
-            if any(each is not None and each.curves is not None for each in (before, found)):
+            before, self._influence = self._influence, influence
+            if influence is not None:
+                self.send({"type": "influence", **influence.plain()})
+            if any(shown is not None and shown.curves is not None for shown in (before, influence)):
                 self._publish()
 
     # messages that do not concern a run
@@ -442,13 +442,13 @@ def read_integer(message: Mapping[Any, Any], name: str) -> int:
     return int(value)
 
 
-def read_magnification(given: Any) -> float | str:
+def read_magnification(value: Any) -> float | str:
     """Return the requested magnification: "auto" or a number."""
-    if given == AUTO:
+    if value == AUTO:
         return AUTO
-    if isinstance(given, bool) or not isinstance(given, int | float) or not 1.0 <= given <= MAGNIFICATION_MAX:
-        raise InputError(f"magnification of deflections = {given!r}", f"'{AUTO}', 1 to {MAGNIFICATION_MAX:g}", AUTO)
-    return float(given)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 1.0 <= value <= MAGNIFICATION_MAX:
+        raise InputError(f"magnification of deflections = {value!r}", f"'{AUTO}', 1 to {MAGNIFICATION_MAX:g}", AUTO)
+    return float(value)
 
 
 def magnification_of(wanted: float | str, run: Run, mechanism: Mechanism) -> float:

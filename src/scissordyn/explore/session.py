@@ -381,8 +381,8 @@ class Session:
         self.updated("status")
 
 
-def _is_changed(one: Case, other: Case) -> bool:
-    return one.mechanism != other.mechanism or one.options != other.options
+def _is_changed(case: Case, other: Case) -> bool:
+    return case.mechanism != other.mechanism or case.options != other.options
 
 
 def _field_error(error: ScissordynError) -> str:

@@ -107,8 +107,8 @@ def _with_mass(body: Body, mass: float, place: Point, inertia: float) -> Body:
     total = body.mass + mass
     centre = tuple((body.mass * before + mass * new) / total for before, new in zip(body.centre, place, strict=True))
     if body.inertia is not None:
-        apart = math.dist(body.centre, place)
-        inertia += body.inertia + body.mass * mass / total * apart**2
+        distance = math.dist(body.centre, place)
+        inertia += body.inertia + body.mass * mass / total * distance**2
     return dataclasses.replace(
         body, mass=total, inertia=None if body.inertia is None else inertia, centre=(centre[0], centre[1])
     )

@@ -105,11 +105,11 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
     if not fixed:
         return
     for weld in mechanism.welds:
-        for (held, _), (other, _) in ((weld.start, weld.end), (weld.end, weld.start)):
-            if held in fixed and other != GROUND and mechanism.body(other).rotates:
+        for (carried, _), (carrier, _) in ((weld.start, weld.end), (weld.end, weld.start)):
+            if carried in fixed and carrier != GROUND and mechanism.body(carrier).rotates:
                 raise InputError(
-                    f"weld '{weld.name}' fixes body '{other}' to body '{held}', which has no inertia to bear the moment",
-                    f"an inertia of '{held}', or a joint instead of the weld",
+                    f"weld '{weld.name}' fixes body '{carrier}' to body '{carried}', which has no inertia to bear the moment",
+                    f"an inertia of '{carried}', or a joint instead of the weld",
                 )
     places = [(f"joint '{joint.name}'", end) for joint in mechanism.joints for end in (joint.journal, joint.bearing)]
     places += [(f"weld '{weld.name}'", end) for weld in mechanism.welds for end in (weld.start, weld.end)]
@@ -295,7 +295,7 @@ def proportion_warnings(mechanism: Mechanism, bodies: BodyProportions | None = N
 
     `bodies` are the proportions of the bodies if they are known.
     """
-    size, mass, known = body_proportions(mechanism) if bodies is None else bodies
+    size, mass, body_warnings = body_proportions(mechanism) if bodies is None else bodies
     named, contacts, rotors = "the size of the mechanism", list[str](), list[str]()
     for contact in mechanism.contacts:
         assert contact.clearance is not None
@@ -309,7 +309,7 @@ def proportion_warnings(mechanism: Mechanism, bodies: BodyProportions | None = N
         if isinstance(inertia, float):
             has = f"{component.declaration.label} '{component.name}' has a rotor"
             rotors += _too_large(has, inertia, "kg m^2", mass * size**2, 1e6, "the mass of the mechanism at its size")
-    return list(dict.fromkeys([*contacts, *known, *rotors]))  # a guide has four contact points
+    return list(dict.fromkeys([*contacts, *body_warnings, *rotors]))  # a guide has four contact points
 
 
 def body_proportions(mechanism: Mechanism) -> BodyProportions:

@@ -64,8 +64,8 @@ def rigid(mechanism: Mechanism, least_share: float = 1e-9) -> Mechanism:
         share = max(mass / body.mass, least_share)
         # the mass centre of a cross-section with a payload is that of both
         centre = body.centre if share == least_share else (body.centre[0] / share, body.centre[1] / share)
-        apart = body.centre[0] ** 2 + body.centre[1] ** 2
-        inertia += body.mass * apart - share * body.mass * (centre[0] ** 2 + centre[1] ** 2)
+        square_distance = body.centre[0] ** 2 + body.centre[1] ** 2
+        inertia += body.mass * square_distance - share * body.mass * (centre[0] ** 2 + centre[1] ** 2)
         inertia = max(inertia, least_share * (body.inertia or 1.0))
         bodies[name] = dataclasses.replace(body, mass=share * body.mass, centre=centre, inertia=inertia)
     others = tuple(part for part in mechanism.components if not isinstance(part, FlexibleBar | Beam))
@@ -79,9 +79,9 @@ def commanded(mechanism: Mechanism) -> Mechanism:
     new = {part.body: Drive(part.body, part.reference or ConstantSpeed(0.0)) for part in servos if part.body not in drives}
     if not new:
         return mechanism
-    kept = tuple(part for part in mechanism.components if part not in servos)
+    components = tuple(part for part in mechanism.components if part not in servos)
     rotors = [(part.body, part.inertia) for part in servos]
-    driven = dataclasses.replace(mechanism, components=kept, drives=(*mechanism.drives, *new.values()))
+    driven = dataclasses.replace(mechanism, components=components, drives=(*mechanism.drives, *new.values()))
     return with_rotors(driven, rotors)
 
 

@@ -150,8 +150,8 @@ class Mechanism:
     @property
     def output_guide(self) -> Guide | None:
         """First guide on the ground that leads the output body; None if there is none."""
-        led = (guide for guide in self.guides if guide.follower[0] == self.output_body and guide.body == GROUND)
-        return next(led, None)
+        guides = (guide for guide in self.guides if guide.follower[0] == self.output_body and guide.body == GROUND)
+        return next(guides, None)
 
     @cached_property
     def ideal_guides(self) -> tuple[Guide, ...]:
@@ -372,8 +372,8 @@ def _without_clearance(part: Any) -> Any:
     return dataclasses.replace(part, clearance=None) if part.clearance is not None else part
 
 
-def _named(what: str, name: str, found: Mapping[str, Named]) -> Named:
+def _named(what: str, name: str, parts: Mapping[str, Named]) -> Named:
     """Return a named part; raise `InputError` if it does not exist."""
-    if not isinstance(name, str) or name not in found:
-        raise InputError(f"unknown {what} {shown(name)}{did_you_mean(name, found)}", "one of " + (", ".join(found) or "none"))
-    return found[name]
+    if not isinstance(name, str) or name not in parts:
+        raise InputError(f"unknown {what} {shown(name)}{did_you_mean(name, parts)}", "one of " + (", ".join(parts) or "none"))
+    return parts[name]

@@ -31,7 +31,7 @@ GROUPS = {
 
 def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> tuple[str, ...]:
     """Return the names that match a name, group or pattern, or several of them; raise `InputError` if one matches nothing."""
-    wanted: set[str] = set()
+    matched: set[str] = set()
     for pattern in (patterns,) if isinstance(patterns, str) else tuple(patterns):
         if not isinstance(pattern, str):
             raise InputError(f"{what} {pattern!r} is not a name or a pattern", "a text", f"'{names[0]}'" if names else "'all'")
@@ -47,10 +47,10 @@ def matching(what: str, patterns: str | Iterable[str], names: Sequence[str]) -> 
                 f"unknown {what} '{pattern}'{did_you_mean(pattern, names_and_groups)}",
                 "one of " + (", ".join(names) or "none") + "; or " + ", ".join(GROUPS) + "; or a pattern such as 'unit 1/*'",
             )
-        wanted |= matches
-    if not wanted:
+        matched |= matches
+    if not matched:
         raise InputError(f"no {what} given", "one or more names or patterns")
-    return tuple(name for name in names if name in wanted)
+    return tuple(name for name in names if name in matched)
 
 
 DRIVE = "drive"  # Kind of a drive in a parameter path
@@ -245,10 +245,10 @@ def _parts(mechanism: Mechanism, parameter: str) -> Iterator[Route]:
             names = [name for name, *_ in chosen]
             exact = pattern in names
             if exact or cut == 1:
-                wanted = set(matching(kind, pattern, names))
+                matched = set(matching(kind, pattern, names))
                 of_clearance = FIELD_OF_KIND.get(kind) == "joints" and not exact
                 for name, field, index, _ in chosen:
-                    if name in wanted and not (of_clearance and mechanism.joints[index].clearance is None):
+                    if name in matched and not (of_clearance and mechanism.joints[index].clearance is None):
                         yield field, index, *path
                 return
     # parts of different kinds may share a name: prefer those that have the next field

@@ -59,7 +59,7 @@ def is_described(value: Any) -> bool:
     return dataclasses.is_dataclass(value) and not isinstance(value, type)
 
 
-def given(described: Any) -> Iterator[tuple[Declared, Any]]:
+def non_default_fields(described: Any) -> Iterator[tuple[Declared, Any]]:
     """Yield the fields of a description whose values differ from their defaults, with these values."""
     for field in declared(type(described)).values():
         value = getattr(described, field.name)

@@ -55,16 +55,16 @@ def _parts(
     (tracks, parts, 2) [m], NaN where the instant is not known.
     """
     at_peaks = np.full((peak_times.size, len(PARTS), 2), np.nan)
-    known = np.isfinite(peak_times)
-    if not time.size or not known.any():
+    has_peak_time = np.isfinite(peak_times)
+    if not time.size or not has_peak_time.any():
         return deviation_parts(ideal, path.plan.mechanism, options, time, positions), at_peaks
-    kept = nearest_samples(path, peak_times[known])
+    kept = nearest_samples(path, peak_times[has_peak_time])
     places = tracked(path.plan, replace(path, samples=kept).record().X)
-    every, first = np.unique(np.concatenate([time, kept.time]), return_index=True)
-    parts = deviation_parts(ideal, path.plan.mechanism, options, every, np.concatenate([positions, places])[first])
-    rows, tracks = np.searchsorted(every, kept.time), np.flatnonzero(known)
+    all_times, first = np.unique(np.concatenate([time, kept.time]), return_index=True)
+    parts = deviation_parts(ideal, path.plan.mechanism, options, all_times, np.concatenate([positions, places])[first])
+    rows, tracks = np.searchsorted(all_times, kept.time), np.flatnonzero(has_peak_time)
     at_peaks[tracks] = np.moveaxis(parts[:, rows, tracks], 0, 1)
-    return parts[:, np.searchsorted(every, time)], at_peaks
+    return parts[:, np.searchsorted(all_times, time)], at_peaks
 
 
 def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, times: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -72,22 +72,22 @@ def deviation_parts(path: IdealPath, mechanism: Mechanism, options: Options, tim
 
     Each part is the change of position when its cause is added to the mechanism. The parts add up to the deviation.
     """
-    before, place = path.stages[0], path.at(times)
-    parts = np.zeros((len(PARTS), *place.shape))
+    before, previous = path.stages[0], path.at(times)
+    parts = np.zeros((len(PARTS), *previous.shape))
     start: StartKind = "static" if options.start == "static" else "concentric"
     until = max(float(times[-1]), 1e-12) if times.size else options.until
     calm = replace(options, start=start, method="auto", trust=False, step=None, samples=2, until=until)
     for number, stage in enumerate((*path.stages[1:], mechanism)):
         if stage is before:
             continue
-        there = at
+        positions = at
         if stage is not mechanism:
             run = compute(make_plan(stage), calm, times=times, monitor=False)
             if run.status == "interrupted":
                 raise KeyboardInterrupt
             reached = tracked(run.plan, run.record().X)
-            there = np.full(place.shape, np.nan)
-            there[: len(reached)] = reached
-        parts[number] = there - place
-        before, place = stage, there
+            positions = np.full(previous.shape, np.nan)
+            positions[: len(reached)] = reached
+        parts[number] = positions - previous
+        before, previous = stage, positions
     return parts

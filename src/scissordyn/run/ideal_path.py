@@ -46,7 +46,8 @@ def ideal_path(
     """
     chosen = make_stages(plan.mechanism)
     ideal = make_plan(chosen[0])
-    accuracy, warned = 1e-10, 1e-7  # [mechanism sizes] table error that ends the refinement, and error above which we warn
+    accuracy = 1e-10  # [mechanism sizes] table error that ends the refinement
+    warned_error = 1e-7  # [mechanism sizes] error above which the table is reported
     # A larger tolerance gives errors that are not smooth in time, which no table resolves.
     rtol, atol = min(options.rtol, 1e-8), min(options.position_tolerance, 1e-8)
     smooth = replace(options, start="concentric", method="auto", trust=False, step=None, rtol=rtol, atol=atol)
@@ -60,9 +61,9 @@ def ideal_path(
         values = np.stack([tracked(ideal, part) for part in (outputs.X, outputs.V, outputs.A)], axis=2)
         table, between = values[::2], values[1::2, :, 0]
         step = 2.0 * times[1]
-        kept = between[: max(0, table.shape[0] - 1)]
+        midpoints = between[: max(0, table.shape[0] - 1)]
         guess = quintic(0.5, step, *(np.moveaxis(part, 2, 0) for part in (table[:-1], table[1:])))
-        error = float(np.max(np.abs(guess - kept), initial=0.0)) / ideal.coordinates.size
+        error = float(np.max(np.abs(guess - midpoints), initial=0.0)) / ideal.coordinates.size
         if error <= accuracy or intervals * refinement > intervals_max:
             break
         intervals *= refinement
@@ -71,8 +72,10 @@ def ideal_path(
         warnings.append(
             f"deviations of tracked points are unknown from t = {path.end:.6g} s: the rigid ideal mechanism {path.cause}"
         )
-    if error > warned:
-        apart = error * ideal.coordinates.size
-        warnings.append(f"deviations of tracked points err by up to {apart:.3g} m, where drives move in jerks or latches lock")
+    if error > warned_error:
+        length_error = error * ideal.coordinates.size
+        warnings.append(
+            f"deviations of tracked points err by up to {length_error:.3g} m, where drives move in jerks or latches lock"
+        )
     flat = np.ascontiguousarray(table.reshape(table.shape[0], -1))
     return IdealPath(flat, step, tuple(warnings), chosen)

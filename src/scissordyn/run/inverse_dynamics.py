@@ -172,13 +172,15 @@ def _check_authority(inputs: list[str], outputs: list[str], time: np.ndarray, au
     lost = np.flatnonzero((authority <= DATA_TOL) | (side != side[0]))
     if not lost.size:
         return
-    quoted, wanted = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
+    input_names, output_names = (in_words([f"'{name}'" for name in names]) for names in (inputs, outputs))
     if np.all(authority <= DATA_TOL):
         raise InputError(
-            f"input {quoted} cannot control {wanted}", "inputs that move in this motion, independently of each other"
+            f"input {input_names} cannot control {output_names}",
+            "inputs that move in this motion, independently of each other",
         )
     raise InputError(
-        f"no force at input {quoted} gives the motion of {wanted} up to t = {time[lost[0]]:.6g} s, past a singular position",
+        f"no force at input {input_names} gives the motion of {output_names} up to t = {time[lost[0]]:.6g} s, past a singular "
+        "position",
         "a motion that ends before the singular position",
     )
 
@@ -218,14 +220,14 @@ def feed_forward(
         If the ideal mechanism cannot follow the reference.
     """
     stiff = rigid(mechanism.ideal())
-    kept = tuple(
+    components = tuple(
         element
         for element in stiff.components
         if not isinstance(element, Actuator) and not (isinstance(element, Force) and element.time_function is not None)
     )
     rotors = [(element.body, element.inertia) for element in stiff.components if isinstance(element, Actuator)]
-    left = with_rotors(dataclasses.replace(stiff, components=kept, latches=(), drives=()), rotors)
-    ideal = left.driven(reference, body=body)
+    undriven = with_rotors(dataclasses.replace(stiff, components=components, latches=(), drives=()), rotors)
+    ideal = undriven.driven(reference, body=body)
     run = raise_if_interrupted(simulate(ideal, until=until, samples=samples))
     if run.attrs["status"] != "complete":
         raise InputError(f"the ideal mechanism cannot follow the reference: {run.attrs['cause']}", "another reference")

@@ -68,8 +68,8 @@ class Ended:
     def force_peaks(self) -> np.ndarray:
         """Return the largest forces of all joints and guides, then of welds [N]; NaN for a hard contact."""
         peaks = force_peaks_together([ended.path for ended in self.together])
-        for ended, found in zip(self.together, peaks, strict=True):
-            ended.__dict__["force_peaks"] = found.size
+        for ended, peak in zip(self.together, peaks, strict=True):
+            ended.__dict__["force_peaks"] = peak.size
         return np.asarray(self.__dict__["force_peaks"])
 
     def largest_forces(self) -> np.ndarray:
@@ -79,8 +79,8 @@ class Ended:
         """
         at = self.plan.places(contact.name for contact in self.plan.contacts)
         others = np.delete(self.force_peaks, at)
-        known = others[np.isfinite(others)]
-        largest = [float(np.max(known)) if known.size else math.nan] * bool(others.size)
+        finite = others[np.isfinite(others)]
+        largest = [float(np.max(finite)) if finite.size else math.nan] * bool(others.size)
         return np.array([*self.force_peaks[at].tolist(), *largest], float)
 
     def reactions(self) -> np.ndarray:
@@ -339,8 +339,8 @@ def load_units(mechanism: Mechanism) -> dict[str, dict[str, str]]:
 
 def unit_of(mechanism: Mechanism, measure: str, part: str) -> str:
     """Return the unit of a measure; of a load that of the part, "N or N m" without a part."""
-    found = MEASURES[measure]
-    return load_units(mechanism)[found.dims[0]].get(part, LOAD_UNIT) if found.units == LOAD_UNIT else found.units
+    definition = MEASURES[measure]
+    return load_units(mechanism)[definition.dims[0]].get(part, LOAD_UNIT) if definition.units == LOAD_UNIT else definition.units
 
 
 IDEAL_JOINTS = "ideal joints"

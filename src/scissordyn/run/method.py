@@ -49,8 +49,8 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     # Films of rigid bars are stiff if pressing a journal through its film takes more explicit steps, for stability alone.
     film_steps_max = 30.0
     hard = [plan.contacts[j].name for j in plan.hard_places]
-    lawful: list[Any] = [part for part in plan.components if part.declaration.contact]
-    bristles = [(f"{part.declaration.label} '{part.name}'", part.friction) for part in lawful if part.friction.states]
+    contacts: list[Any] = [part for part in plan.components if part.declaration.contact]
+    bristles = [(f"{part.declaration.label} '{part.name}'", part.friction) for part in contacts if part.friction.states]
     if (options.method == TIME_STEPPING and not hard) or (options.method not in ("auto", TIME_STEPPING) and hard):
         what = f"hard contact in joint '{hard[0]}'" if hard else "no hard contact"
         raise InputError(f"method = '{options.method}' with {what}", f"auto, {TIME_STEPPING}" if hard else "auto")
@@ -59,11 +59,11 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
         what = f"{name} has friction law '{friction.name}' with internal states, next to hard contact in joint '{hard[0]}'"
         raise InputError(what, "a law without internal states, or compliant contacts", 'contact = "compliant"')
     if hard:
-        step, why = time_step(plan, system, y, options, tolerances)
+        step, reason = time_step(plan, system, y, options, tolerances)
         if plan.compliant_places:
-            why += ", and shorter ones the vibration of compliant contacts that are closed"
-        why = f"{len(hard)} of {len(plan.contacts)} contacts are hard; {why}"
-        return Choice(TIME_STEPPING, why, step, longest_turn(options))
+            reason += ", and shorter ones the vibration of compliant contacts that are closed"
+        reason = f"{len(hard)} of {len(plan.contacts)} contacts are hard; {reason}"
+        return Choice(TIME_STEPPING, reason, step, longest_turn(options))
     if options.method != "auto":
         return Choice(options.method, "requested")
     frictions = [
@@ -73,8 +73,8 @@ def _choose(plan: Plan, system: Handle, y: np.ndarray, options: Options, toleran
     stiff += bristles
     if stiff and not (bends(plan.mechanism) and y.size > implicit_states_max):
         name, friction = stiff[0]
-        why = "has internal states that relax within microseconds" if friction.states else "is steep about zero slip speed"
-        return Choice(STIFF, f"the friction law of {name} {why}")
+        reason = "has internal states that relax within microseconds" if friction.states else "is steep about zero slip speed"
+        return Choice(STIFF, f"the friction law of {name} {reason}")
     if plan.lubricated and any(part.declaration.section == "beam" for part in plan.components):
         return Choice(
             STIFF, f"the film of joint '{plan.lubricated[0][0].name}' acts on the light cross-sections of bars that bend"
@@ -186,13 +186,13 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
     # Largest step times the fastest decay of components. This limit shrinks the step at most tenfold, since implicit
     # damping is stable and a mode that decays so fast has no part in the motion.
     decay_step, decay_shrink = 0.5, 10
-    step, why = options.until / run_steps, f"the step is 1/{run_steps} of the run"
+    step, reason = options.until / run_steps, f"the step is 1/{run_steps} of the run"
     answer = np.zeros(3)
     functions.accept(0.0, y.copy(), system.address, answer)
     gain, turn = longest_turn(options)
     spin = min(gain * answer[2] ** (-4.0 / 3.0), turn / answer[2]) if answer[2] > 0.0 else math.inf
     if tolerances.time_scale / fall_steps < step:
-        step, why = tolerances.time_scale / fall_steps, "the step resolves a fall across the smallest clearance"
+        step, reason = tolerances.time_scale / fall_steps, "the step resolves a fall across the smallest clearance"
     if plan.components:
         modes = system.content.state.mode
         closed = modes[plan.compliant_places]
@@ -200,12 +200,12 @@ def time_step(plan: Plan, system: Handle, y: np.ndarray, options: Options, toler
         decay, oscillation = fastest_modes(plan, system, y)
         modes[plan.compliant_places] = closed
         if decay * step > decay_step:
-            step, why = max(decay_step / decay, step / decay_shrink), f"the step resolves the fastest decay, {decay:.3g} 1/s"
+            step, reason = max(decay_step / decay, step / decay_shrink), f"the step resolves the fastest decay, {decay:.3g} 1/s"
         if oscillation * step > oscillation_step:
-            step, why = oscillation_step / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
+            step, reason = oscillation_step / oscillation, f"the step resolves the fastest oscillation, {oscillation:.3g} 1/s"
     if spin < step:
-        step, why = spin, f"the step resolves the fastest rotation, {answer[2]:.3g} rad/s"
-    return step, why
+        step, reason = spin, f"the step resolves the fastest rotation, {answer[2]:.3g} rad/s"
+    return step, reason
 
 
 def longest_turn(options: Options) -> tuple[float, float]:
@@ -231,7 +231,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
     """
     content: System = system.content
     parameters, modes = content.parameters.component, content.state.mode
-    kept, thinnest = (parameters.copy(), modes.copy()), 1.0
+    saved, thinnest = (parameters.copy(), modes.copy()), 1.0
     modes[: len(plan.contacts)] = 0
     rates(system, 0.0, y)
     for i, part in enumerate(plan.components):
@@ -239,7 +239,7 @@ def film_steps(plan: Plan, system: Handle, y: np.ndarray, tolerances: Tolerances
             thinnest = min(thinnest, mean_gap(0.0, part.roughness / part.clearance))
             parameters[i] = with_contact_damping(parameters[i], content.work.coordinates[i])
     decay, _ = fastest_modes(plan, system, y)
-    parameters[...], modes[...] = kept
+    parameters[...], modes[...] = saved
     return (decay * tolerances.time_scale) ** 2 * thinnest / (2.0 * STABILITY_LIMIT)
 
 

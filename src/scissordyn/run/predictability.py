@@ -52,14 +52,14 @@ def compute_comparable(
     curves: bool = False,
 ) -> tuple[Trajectory, Comparable]:
     """Compute a run and its states at all times at which it can be compared with another run."""
-    wanted = sample_times(options, curves=curves)
-    every = np.union1d(wanted, np.linspace(0.0, options.until, COMPARED_INSTANTS))
-    path = compute(plan, options, progress, times=every, record_steps=True, curves=True, ideal=ideal, keeper=keeper)
+    requested_times = sample_times(options, curves=curves)
+    all_times = np.union1d(requested_times, np.linspace(0.0, options.until, COMPARED_INSTANTS))
+    path = compute(plan, options, progress, times=all_times, record_steps=True, curves=True, ideal=ideal, keeper=keeper)
     samples, (step_ends, end_states, _) = path.samples, path.steps
-    here = np.isin(samples.time, np.linspace(0.0, options.until, COMPARED_INSTANTS))
-    times, index = np.unique(np.concatenate([step_ends, samples.time[here]]), return_index=True)
-    states = np.concatenate([end_states, samples.state[here]])[index]
-    return select_samples(path, wanted), (times, states)
+    is_compared = np.isin(samples.time, np.linspace(0.0, options.until, COMPARED_INSTANTS))
+    times, index = np.unique(np.concatenate([step_ends, samples.time[is_compared]]), return_index=True)
+    states = np.concatenate([end_states, samples.state[is_compared]])[index]
+    return select_samples(path, requested_times), (times, states)
 
 
 def predictability(
@@ -141,25 +141,25 @@ def _repeat_run(
     driver, _, _ = make_driver(path.plan, options)
     driver.monitor(False)
     driver.sample_at(times)
-    began = clocks.perf_counter()
+    start = clocks.perf_counter()
     if keeper is not None:
-        began, progress = keeper.restore(REPETITION, driver, progress)
+        start, progress = keeper.restore(REPETITION, driver, progress)
     # at most 20 pieces of at least 20 steps, since each piece ends a step of the second run
-    seen, pieces = 0, max(1, min(20, int(path.statistics["steps"]) // 20))
+    compared_count, pieces = 0, max(1, min(20, int(path.statistics["steps"]) // 20))
     try:
         ends = np.linspace(0.0, options.until, pieces + 1)[1:].tolist()
         for stop in stops(driver, ends, options.most_steps, resets=False, progress=progress):
-            again = driver.samples.state
-            new = slice(seen, len(again))
-            beyond = np.flatnonzero(~(_relative_distance(path, times[new], states[new], again[new]) < 1.0))
-            if beyond.size:
-                return "diverged", float(times[new][beyond[0]]), driver.steps_tried
+            repeated_states = driver.samples.state
+            new = slice(compared_count, len(repeated_states))
+            diverged = np.flatnonzero(~(_relative_distance(path, times[new], states[new], repeated_states[new]) < 1.0))
+            if diverged.size:
+                return "diverged", float(times[new][diverged[0]]), driver.steps_tried
             if stop.cause:
                 return f"unknown: the more accurate run ended early ({stop.cause})", driver.time, driver.steps_tried
-            seen = len(again)
+            compared_count = len(repeated_states)
     except KeyboardInterrupt:
         if keeper is not None:
-            keeper.write(REPETITION, driver, clocks.perf_counter() - began)
+            keeper.write(REPETITION, driver, clocks.perf_counter() - start)
         return INTERRUPTED, driver.time, driver.steps_tried
     return "to the end", math.inf, driver.steps_tried
 
@@ -178,13 +178,13 @@ def _relative_distance(path: Trajectory, times: np.ndarray, first: np.ndarray, s
     clearance, journals = system.parameters.contact["clearance"], len(plan.mechanism.clearance_joints)
     vectors += [plan.eccentricity(j) for j in range(journals)]
     limits = np.append(limits, JOURNAL_DIVERGENCE * clearance[:journals])
-    apart = np.zeros(times.size)
+    distance = np.zeros(times.size)
     for vector, limit in zip(vectors, limits, strict=True):
         moved = vector.at(difference)
-        apart = np.maximum(apart, np.hypot(moved[:, 0], moved[:, 1]) / limit)
+        distance = np.maximum(distance, np.hypot(moved[:, 0], moved[:, 1]) / limit)
     if plan.mechanism.contact_points:
         points = slice(journals, clearance.size)
         for k, time in enumerate(times.tolist()):
             ours, theirs = (guard_values(path.system, time, states[k])[points] for states in (first, second))
-            apart[k] = max(apart[k], np.max(np.abs(ours - theirs) / (JOURNAL_DIVERGENCE * clearance[points])))
-    return apart
+            distance[k] = max(distance[k], np.max(np.abs(ours - theirs) / (JOURNAL_DIVERGENCE * clearance[points])))
+    return distance

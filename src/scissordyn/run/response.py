@@ -63,10 +63,10 @@ def check_part(mechanism: Mechanism, response: Response) -> None:
             f"'{response.name}': {IDEAL_JOINTS} have no contacts", f"'{IDEAL_JOINTS}.peak_force', or the name of a joint"
         )
     if response.part and response.part not in parts:
-        others = {dim for dim, found in names.items() if response.part in found}
-        known = [f"{response.part}.{name}" for name, measure in MEASURES.items() if others & set(measure.dims)]
+        others = {dim for dim, dim_parts in names.items() if response.part in dim_parts}
+        part_measures = [f"{response.part}.{name}" for name, measure in MEASURES.items() if others & set(measure.dims)]
         raise InputError(
             f"'{response.name}': no {dims[0] if dims else 'part'} '{response.part}' with a {response.measure}"
             f"{did_you_mean(response.part, parts)}",
-            ", ".join(known or parts) or (f"a case with a {dims[0]}" if dims else response.measure),
+            ", ".join(part_measures or parts) or (f"a case with a {dims[0]}" if dims else response.measure),
         )

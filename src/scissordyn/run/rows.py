@@ -127,37 +127,39 @@ class Worker:
 
     def rows(self, group: Sequence[int], case: Callable[[int], Case]) -> list[Row]:
         """Simulate the cases with the given indices and return their rows."""
-        began = clocks.thread_time()  # other threads and processes do not make groups smaller
+        start = clocks.thread_time()  # other threads and processes do not make groups smaller
         self.slots += [_Slot(self.base) for _ in range(len(group) - len(self.slots))]
-        ready, found = list[tuple[int, _Slot, Driver]](), list[Row]()
-        for at, slot in zip(group, self.slots, strict=False):
+        ready, rows = list[tuple[int, _Slot, Driver]](), list[Row]()
+        for case_index, slot in zip(group, self.slots, strict=False):
             try:
-                driver = slot.begin_case(case(at), self.options)
+                driver = slot.begin_case(case(case_index), self.options)
                 slot.path = self._compare(driver) if self.compares else None
                 if self.sampled or self.records:
                     count = self.options.count if self.sampled else COARSE_SAMPLES
                     driver.sample_at(np.linspace(0.0, self.options.until, count))
                 if self.records:
                     driver.record_steps(inside=True, most=RECORDED_STEPS_MAX)
-                ready.append((at, slot, driver))
+                ready.append((case_index, slot, driver))
             except ScissordynError as error:
-                found.append(Row(at, failed_row(str(error))))
+                rows.append(Row(case_index, failed_row(str(error))))
         if self.still:
-            return found + [self._row(at, slot, Ended(driver, slot.path, self.options)) for at, slot, driver in ready]
+            return rows + [
+                self._row(case_index, slot, Ended(driver, slot.path, self.options)) for case_index, slot, driver in ready
+            ]
         statuses, seconds = self._together([driver for _, _, driver in ready])
         complete = list[tuple[int, _Slot, Ended, float]]()
-        for (at, slot, driver), status in zip(ready, statuses, strict=True):
-            cause, taken = self._advance(driver, status)
+        for (case_index, slot, driver), status in zip(ready, statuses, strict=True):
+            cause, advance_seconds = self._advance(driver, status)
             if cause:
-                found.append(Row(at, failed_row(cause)))
+                rows.append(Row(case_index, failed_row(cause)))
             else:
-                complete.append((at, slot, Ended(driver, slot.path, self.options), seconds + taken))
+                complete.append((case_index, slot, Ended(driver, slot.path, self.options), seconds + advance_seconds))
         together = [ended for _, _, ended, _ in complete]
-        for at, slot, ended, taken in complete:
+        for case_index, slot, ended, advance_seconds in complete:
             ended.together = together
-            found.append(self._row(at, slot, ended, taken))
-        self.seconds = (clocks.thread_time() - began) / len(group)
-        return found
+            rows.append(self._row(case_index, slot, ended, advance_seconds))
+        self.seconds = (clocks.thread_time() - start) / len(group)
+        return rows
 
     def _row(self, case: int, slot: _Slot, ended: Ended, seconds: float = math.nan) -> Row:
         """Return the measures and warnings of a complete case; without `seconds`, it has only measures that need no run."""

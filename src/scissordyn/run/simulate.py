@@ -215,12 +215,12 @@ def compute_results(
         if ideal is not None:
             run.variables.update(deviation_variables(run, path, ideal, options))
 
-        known = Results(run.variables, run.attrs)  # without the warnings: a run that refers to itself is freed late
+        unwarned = Results(run.variables, run.attrs)  # without the warnings: a run that refers to itself is freed late
 
         def make_warnings() -> list[RunWarning]:
             warnings = [*plain(path.warnings), *Extremes(tables).add(path).warnings()]
-            warnings += run_warnings(tables, known, immobile_at_start(path))
-            warnings += plain(passing_warnings(tables, known, options.until)) + trajectory_warnings(path, record, options)
+            warnings += run_warnings(tables, unwarned, immobile_at_start(path))
+            warnings += plain(passing_warnings(tables, unwarned, options.until)) + trajectory_warnings(path, record, options)
             return warnings + ([] if ideal is None else plain(ideal.warnings))
 
         _add_warnings(run, Deferred(make_warnings, path.system.lock))
@@ -240,8 +240,8 @@ def compute_results(
     if states is not None:
         run.attrs.update(predictability(options, path, states, run, progress, keeper))
     if keeper is not None and keeper.problem:
-        known, problem = warnings_of(run), warning("checkpoints", problem=keeper.problem)
-        _add_warnings(run, Deferred(lambda: [*known, problem], path.system.lock))
+        warnings = [*warnings_of(run), warning("checkpoints", problem=keeper.problem)]
+        _add_warnings(run, Deferred(lambda: warnings, path.system.lock))
     if keeper is not None and run.attrs["status"] != "interrupted":
         keeper.finish()
     return run

@@ -21,8 +21,8 @@ def drive_period(mechanism: Mechanism) -> float:
     driving: tuple[Any, ...] = (*mechanism.drives, *mechanism.coordinate_drives)
     turning = (drive.motion for drive in driving if isinstance(drive.motion, ConstantSpeed))
     periods = {2.0 * math.pi / abs(motion.speed) for motion in turning if motion.speed != 0.0}
-    every = [part.motion for part in (*driving, *mechanism.rods)]
-    periods |= {2.0 * math.pi / motion.angular_frequency for motion in every if isinstance(motion, Harmonic)}
+    motions = [part.motion for part in (*driving, *mechanism.rods)]
+    periods |= {2.0 * math.pi / motion.angular_frequency for motion in motions if isinstance(motion, Harmonic)}
     if len(periods) != 1:
         raise InputError(
             f"the drives have {len(periods)} periods" if periods else "no drive is periodic",

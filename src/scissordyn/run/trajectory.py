@@ -259,14 +259,14 @@ def record_trajectory(
         return path, outputs
     first = int(np.argmin(finite.all(axis=1)))
     time = float(samples.time[first])
-    why = describe_singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
-    kept = Samples(*(part[:first] for part in samples))
-    last = float(kept.time[-1]) if first else 0.0
+    reason = describe_singular_position(path.plan, path.system, samples.state[first], time) or "accelerations are not defined"
+    valid = Samples(*(part[:first] for part in samples))
+    last = float(valid.time[-1]) if first else 0.0
     if last > 0.0:
-        cut = compute(plan, replace(options, until=last, samples=2), progress, times=kept.time, ideal=ideal)
+        cut = compute(plan, replace(options, until=last, samples=2), progress, times=valid.time, ideal=ideal)
         if cut.status == "interrupted":
             return cut, cut.record()
     else:
-        cut = replace(path, samples=kept, log=path.log[:0], peak=nan_like(path.peak), band=nan_like(path.band))
-    cut = replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {why}")
+        cut = replace(path, samples=valid, log=path.log[:0], peak=nan_like(path.peak), band=nan_like(path.band))
+    cut = replace(cut, end=last, status="failed", cause=f"stopped at t = {time:.9g} s: {reason}")
     return cut, cut.record()

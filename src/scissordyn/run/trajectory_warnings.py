@@ -129,9 +129,9 @@ def _pressed_together(path: Trajectory, run: Record, contact: int, samples: np.n
     columns, rows = vector.columns[free], vector.rows[:, free]
     rates = np.zeros((samples.size, path.samples.state.shape[1]))
     rates_without(sampled(path.samples), np.ascontiguousarray(samples), contact, path.system.address, rates)
-    apart = (run.A[samples][:, columns] - rates[:, n + columns]) @ rows.T
+    acceleration = (run.A[samples][:, columns] - rates[:, n + columns]) @ rows.T
     row = run.contact[samples, contact]
-    return np.asarray(samples[apart[:, 0] * row["nx"] + apart[:, 1] * row["ny"] > 0.0])
+    return np.asarray(samples[acceleration[:, 0] * row["nx"] + acceleration[:, 1] * row["ny"] > 0.0])
 
 
 def _coarse_scales(options: Options, path: Trajectory) -> list[RunWarning]:

@@ -135,17 +135,17 @@ def open_checkpoint(checkpoint: Checkpoint, configuration: str) -> Keeper:
     return keeper
 
 
-def _read(path: str | os.PathLike[str], wanted: Mapping[str, str]) -> dict[str, Part]:
+def _read(path: str | os.PathLike[str], expected: Mapping[str, str]) -> dict[str, Part]:
     """Return the parts in a file; raise `InputError` if they belong to another run."""
     from scissordyn.record.store import load
 
     stored = load(path)
     if stored.attrs.get("title") != TITLE:
         raise _refused(path, f"is a '{stored.attrs.get('title')}'")
-    for name, text in wanted.items():
-        there = stored.attrs.get(name)
-        if not isinstance(there, str) or there != text:
-            raise _refused(path, f"belongs to another run: {_difference(there, text, name)}")
+    for name, text in expected.items():
+        stored_text = stored.attrs.get(name)
+        if not isinstance(stored_text, str) or stored_text != text:
+            raise _refused(path, f"belongs to another run: {_difference(stored_text, text, name)}")
     try:
         parts = {
             str(key): Part(part.values.astype(np.uint8, casting="no").tobytes(), float(part.attrs["seconds"]))
@@ -166,22 +166,24 @@ def _digest(parts: Mapping[str, Part]) -> str:
     return digest.hexdigest()
 
 
-def _refused(path: str | os.PathLike[str], why: str) -> InputError:
+def _refused(path: str | os.PathLike[str], reason: str) -> InputError:
     return InputError(
-        f"the checkpoint '{path}' {why}", "the checkpoint of the same case, options and version, or none", f"rm '{path}'"
+        f"the checkpoint '{path}' {reason}", "the checkpoint of the same case, options and version, or none", f"rm '{path}'"
     )
 
 
-def _difference(there: Any, here: str, name: str) -> str:
+def _difference(stored_text: Any, expected_text: str, name: str) -> str:
     """Return the first difference between two JSON or TOML texts."""
     try:
-        stored, wanted_text = (json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (there, here))
+        stored, expected = (
+            json.loads(text) if text.startswith("{") else tomllib.loads(text) for text in (stored_text, expected_text)
+        )
     except (AttributeError, TypeError, ValueError):
         return f"its {name} cannot be read"
-    if stored == wanted_text:
+    if stored == expected:
         return f"its {name} is written in another form"
-    place, mine, wanted = first_difference(stored, wanted_text, name)
-    return f"{place} = {_short(mine)} in the checkpoint, {_short(wanted)} in this run"
+    place, stored_value, expected_value = first_difference(stored, expected, name)
+    return f"{place} = {_short(stored_value)} in the checkpoint, {_short(expected_value)} in this run"
 
 
 def _short(value: Any) -> str:

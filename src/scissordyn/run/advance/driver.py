@@ -294,11 +294,11 @@ class Driver:
         """Drop every second recorded end of a step without event or largest value; return True if enough rows are free then."""
         steps, log = self.integration.content.steps, self.log
         count = int(self.state.counts["recorded"][0])
-        wanted = np.concatenate([log["time"], log["largest_time"], log["whole_time"], self.peak["largest_time"]])
-        kept = np.isin(steps.time[:count], wanted)
-        others = np.flatnonzero(~kept)
-        kept[others[::2]] = True
-        rows = np.flatnonzero(kept)
+        event_times = np.concatenate([log["time"], log["largest_time"], log["whole_time"], self.peak["largest_time"]])
+        is_kept = np.isin(steps.time[:count], event_times)
+        others = np.flatnonzero(~is_kept)
+        is_kept[others[::2]] = True
+        rows = np.flatnonzero(is_kept)
         if rows.size > 0.75 * len(steps.time):
             return False
         for _, part in _rows_of(steps):

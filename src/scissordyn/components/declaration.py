@@ -262,12 +262,12 @@ def component(
     chosen = PORTS[port] if isinstance(port, str) else port
 
     def declare(described: Class) -> Class:
-        own = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", described.__name__).lower()
-        what, drawn = label or own.replace("_", " "), symbol or next(iter(chosen.symbols))
+        table_name = section or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", described.__name__).lower()
+        what, drawn = label or table_name.replace("_", " "), symbol or next(iter(chosen.symbols))
         reported = (*CONTACT_OUTPUTS, *outputs) if contact else outputs
         kernels, traits = (force, gap, switch), (motor, supplied, contact)
         declaration = Declaration(
-            own, what, chosen, *kernels, reported, states, context, passive, drawn, example, events, *traits
+            table_name, what, chosen, *kernels, reported, states, context, passive, drawn, example, events, *traits
         )
         return _declared(described, declaration, source)
 

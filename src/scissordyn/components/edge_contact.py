@@ -130,8 +130,8 @@ class EdgeContact:
     @property
     def surfaces(self) -> JointContact:
         """Both surfaces, for the contact laws: a ball of the same relative curvature on a plane."""
-        one, other = self.radius, self.half_width
-        radius = one * other / (one + other) if self.length == 0.0 and one * other > 0.0 else one or other
+        disc, edge = self.radius, self.half_width
+        radius = disc * edge / (disc + edge) if self.length == 0.0 and disc * edge > 0.0 else disc or edge
         bearing = self.material if self.edge_material is None else self.edge_material
         return JointContact(math.inf, radius, self.thickness, self.material, bearing)
 

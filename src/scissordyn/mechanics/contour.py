@@ -193,9 +193,9 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
     """
     size = math.sqrt(px * px + py * py)
     fx, fy, _ = press(ex, ey, contour, table, clearance, area, shares)
-    rest = math.hypot(px - fx, py - fy)
+    residual = math.hypot(px - fx, py - fy)
     for _ in range(NEWTON_STEPS_MAX):
-        if rest <= EVENT_TOL * size:
+        if residual <= EVENT_TOL * size:
             break
         depth, _ = deepest(ex, ey, contour, clearance)
         h = 1e-4 * max(depth, 1e-9 * clearance)
@@ -207,17 +207,17 @@ def improve_place(ex, ey, px, py, contour, table, clearance, area, shares):
             break
         dx = (yy * (px - fx) - xy * (py - fy)) / determinant
         dy = (xx * (py - fy) - yx * (px - fx)) / determinant
-        share, found = 1.0, False
+        fraction, is_reduced = 1.0, False
         for _ in range(NEWTON_STEPS_MAX):
-            gx, gy, _ = press(ex + share * dx, ey + share * dy, contour, table, clearance, area, shares)
+            gx, gy, _ = press(ex + fraction * dx, ey + fraction * dy, contour, table, clearance, area, shares)
             new = math.hypot(px - gx, py - gy)
-            if new < rest and (gx != 0.0 or gy != 0.0):
-                ex, ey, fx, fy, rest, found = ex + share * dx, ey + share * dy, gx, gy, new, True
+            if new < residual and (gx != 0.0 or gy != 0.0):
+                ex, ey, fx, fy, residual, is_reduced = ex + fraction * dx, ey + fraction * dy, gx, gy, new, True
                 break
-            share *= 0.5
-        if not found:
+            fraction *= 0.5
+        if not is_reduced:
             break
-    return ex, ey, rest
+    return ex, ey, residual
 
 
 @entry
@@ -242,20 +242,20 @@ def place_under(px: float, py: float, contour: F2, table: F2, clearance: float, 
 
 
 @kernel
-def add_counter(own, other, turn, spread, sums, out):
+def add_counter(surface, counter, turn, spread, sums, out):
     """Write a contour plus the mean of the other surface's depths over the angles from turn - spread to turn + spread.
 
     The other surface has turned by these angles. `sums` receives the sums of its depths before each angle.
     """
-    count, total = own.shape[0], 0.0
+    count, total = surface.shape[0], 0.0
     for k in range(count):
         sums[k] = total
-        total += other[k, DEPTH]
+        total += counter[k, DEPTH]
     half = max(0.5, spread * count / (2.0 * math.pi))  # half a cell interpolates linearly
     for k in range(count):
         place = k - turn * count / (2.0 * math.pi) + 2.0 * count + 0.5
-        mean = sum_before(other, sums, total, place + half) - sum_before(other, sums, total, place - half)
-        out[k, DEPTH], out[k, COS], out[k, SIN] = own[k, DEPTH] + 0.5 * mean / half, own[k, COS], own[k, SIN]
+        mean = sum_before(counter, sums, total, place + half) - sum_before(counter, sums, total, place - half)
+        out[k, DEPTH], out[k, COS], out[k, SIN] = surface[k, DEPTH] + 0.5 * mean / half, surface[k, COS], surface[k, SIN]
 
 
 @kernel
@@ -285,9 +285,9 @@ def add_rate(contour, table, clearance, area, b, loads, force, place, scale, own
     for i in range(shares.size):
         total += shares[i]
     for i in range(shares.size):
-        own = scale * shares[i] / (total * own_area)
-        rate[i] += own
-        stiff[i] += own / depth
+        depth_rate = scale * shares[i] / (total * own_area)
+        rate[i] += depth_rate
+        stiff[i] += depth_rate / depth
 
 
 @entry

@@ -213,30 +213,30 @@ def record_in_halves(maps: BodyMaps, system: Handle, samples: Any) -> Record:
     content: System = system.content
     state = MechanismState(*(array.copy() for array in content.state))
     other = Handle(content._replace(state=state, work=Workspace(*(array.copy() for array in content.work))))
-    found, middle = empty_record(maps, content, samples.time.size), samples.time.size // 2
+    whole, middle = empty_record(maps, content, samples.time.size), samples.time.size // 2
 
     def evaluate(system: Handle, part: slice) -> float:
-        rows = Record._make((*(array[part] for array in found[:-1]), np.zeros(1)))
-        given = Sampled(*(array[part] for array in sampled(samples)))
-        fill(given, system.address, maps, rows, np.zeros(content.model.rotation_start.size - 1))
+        rows = Record._make((*(array[part] for array in whole[:-1]), np.zeros(1)))
+        part_samples = Sampled(*(array[part] for array in sampled(samples)))
+        fill(part_samples, system.address, maps, rows, np.zeros(content.model.rotation_start.size - 1))
         return float(rows.length_error[0])
 
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(1) as pool:
-        first = pool.submit(evaluate, other, slice(0, middle))
-        found.length_error[0] = max(evaluate(system, slice(middle, None)), first.result())
-    return found
+        first_half = pool.submit(evaluate, other, slice(0, middle))
+        whole.length_error[0] = max(evaluate(system, slice(middle, None)), first_half.result())
+    return whole
 
 
 def record_together(maps: BodyMaps, cases: Sequence[tuple[Handle, Any]]) -> Record:
     """Evaluate everything at the samples of several cases with the same tables, one after the other."""
     counts, first = [samples.time.size for _, samples in cases], 0
-    found, content = empty_record(maps, cases[0][0].content, sum(counts)), cases[0][0].content
+    whole, content = empty_record(maps, cases[0][0].content, sum(counts)), cases[0][0].content
     for (system, samples), count in zip(cases, counts, strict=True):
-        part = found
+        part = whole
         if len(cases) > 1:
-            part = Record._make((*(rows[first : first + count] for rows in found[:-1]), found.length_error))
+            part = Record._make((*(rows[first : first + count] for rows in whole[:-1]), whole.length_error))
         fill(sampled(samples), system.address, maps, part, np.zeros(content.model.rotation_start.size - 1))
         first += count
-    return found
+    return whole

@@ -32,14 +32,14 @@ NULL_SHARE_MAX = 1e-4  # Share in the null space above which an unknown is not d
 
 
 @kernel
-def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right):
+def body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, applied_load, right):
     """Write the right-hand side of the balance of a body at some instants, (3, lanes)."""
     turns = B.moments[body] == 1
     for lane in range(lanes):
         at = first + lane
-        right[0, lane] = B.mass[body] * (acceleration[at, body, 0] - gravity[0]) - known[at, body, 0]
-        right[1, lane] = B.mass[body] * (acceleration[at, body, 1] - gravity[1]) - known[at, body, 1]
-        moment = B.inertia[body] * angular_acceleration[at, body] - known[at, body, 2]
+        right[0, lane] = B.mass[body] * (acceleration[at, body, 0] - gravity[0]) - applied_load[at, body, 0]
+        right[1, lane] = B.mass[body] * (acceleration[at, body, 1] - gravity[1]) - applied_load[at, body, 1]
+        moment = B.inertia[body] * angular_acceleration[at, body] - applied_load[at, body, 2]
         right[2, lane] = moment / B.length if turns else 0.0
 
 
@@ -64,13 +64,13 @@ def body_rows(B, body, first, lanes, direction, position, rows):
 
 @kernel
 def normal_equations(
-    B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load
+    B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, applied_load, matrix, rows, right, load
 ):
     """Write the normal equations at some instants: `matrix` (unknowns, band + 1, lanes) from the diagonal down, and `load`."""
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0
     for body in range(B.mass.size):
-        body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, known, right)
+        body_right(B, body, first, lanes, gravity, acceleration, angular_acceleration, applied_load, right)
         body_rows(B, body, first, lanes, direction, position, rows)
         start, stop = B.start[body], B.start[body + 1]
         for i in range(start, stop):
@@ -109,13 +109,13 @@ def solve_lanes(reach, matrix, load):
 
 
 @kernel
-def sides_of_one(B, gravity, direction, position, acceleration, angular_acceleration, known, matrix, rows, right, load):
+def sides_of_one(B, gravity, direction, position, acceleration, angular_acceleration, applied_load, matrix, rows, right, load):
     """Write normal equations with several right-hand sides: `matrix` (unknowns, 2 band + 1, 1), `load` (unknowns, sides)."""
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0
     sides = load.shape[1]
     for body in range(B.mass.size):
-        body_right(B, body, 0, sides, gravity, acceleration, angular_acceleration, known, right)
+        body_right(B, body, 0, sides, gravity, acceleration, angular_acceleration, applied_load, right)
         body_rows(B, body, 0, 1, direction, position, rows)
         start, stop = B.start[body], B.start[body + 1]
         for i in range(start, stop):
@@ -223,11 +223,11 @@ def fill(
     position: F3,
     acceleration: F3,
     angular_acceleration: F2,
-    known: F3,
+    applied_load: F3,
     W: Scratch,
     out: F2,
 ) -> None:
-    """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), known (nt, bodies, 3)."""
+    """Solve the balances at each instant; direction, position, acceleration (nt, bodies, 2), applied_load (nt, bodies, 3)."""
     reach, size = B.band, out.shape[1]
     first = 0
     while first < out.shape[0]:
@@ -241,7 +241,7 @@ def fill(
             position,
             acceleration,
             angular_acceleration,
-            known,
+            applied_load,
             W.matrix,
             W.rows,
             W.right,
@@ -272,9 +272,9 @@ class Reactions(NamedTuple):
     guide_moments: np.ndarray  # (nt, guides with a moment) Moments on the followers, about the guided points [N m]
 
 
-def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> Reactions:
+def solve_reactions(parts: Balance, gravity: np.ndarray, outputs: Record) -> Reactions:
     """Compute forces and moments of ideal joints, welds and guides at many instants; `gravity` (2,) [m/s^2]."""
-    instants, unknowns = found.direction.shape[0], parts.order.size
+    instants, unknowns = outputs.direction.shape[0], parts.order.size
     values = np.zeros((instants, unknowns))
     if unknowns:
         widest, reach = int(np.max(np.diff(parts.start))), parts.band
@@ -290,7 +290,7 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, found: Record) -> React
             work=np.zeros(unknowns),
             probe=np.zeros(unknowns),
         )
-        motion = found.direction, found.position, found.acceleration, found.angular_acceleration, found.load
+        motion = outputs.direction, outputs.position, outputs.acceleration, outputs.angular_acceleration, outputs.load
         fill(parts, gravity, *motion, work, values)
     values = values[:, parts.order]
     joints, welds, guides, moments = (

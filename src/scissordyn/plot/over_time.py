@@ -136,9 +136,9 @@ def response(
         drawn[column].set_title(literal(title), loc="left", fontsize=normal())
         for order, (panel, label) in enumerate(zip(drawn[column::columns], variables, strict=True)):
             shown = [
-                _without_round_off([curve_of(each, name, **of) for name in variables.values()], order)
-                for each in (run, ideal)
-                if each is not None
+                _without_round_off([curve_of(shown_run, name, **of) for name in variables.values()], order)
+                for shown_run in (run, ideal)
+                if shown_run is not None
             ]
             compare(panel, label, shown[0], shown[1] if ideal is not None else None, time=time)
     finish_time_axes(drawn, run, time, bottom=drawn[-columns:])

@@ -30,11 +30,11 @@ def make_all(makers: Mapping[str, Callable[[], bytes]]) -> dict[str, bytes]:
     with ExitStack() as stack:
         stack.callback(os.close, tasks)
         answers = [_duplicate(makers, tasks, stack) for _ in range(duplicates)]
-        made = _make_next(makers, tasks)
+        results = _make_next(makers, tasks)
         for content in [answer.read() for answer in answers]:
-            made |= pickle.loads(content) if content else {}
+            results |= pickle.loads(content) if content else {}
     # errors of duplicates are raised again here
-    return {name: made[name] if name in made else make() for name, make in makers.items()}
+    return {name: results[name] if name in results else make() for name, make in makers.items()}
 
 
 def _duplicate(makers: Mapping[str, Callable[[], bytes]], tasks: int, stack: ExitStack) -> BinaryIO:
@@ -53,10 +53,10 @@ def _duplicate(makers: Mapping[str, Callable[[], bytes]], tasks: int, stack: Exi
 
 def _make_next(makers: Mapping[str, Callable[[], bytes]], tasks: int) -> dict[str, bytes]:
     """Call the functions whose indices this process reads from the pipe `tasks`, of which each index is read once."""
-    names, made = list(makers), dict[str, bytes]()
+    names, results = list(makers), dict[str, bytes]()
     while index := os.read(tasks, 1):
-        made[names[index[0]]] = makers[names[index[0]]]()
-    return made
+        results[names[index[0]]] = makers[names[index[0]]]()
+    return results
 
 
 def _answer(makers: Mapping[str, Callable[[], bytes]], tasks: int, answer_end: int) -> None:

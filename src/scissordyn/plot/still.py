@@ -188,9 +188,9 @@ def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> 
     highest = 7.0  # largest height of structures side by side [inch]
     column = is_column()
     if tall or column:  # joints below the structures
-        one = min(2.6, max(1.7, highest * aspect))
-        width = figure_width() if column else one * instants
-        height = instants * (width / min(aspect, widest) + 0.3) if column else min(one / aspect, highest) + 0.5
+        still_width = min(2.6, max(1.7, highest * aspect))
+        width = figure_width() if column else still_width * instants
+        height = instants * (width / min(aspect, widest) + 0.3) if column else min(still_width / aspect, highest) + 0.5
         columns = max(1, int(width / side))
         rows = -(-joints // columns)
         size = (width if column else 0.4 + width, 0.6 + height + (side + 0.4) * rows)
@@ -198,13 +198,13 @@ def _structure_panels(tall: bool, aspect: float, instants: int, joints: int) -> 
         ratios: dict[str, Any] = {"height_ratios": [height, side * rows][: 1 + bool(rows)]}
         inner = (instants, 1) if column else (1, instants)
     else:  # structures below each other, with their joints next to them
-        one = min(1.6, highest / aspect)
-        height = (one + 0.45) * instants
+        still_height = min(1.6, highest / aspect)
+        height = (still_height + 0.45) * instants
         rows = max(1, int(height / side))
         columns = -(-joints // rows)
-        size = (0.4 + aspect * one + (side + 0.3) * columns, 0.5 + height)
+        size = (0.4 + aspect * still_height + (side + 0.3) * columns, 0.5 + height)
         outer = (1, 1 + bool(joints))
-        ratios = {"width_ratios": [aspect * one, side * columns][: 1 + bool(joints)]}
+        ratios = {"width_ratios": [aspect * still_height, side * columns][: 1 + bool(joints)]}
         inner = (instants, 1)
     figure = Figure(figsize=size if column else figure_size(*size), layout="constrained")
     grid = figure.add_gridspec(*outer, **ratios)

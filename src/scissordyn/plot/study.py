@@ -346,22 +346,22 @@ def _interval_quantiles(
 
     With `by_level` there is one interval per value of x. Quantiles are interpolated linearly.
     """
-    each = 6  # least number of points for a median and a middle 80 %
+    points_min = 6  # least number of points for a median and a middle 80 %
     most_levels = 120  # factors with at most this number of values get one median per value
     bins = 12  # largest number of intervals of a factor's range; the curve has one median for each
     finite = np.isfinite(values)
     x, values = x[finite], values[finite]
     levels = np.unique(x)
-    if by_level or (levels.size <= most_levels and x.size >= each * levels.size):
+    if by_level or (levels.size <= most_levels and x.size >= points_min * levels.size):
         parts, at = [values[x == level] for level in levels], levels
     else:
-        count = min(bins, x.size // each)
+        count = min(bins, x.size // points_min)
         if count < 1:
             return (np.empty(0),) * 4
         edges = np.quantile(x, np.linspace(0.0, 1.0, count + 1))
-        which = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
-        parts = [values[which == k] for k in range(count) if np.any(which == k)]
-        at = np.array([np.median(x[which == k]) for k in range(count) if np.any(which == k)])
+        interval_of = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
+        parts = [values[interval_of == k] for k in range(count) if np.any(interval_of == k)]
+        at = np.array([np.median(x[interval_of == k]) for k in range(count) if np.any(interval_of == k)])
     quantiles = np.array([np.quantile(part, [0.5, 0.1, 0.9]) for part in parts]).reshape(-1, 3)
     return quantiles[:, 0], quantiles[:, 1], quantiles[:, 2], at
 

@@ -39,10 +39,10 @@ def drawn(component: Any, strokes: Strokes, scene: Scene) -> Drawn:
         return (axis,), axis[:, len(strokes[0]) // 2]
     if component.declaration.symbol in ("cam", "edge"):
         (profile, disc), angle = component.outline, scene.angle(component.start[0])
-        own = turned((profile,), start, angle, 1.0)
+        profile_strokes = turned((profile,), start, angle, 1.0)
         if not len(profile):
-            own = turned(strokes, start, angle + component.direction, scene.size)
-        return (*own, *turned((disc,), end, np.zeros(len(end)), 1.0)), start
+            profile_strokes = turned(strokes, start, angle + component.direction, scene.size)
+        return (*profile_strokes, *turned((disc,), end, np.zeros(len(end)), 1.0)), start
     return (*turned(strokes, start, scene.angle(component.start[0]), scene.size), np.stack([start, end], axis=1)), start
 
 

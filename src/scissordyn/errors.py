@@ -123,9 +123,9 @@ OTHER_WORDS = {
 ABSENT_WORDS = ("wheel",)  # words for parts that the package does not have; no similar name is suggested for them
 
 
-def did_you_mean(name: object, known: Iterable[str]) -> str:
+def did_you_mean(name: object, allowed: Iterable[str]) -> str:
     """Return the text " (did you mean '...'?)" with the most similar known name, to append to a message; or ""."""
-    names = list(known)
+    names = list(allowed)
     word = str(name).strip().casefold().replace(" ", "_").replace("-", "_")
     # compare with upper and lower case, so that "A" is closer to "a" than "all" is
     same = [candidate for candidate in names if candidate.casefold() == str(name).casefold()]

@@ -324,13 +324,13 @@ class Template:
     def _arrays(self, memory: np.ndarray) -> list[np.ndarray]:
         return [np.ndarray(shape, dtype, memory, first) for shape, dtype, first in self._views]
 
-    def copy(self, given: Mapping[str, Any]) -> Handle:
-        """Return a handle with copies of all arrays; `given` has shared parts of its own, by type and field."""
+    def copy(self, shared: Mapping[str, Any]) -> Handle:
+        """Return a handle with copies of all arrays; `shared` replaces the shared parts, by type and field."""
         memory, words, parts = self._memory.copy(), self._image.copy(), [list(part) for _, part, *_ in self._parts]
         words[self._addresses] += address_of(memory)
         for (part, place, _), array in zip(self._places, self._arrays(memory), strict=True):
             parts[part][place] = array
-        for name, value in given.items():
+        for name, value in shared.items():
             field, part, place, first = self.shared[name]
             if parts[part][place] is value:
                 continue

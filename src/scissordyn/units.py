@@ -287,11 +287,11 @@ def hints_of(described: Any) -> Mapping[str, Any]:
     hints = {name: hint for name, hint in described.__annotations__.items() if name != "return"}
     resolved = dict[str, Any]()
     for name, hint in hints.items():
-        one = SimpleNamespace(__annotations__={name: hint})
+        annotated = SimpleNamespace(__annotations__={name: hint})
         try:
-            resolved |= get_type_hints(one, described.__globals__, include_extras=True)
+            resolved |= get_type_hints(annotated, described.__globals__, include_extras=True)
         except NameError:  # a type that only type checkers import: of other libraries Datasets are checked
-            resolved |= _with_datasets(one, described.__globals__)
+            resolved |= _with_datasets(annotated, described.__globals__)
     return resolved
 
 

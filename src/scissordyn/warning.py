@@ -213,11 +213,11 @@ def plain(texts: Iterable[str]) -> list[RunWarning]:
 
 def first_of_each(warnings: Iterable[RunWarning]) -> list[RunWarning]:
     """Return warnings without those that differ from an earlier one only in numbers."""
-    found: dict[Any, RunWarning] = {}
+    first: dict[Any, RunWarning] = {}
     for item in warnings:
         texts = tuple(value for value in item.numbers.values() if isinstance(value, str))
-        found.setdefault((item.kind, item.what, item.part, texts), item)
-    return list(found.values())
+        first.setdefault((item.kind, item.what, item.part, texts), item)
+    return list(first.values())
 
 
 def group(warnings: Iterable[RunWarning]) -> list[list[RunWarning]]:

@@ -297,7 +297,7 @@ def _contact_figures(run: xr.Dataset, joint: str, after: float, end: float) -> t
 
 def _numbers(name: str, values: object) -> tuple[float, ...]:
     """Return values as a tuple of floats; raise `InputError` if they are not numbers."""
-    given = tuple(values) if isinstance(values, tuple | list | np.ndarray) and np.ndim(values) == 1 else ()
-    if not given or not all(map(is_number, given)):
+    numbers = tuple(values) if isinstance(values, tuple | list | np.ndarray) and np.ndim(values) == 1 else ()
+    if not numbers or not all(map(is_number, numbers)):
         raise InputError(f"{name} = {shown(values)} of a motor", "a tuple of numbers", EXAMPLE)
-    return tuple(map(float, given))
+    return tuple(map(float, numbers))

@@ -211,11 +211,11 @@ class CouplingTable(
 
     def result(self) -> Coupling:
         """Return the coupling with its teeth, belt or screw, if one of these keys is given."""
-        given = [name for name in TRANSMISSIONS if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise InputError(f"the keys {' and '.join(given)} in one coupling", "one of these keys")
+        transmissions = [name for name in TRANSMISSIONS if getattr(self, name) is not None]
+        if len(transmissions) > 1:
+            raise InputError(f"the keys {' and '.join(transmissions)} in one coupling", "one of these keys")
         coupling: Coupling = super().result()
-        return dataclasses.replace(coupling, transmission=getattr(self, given[0])) if given else coupling
+        return dataclasses.replace(coupling, transmission=getattr(self, transmissions[0])) if transmissions else coupling
 
 
 # Types and help texts of the keys of the table [[coordinate_drive]]

@@ -146,7 +146,7 @@ def unit_factor(unit: str, target: str) -> float:
     except pint.UndefinedUnitError as error:
         unknown = str(error).split("'")[1]  # all versions of pint quote the name of the unit
         apart = _spaced(unknown, unit, target)
-        fitting = [known for known in (*KNOWN_UNITS.split(), "N m") if _fits(unit.replace(unknown, known), target)]
+        fitting = [name for name in (*KNOWN_UNITS.split(), "N m") if _fits(unit.replace(unknown, name), target)]
         near = f" (did you mean '{apart}'?)" if apart else did_you_mean(unknown, fitting)
         raise InputError(f"unknown unit '{unknown}'{near}") from None
     except pint.DimensionalityError:

@@ -118,12 +118,12 @@ class ComparedValue:
 
 def _read(text: str, unit: str) -> float:
     """Convert a text such as "3 mm" to SI units; a number without a unit is allowed for a quantity without dimension."""
-    given: float | str = text
+    value: float | str = text
     if unit == "1":
         with suppress(ValueError):
-            given = float(text)
+            value = float(text)
     try:
-        return read_quantity(given, Quantity(unit))
+        return read_quantity(value, Quantity(unit))
     except InputError as error:
         raise InputError(f"'{text}': {error.what}", error.expected or f"a number in {unit}") from None
 

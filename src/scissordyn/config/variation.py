@@ -238,10 +238,10 @@ def _read_distribution(name: str, inside: str, unit: str, quantity: Quantity, fo
         written = ", ".join(f"{key}={number:.6g}" for key, number in zip(argument_names(name), numbers, strict=False))
         allowed = "a distribution of scipy.stats and its arguments by name"
         raise InputError(f"'{name}' with arguments without names", allowed, f"'{name}({written}) {unit}".rstrip() + "'")
-    given = {key.strip(): number for (key, _, _), number in zip(pairs, numbers, strict=True)}
+    arguments = {key.strip(): number for (key, _, _), number in zip(pairs, numbers, strict=True)}
     factor = scale_of(unit, quantity.unit)
-    loc, scale = given.get("loc", 0.0), given.get("scale", 1.0)
-    return Distribution(name, given | {"loc": loc * factor, "scale": scale * factor})
+    loc, scale = arguments.get("loc", 0.0), arguments.get("scale", 1.0)
+    return Distribution(name, arguments | {"loc": loc * factor, "scale": scale * factor})
 
 
 def _read_plain(text: str) -> float:

@@ -20,10 +20,10 @@ def bar_extremes(path: Trajectory, record: Record, variables: Variables) -> Vari
     bars = bars_of(mechanism)
     if not bars or not samples.time.size:
         return {}
-    known = dict(variables)  # without the returned ones: variables that refer to themselves are freed late
+    run_variables = dict(variables)  # without the returned ones: variables that refer to themselves are freed late
 
     def largest() -> Largest:
-        return largest_along(mechanism, known, samples.time, buckling_ratios(path.plan, samples, record, known))
+        return largest_along(mechanism, run_variables, samples.time, buckling_ratios(path.plan, samples, record, run_variables))
 
     return largest_variables(bars, Deferred(largest, path.system.lock))
 

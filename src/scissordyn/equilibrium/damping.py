@@ -77,7 +77,7 @@ def _velocity_and_state_slopes(at: StaticPosition) -> tuple[np.ndarray, ...]:
     model, work, n = content.model, content.work, content.model.n
     total, contacts = int(model.state_start[-1]), content.parameters.contact.size
     damping, by_state, by_x, by_v = np.zeros((n, n)), np.zeros((n, total)), np.zeros((total, n)), np.zeros((total, n))
-    by_states, kept = np.zeros((total, total)), np.zeros(total, bool)
+    by_states, has_slopes = np.zeros((total, total)), np.zeros(total, bool)
     for i, part in enumerate(at.plan.acting):
         e, guard = contacts + i, model.component_guard[i]
         touching = part.declaration.contact or "approach_speed" in part.declaration.context
@@ -90,16 +90,16 @@ def _velocity_and_state_slopes(at: StaticPosition) -> tuple[np.ndarray, ...]:
         at_free, size = columns[free], columns.size
         block = work.block_v[start : start + size**2].reshape(size, size)
         damping[np.ix_(at_free, at_free)] -= block[np.ix_(free, free)]
-        own = slice(model.state_start[e], model.state_start[e + 1])
-        states = own.stop - own.start
+        part_states = slice(model.state_start[e], model.state_start[e + 1])
+        states = part_states.stop - part_states.start
         if states == 0:
             continue
-        kept[own] = True
+        has_slopes[part_states] = True
         tables = (
             table[place : place + size * states].reshape(size, states)[free]
             for table in (work.force_by_state, work.rate_by_x, work.rate_by_v)
         )
-        by_state[at_free, own], by_x.T[at_free, own], by_v.T[at_free, own] = tables
+        by_state[at_free, part_states], by_x.T[at_free, part_states], by_v.T[at_free, part_states] = tables
         square = work.rate_by_state[model.state_state_start[e] :][: states**2]
-        by_states[own, own] = square.reshape(states, states)
-    return damping, by_state[:, kept], by_x[kept], by_v[kept], by_states[np.ix_(kept, kept)]
+        by_states[part_states, part_states] = square.reshape(states, states)
+    return damping, by_state[:, has_slopes], by_x[has_slopes], by_v[has_slopes], by_states[np.ix_(has_slopes, has_slopes)]

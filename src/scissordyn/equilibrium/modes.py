@@ -131,23 +131,23 @@ def modes(
     return _with_warnings(joined, mechanism)
 
 
-def _with_warnings(found: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
+def _with_warnings(modes: xr.Dataset, mechanism: Mechanism) -> xr.Dataset:
     """Return the modes with warnings of those whose damped shape is another one, and of delayed feedback."""
     match_min = 0.5  # below this criterion, more of a damped shape belongs to other modes than to its own
-    poor_somewhere = (found["damping_match"] < match_min) & found["damping_ratio"].notnull()
-    each = poor_somewhere.values.reshape(-1, found.sizes["mode"]).any(axis=0)
-    poor = [str(mode) for mode in found["mode"].values[each]]
+    is_poor = (modes["damping_match"] < match_min) & modes["damping_ratio"].notnull()
+    is_poor_somewhere = is_poor.values.reshape(-1, modes.sizes["mode"]).any(axis=0)
+    poor = [str(mode) for mode in modes["mode"].values[is_poor_somewhere]]
     text = f"damping changes the shape of mode {', '.join(poor)} so much that its damping ratio is that of another shape"
     servos = (part for part in mechanism.components if isinstance(part, Actuator) and part.controller.delay > 0.0)
     delayed = [
         f"actuator '{part.name}': its delayed signal is constant in modes, and its feedback zero before the onset"
         for part in servos
     ]
-    return found.assign_attrs(warnings=json.dumps([*([text] if poor else []), *delayed]))
+    return modes.assign_attrs(warnings=json.dumps([*([text] if poor else []), *delayed]))
 
 
 def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: Position, released_drive: bool) -> xr.Dataset:
-    """Return the `count` lowest modes at one position; `place` is the equilibrium with ideal joints."""
+    """Return the `count` lowest modes at one position; `ideal` is the equilibrium with ideal joints."""
     locked = at.plan
     if released_drive:
         at = release_drives(at)
@@ -162,8 +162,8 @@ def _modes_at(at: StaticPosition, ideal: StaticPosition, count: int, position: P
         )
     round_off = square_round_off(by_forces, by_constraints)
     squares[np.abs(squares) < round_off] = 0.0
-    found = damped_modes(at, matrix, allowed, squares, motions, round_off)
-    ratio, damped, match = (values[:count] for values in found)
+    damping = damped_modes(at, matrix, allowed, squares, motions, round_off)
+    ratio, damped, match = (values[:count] for values in damping)
     squares, vectors = squares[:count], motions[:, :count]
     angular = np.sign(squares) * np.sqrt(np.abs(squares))
     bodies, turning = _shapes(at, vectors)

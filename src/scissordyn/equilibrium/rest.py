@@ -201,8 +201,8 @@ def equilibrium(
     coefficients = rows[rubbing, :2].copy()
     rows[rubbing, :2] = 0.0
     try:
-        found = None if expected is None else _continue_branch(plan, handle, position, load, expected)
-        return found or _find_equilibrium(plan, handle, position, load)
+        continued = None if expected is None else _continue_branch(plan, handle, position, load, expected)
+        return continued or _find_equilibrium(plan, handle, position, load)
     finally:
         rows[rubbing, :2] = coefficients
 

@@ -215,8 +215,8 @@ def ideal_reactions(plan: Plan, position: np.ndarray | None = None, reference: n
         system.content.state.reference[:] = reference
     start = assemble_as_placed(plan, system.content) if position is None else Start(position, np.zeros_like(position))
     outputs = StaticPosition(plan, system, whole_state(system.content, start.position, start.velocity)).record()
-    found = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
-    return np.asarray(found.joints[0])
+    reactions = solve_reactions(plan.balance, plan.gravity_vector, with_distributed_mass(plan, outputs, np.zeros(1)))
+    return np.asarray(reactions.joints[0])
 
 
 def _resting_offsets(plan: Plan, system: System, force: np.ndarray) -> np.ndarray:

@@ -29,10 +29,10 @@ class Hdf5File(h5py.File):  # type: ignore[misc, name-defined]
     def __getitem__(self, name: Any) -> Any:
         if not isinstance(name, str):
             return super().__getitem__(name)
-        found = self._objects.get(name)
-        if found is None or get_name(found.id) is None:  # the object was deleted, and another one may have the same name
-            found = self._objects[name] = super().__getitem__(name)
-        return found
+        item = self._objects.get(name)
+        if item is None or get_name(item.id) is None:  # the object was deleted, and another one may have the same name
+            item = self._objects[name] = super().__getitem__(name)
+        return item
 
     def close(self) -> None:
         self._objects.clear()

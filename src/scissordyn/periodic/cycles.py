@@ -131,12 +131,12 @@ def _internal_states(plan: Plan) -> np.ndarray:
     return np.array(states, dtype=str)
 
 
-def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:
-    plan, n, variables = found.plan, found.plan.coordinates.free, {}
-    for name, values in found.values.items():
+def _to_dataset(cycles: Cycles, options: Options, phase: float, keep: int) -> xr.Dataset:
+    plan, n, variables = cycles.plan, cycles.plan.coordinates.free, {}
+    for name, values in cycles.values.items():
         dims, units, long_name = CYCLE_VARIABLES[name]
         variables[name] = (dims, values, {"units": units, "long_name": long_name})
-    state = found.samples.state
+    state = cycles.samples.state
     for name, dim, part in (
         ("free_position", "free", state[:, :n]),
         ("free_velocity", "free", state[:, n : 2 * n]),
@@ -146,29 +146,29 @@ def _to_dataset(found: Cycles, options: Options, phase: float, keep: int) -> xr.
         variables[name] = (("cycle", dim), part.copy(), {**about, "long_name": name.replace("_", " ")})
     clearance = np.array([contact.clearance.clearance for contact in plan.contacts if contact.clearance is not None])
     variables["clearance"] = (("joint",), clearance, {"units": "m", "long_name": "radial clearance"})
-    first = max(0, found.samples.time.size - keep)
+    first = max(0, cycles.samples.time.size - keep)
     coordinates = {
-        "cycle": ("cycle", found.first + np.arange(found.samples.time.size), {"long_name": "cycle"}),
-        "time": ("cycle", found.samples.time, {"units": "s", "long_name": "time of the sample"}),
+        "cycle": ("cycle", cycles.first + np.arange(cycles.samples.time.size), {"long_name": "cycle"}),
+        "time": ("cycle", cycles.samples.time, {"units": "s", "long_name": "time of the sample"}),
         "joint": ("joint", [joint.name for joint in plan.contacts]),
         "axis": ("axis", ["x", "y"]),
         "internal": ("internal", _internal_states(plan), {"long_name": "internal state, in SI units"}),
     }
     run = xr.Dataset(variables, coords=coordinates).isel(cycle=slice(first, None))
-    for name, part in found.end.plain().items():
+    for name, part in cycles.end.plain().items():
         dims = tuple(f"end_{name}_{axis}" for axis in range(part.ndim))
         about = {"units": END_UNITS[name]} if name in END_UNITS else {}
         run[f"end_{name}"] = (dims, part, {**about, "long_name": f"{name} at the end of the run, in SI units"})
     run.attrs = {
         "title": "scissordyn cycles",
-        "status": found.status,
-        "cause": found.cause,
+        "status": cycles.status,
+        "cause": cycles.cause,
         "period": options.until,
         "phase": phase,
-        "end_cycle": found.first + found.samples.time.size,
-        "cycles_per_second": found.statistics["cycles_per_second"],
-        "statistics": json.dumps(found.statistics),
-        "warnings": json.dumps([*found.warnings, *drive_warnings(plan, options.until)]),
+        "end_cycle": cycles.first + cycles.samples.time.size,
+        "cycles_per_second": cycles.statistics["cycles_per_second"],
+        "statistics": json.dumps(cycles.statistics),
+        "warnings": json.dumps([*cycles.warnings, *drive_warnings(plan, options.until)]),
         "configuration": write_configuration(plan.mechanism, options),
     }
     return run

@@ -262,9 +262,9 @@ def numbers(part: Any, **derived: float) -> tuple[float, ...]:
     return tuple(float(derived[name] if name in derived else getattr(part, name)) for name in part.declaration.numbers)
 
 
-def _check(made: Any) -> None:
-    declared: Element = made.declaration
-    what = f"{declared.slot.title} '{made.__name__}'"
+def _check(cls: Any) -> None:
+    declared: Element = cls.declaration
+    what = f"{declared.slot.title} '{cls.__name__}'"
     if len(declared.numbers) > ELEMENT_PARAMETERS_MAX:
         raise InputError(f"{what} has {len(declared.numbers)} parameters", f"at most {ELEMENT_PARAMETERS_MAX} parameters")
     if declared.states and not declared.slot.stateful:

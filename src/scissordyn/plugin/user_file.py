@@ -83,8 +83,8 @@ def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., 
         )
     module = _module(path, source)
     if not callable(getattr(module, name, None)):
-        own = ((key, value) for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__)
-        functions = [key for key, value in own if callable(value) and not key.startswith("_")]
+        defined = ((key, value) for key, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__)
+        functions = [key for key, value in defined if callable(value) and not key.startswith("_")]
         raise InputError(f"unknown {kind} '{name}' in '{path}'{did_you_mean(name, functions)}", ", ".join(functions))
     function: Callable[..., Any] = getattr(module, name)
     return function
@@ -93,14 +93,14 @@ def load_function(kind: str, reference: str, digest: str = "") -> Callable[..., 
 _CLASSES: dict[tuple[str, str], type] = {}  # User-defined classes that this process has loaded, by reference and digest
 
 
-def note_origin(made: Any, described: type) -> None:
+def note_origin(cls: Any, described: type) -> None:
     """Record the file that defines a class, so that other processes can unpickle its instances."""
-    made.origin = origin = _origin_in_file(
+    cls.origin = origin = _origin_in_file(
         described
     )  # set even if None, so that the class does not inherit the origin of its base
     if origin is not None:
-        made.__reduce__ = lambda part: (_empty, type(part).origin, part.__dict__)
-        _CLASSES[origin] = made
+        cls.__reduce__ = lambda part: (_empty, type(part).origin, part.__dict__)
+        _CLASSES[origin] = cls
 
 
 def origin_of(described: type) -> tuple[str, str] | None:

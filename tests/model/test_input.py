@@ -8,7 +8,7 @@ import pytest
 from tests.build import EXAMPLES, warnings_of
 
 import scissordyn as sd
-from scissordyn.model.check import proportion_warnings
+from scissordyn.model.check import loose_bodies, proportion_warnings
 from scissordyn.units import RANGES
 
 ARM = sd.scissor(units=1)  # Mechanism without a drive
@@ -241,3 +241,11 @@ def test_proportion_warnings_of_runs_and_checks(capsys, tmp_path):
 def test_examples_are_in_proportion(path):
     """Contract: no example gives a proportion warning."""
     assert proportion_warnings(sd.read_case(path).mechanism) == []
+
+
+def test_loose_groups_of_one_size():
+    """Contract: of equally large groups without a ground the first is the mechanism, in every process."""
+    bodies = [sd.Body(name, 1.0, 0.1, {"p": (0.0, 0.0)}) for k in range(12) for name in (f"a{k}", f"b{k}")]
+    joints = [sd.Revolute(f"J{k}", (f"a{k}", "p"), (f"b{k}", "p")) for k in range(12)]
+    expected = [f"bodies 'a{k}', 'b{k}' are connected to each other, but to nothing else" for k in range(1, 12)]
+    assert loose_bodies(sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints))) == expected

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -120,13 +120,13 @@ def _check_moments(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
     for label, (name, point) in places:
         if name not in fixed:
             continue
-        apart = math.dist(points[name][point], fixed[name].centre)
-        if apart > ASSEMBLY_TOL * mechanism.size:
+        distance = math.dist(points[name][point], fixed[name].centre)
+        if distance > ASSEMBLY_TOL * mechanism.size:
             raise InputError(
                 f"{label} holds body '{name}', which has no inertia and therefore does not rotate, at its point '{point}', "
-                f"{apart:.4g} m from its mass centre",
+                f"{distance:.4g} m from its mass centre",
                 "an inertia, a point mass held at its mass centre only, or a block whose guide keeps its angle",
-                f"inertia of body '{name}', for instance {fixed[name].mass * apart**2:.3g} kg m^2",
+                f"inertia of body '{name}', for instance {fixed[name].mass * distance**2:.3g} kg m^2",
             )
 
 
@@ -211,23 +211,27 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
                 f"clearance joint '{joint.name}' cannot move: welds make bodies '{first}' and '{second}' one rigid body",
                 "clearance joints between bodies that can move relative to each other",
             )
-        for beside in ideal.get(frozenset(joint.bodies), []):
-            here, there = dict((joint.journal, joint.bearing)), dict((beside.journal, beside.bearing))
-            if all(math.dist(points[body][here[body]], points[body][there[body]]) < near for body in joint.bodies):
+        for ideal_joint in ideal.get(frozenset(joint.bodies), []):
+            ends, ideal_ends = dict((joint.journal, joint.bearing)), dict((ideal_joint.journal, ideal_joint.bearing))
+            if all(math.dist(points[body][ends[body]], points[body][ideal_ends[body]]) < near for body in joint.bodies):
                 raise InputError(
-                    f"clearance joint '{joint.name}' cannot move: the ideal joint '{beside.name}' holds the same points of "
-                    f"bodies '{first}' and '{second}' together",
+                    f"clearance joint '{joint.name}' cannot move: the ideal joint '{ideal_joint.name}' holds the same points "
+                    f"of bodies '{first}' and '{second}' together",
                     "one of the two joints",
                 )
 
 
 def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
     """Return, for each body that is welded to others or to the ground, the body that represents its rigid group."""
-    group: dict[str, str] = {}
-    for weld in mechanism.welds:
-        (first, _), (second, _) = weld.start, weld.end
+    return _groups((weld.start[0], weld.end[0]) for weld in mechanism.welds)
+
+
+def _groups(pairs: Iterable[tuple[str, str]], names: Iterable[str] = ()) -> dict[str, str]:
+    """Return, for each body in `pairs` or `names`, the body that represents its group; a pair is in one group."""
+    group = {name: name for name in names}
+    for first, second in pairs:
         kept, merged = group.setdefault(first, first), group.setdefault(second, second)
-        group = {name: kept if chosen == merged else chosen for name, chosen in group.items()}
+        group = {name: kept if representative == merged else representative for name, representative in group.items()}
     return group
 
 
@@ -244,27 +248,29 @@ def loose_bodies(mechanism: Mechanism) -> list[str]:
 
     If all bodies of a mechanism are connected to each other, it may be free as a whole: there is no warning.
     """
-    names = {body.name for body in mechanism.bodies}
-    pairs = [
+    names = [body.name for body in mechanism.bodies]
+    connected = [
         *(joint.bodies for joint in mechanism.joints),
         *((guide.follower[0], guide.body) for guide in mechanism.guides),
         *((weld.start[0], weld.end[0]) for weld in mechanism.welds),
         *(coordinate.bodies for coupling in mechanism.couplings for _, coordinate in coupling.terms),
         *(drive.coordinate.bodies for drive in mechanism.coordinate_drives),
-        *(_bodies_in(component, names) for component in (*mechanism.components, *mechanism.rods)),
+        *(_bodies_in(component, {*names}) for component in (*mechanism.components, *mechanism.rods)),
     ]
-    group = {name: name for name in (*names, GROUND)}
-    for pair in pairs:
-        for other in pair[1:]:
-            joined, kept = group[other], group[pair[0]]
-            group = {name: kept if of == joined else of for name, of in group.items()}
+    group = _groups(((bodies[0], other) for bodies in connected for other in bodies[1:]), (*names, GROUND))
     sizes = Counter(group.values())
-    main = group[GROUND] if sizes[group[GROUND]] > 1 else max(sizes, key=lambda of: (sizes[of], of != group[GROUND]))
-    apart = [body.name for body in mechanism.bodies if group[body.name] != main]
-    return [f"body '{name}' is connected to nothing else: it moves alone" for name in apart if sizes[group[name]] == 1] + [
-        f"bodies {', '.join(repr(name) for name in together)} are connected to each other, but to nothing else"
-        for together in ([name for name in apart if group[name] == of] for of in dict.fromkeys(group[name] for name in apart))
-        if len(together) > 1
+    main = group[GROUND] if sizes[group[GROUND]] > 1 else max(sizes, key=lambda key: (sizes[key], key != group[GROUND]))
+    loose = defaultdict[str, list[str]](list)
+    for body in mechanism.bodies:
+        if group[body.name] != main:
+            loose[group[body.name]].append(body.name)
+    alone = [
+        f"body '{bodies[0]}' is connected to nothing else: it moves alone" for bodies in loose.values() if len(bodies) == 1
+    ]
+    return alone + [
+        f"bodies {', '.join(map(repr, bodies))} are connected to each other, but to nothing else"
+        for bodies in loose.values()
+        if len(bodies) > 1
     ]
 
 

@@ -24,8 +24,8 @@ def sample_times(options: Options, *, curves: bool = False) -> np.ndarray:
 
 def select_samples(path: Trajectory, times: np.ndarray) -> Trajectory:
     """Return a trajectory with only those samples that are at given times."""
-    wanted = np.isin(path.samples.time, times)
-    return replace(path, samples=Samples(*(part[wanted] for part in path.samples)))
+    is_selected = np.isin(path.samples.time, times)
+    return replace(path, samples=Samples(*(part[is_selected] for part in path.samples)))
 
 
 def add_recorded_samples(path: Trajectory) -> Trajectory:
@@ -34,22 +34,19 @@ def add_recorded_samples(path: Trajectory) -> Trajectory:
     These are the start, largest force and end of every contact, the located largest values of all other monitored quantities,
     and ends of steps, up to `SAMPLES_MAX` samples.
     """
-    table, kept = path.contacts, path.recorded
-    assert kept is not None
+    table, recorded = path.contacts, path.recorded
+    assert recorded is not None
     start = table["start"]
     spans = [table[name] for name in ("peak_time", "peak_normal_time", "duration")]
-    wanted = np.concatenate([start, *(start + span for span in spans), path.peak["largest_time"]])
-    wanted = np.unique(wanted[np.isfinite(wanted) & (wanted >= 0.0) & (wanted <= path.end)])
-    time = kept.time.copy()
-    if time.size and wanted.size:  # a requested instant and its recorded instant may differ by rounding
-        order = np.argsort(time, kind="stable")
-        after = np.clip(np.searchsorted(time[order], wanted), 1, max(1, time.size - 1))
-        near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
-        row = np.where(np.abs(time[near[0]] - wanted) <= np.abs(time[near[1]] - wanted), near[0], near[1])
-        same = np.abs(time[row] - wanted) <= 4.0 * np.spacing(wanted)
-        time[row[same]] = wanted[same]
-    rows = choose_rows(path.samples.time, time, wanted)
-    parts = (np.concatenate([here, getattr(kept, name)[rows]]) for name, here in path.samples._asdict().items())
+    peak_times = np.concatenate([start, *(start + span for span in spans), path.peak["largest_time"]])
+    peak_times = np.unique(peak_times[np.isfinite(peak_times) & (peak_times >= 0.0) & (peak_times <= path.end)])
+    time = recorded.time.copy()
+    if time.size and peak_times.size:  # a requested instant and its recorded instant may differ by rounding
+        rows = _nearest_rows(time, peak_times)
+        same = np.abs(time[rows] - peak_times) <= 4.0 * np.spacing(peak_times)
+        time[rows[same]] = peak_times[same]
+    rows = choose_rows(path.samples.time, time, peak_times)
+    parts = (np.concatenate([here, getattr(recorded, name)[rows]]) for name, here in path.samples._asdict().items())
     samples = Samples(*parts)._replace(time=np.concatenate([path.samples.time, time[rows]]))
     _, order = np.unique(samples.time, return_index=True)  # of equal instants the first is kept; it is an equally spaced one
     return replace(path, samples=Samples(*(part[order] for part in samples)))
@@ -62,28 +59,32 @@ def nearest_samples(path: Trajectory, times: np.ndarray) -> Samples:
 
     Shapes: `times` (n,) [s], finite; at least one instant must be recorded.
     """
-    kept: list[Samples | StepRecord] = [path.samples] if path.recorded is None else [path.samples, path.recorded]
-    time = np.concatenate([part.time for part in kept])
-    order = np.argsort(time, kind="stable")
-    after = np.clip(np.searchsorted(time[order], times), 1, max(1, time.size - 1))
-    near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
-    rows = np.where(np.abs(time[near[0]] - times) <= np.abs(time[near[1]] - times), near[0], near[1])
+    sources: list[Samples | StepRecord] = [path.samples] if path.recorded is None else [path.samples, path.recorded]
+    rows = _nearest_rows(np.concatenate([part.time for part in sources]), times)
     increasing = np.argsort(rows, kind="stable")
     in_samples = np.searchsorted(rows[increasing], path.samples.time.size)
-    taken = [rows[increasing[:in_samples]], rows[increasing[in_samples:]] - path.samples.time.size]
+    source_rows = [rows[increasing[:in_samples]], rows[increasing[in_samples:]] - path.samples.time.size]
     order = np.argsort(increasing)  # only the wanted rows are copied, as a record can be long
-    columns = [[getattr(part, name)[at] for part, at in zip(kept, taken, strict=False)] for name in Samples._fields]
+    columns = [[getattr(part, name)[at] for part, at in zip(sources, source_rows, strict=False)] for name in Samples._fields]
     return Samples(*(np.concatenate(column)[order] for column in columns))
 
 
-def choose_rows(equal: np.ndarray, time: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return the indices of those recorded instants `time` that become samples, the `wanted` ones first.
+def _nearest_rows(time: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the index in `time` of the instant nearest to each of `times`; of equally near ones the earlier."""
+    order = np.argsort(time, kind="stable")
+    after = np.clip(np.searchsorted(time[order], times), 1, max(1, time.size - 1))
+    near = order[np.stack([after - 1, np.minimum(after, time.size - 1)])]
+    return np.asarray(np.where(np.abs(time[near[0]] - times) <= np.abs(time[near[1]] - times), near[0], near[1]))
+
+
+def choose_rows(equal: np.ndarray, time: np.ndarray, preferred: np.ndarray) -> np.ndarray:
+    """Return the indices of those recorded instants `time` that become samples, the `preferred` ones first.
 
     With the equally spaced instants `equal` there are at most `SAMPLES_MAX` samples.
     """
     chosen, room = np.zeros(0, int), max(0, SAMPLES_MAX - max(equal.size, DEFAULT_SAMPLES))
-    is_wanted = np.isin(time, wanted)
-    for rows in (np.flatnonzero(is_wanted), np.flatnonzero(~is_wanted)):
+    is_preferred = np.isin(time, preferred)
+    for rows in (np.flatnonzero(is_preferred), np.flatnonzero(~is_preferred)):
         if rows.size and room > chosen.size:
             chosen = np.concatenate([chosen, rows[:: -(-rows.size // (room - chosen.size))]])
     return np.sort(chosen)

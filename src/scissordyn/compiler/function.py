@@ -128,10 +128,10 @@ class Body:
                 result = self._converted(result, self.result)
         self._line(f"return {result.c};")
 
-    def _converted(self, found: Value, kind: Tuple) -> Value:
+    def _converted(self, value: Value, kind: Tuple) -> Value:
         """Convert the numbers of a tuple to other types."""
-        assert isinstance(found.kind, Tuple)
-        kept, old = self._kept(found), found.kind.items
+        assert isinstance(value.kind, Tuple)
+        kept, old = self._kept(value), value.kind.items
         return Value(
             kind.literal(converted(Value(item_of(kept, k), old[k]), item).c for k, item in enumerate(kind.items)), kind
         )
@@ -201,11 +201,11 @@ class Body:
             for target, value in zip(targets, kept, strict=True):
                 self._put(target, value)
             return
-        found_one = self.expressions.value(node.value)
-        if len(node.targets) > 1 and not self._is_fixed(found_one):
-            found_one = self._kept(found_one)
+        result = self.expressions.value(node.value)
+        if len(node.targets) > 1 and not self._is_fixed(result):
+            result = self._kept(result)
         for target in node.targets:
-            self._put(target, found_one)
+            self._put(target, result)
 
     def _is_fixed(self, value: Value) -> bool:
         return value.constant is not None or is_empty(value.kind)

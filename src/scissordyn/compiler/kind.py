@@ -216,16 +216,16 @@ def _element(dtype: np.dtype, name: str, types: dict[Any, Any], number: Scalar =
     return record
 
 
-def joined(one: Kind | None, other: Kind) -> Kind:
+def joined(first: Kind | None, second: Kind) -> Kind:
     """Return the type of a variable to which values of two types are assigned."""
-    if one is None or one == other:
-        return other
-    if isinstance(one, Scalar) and isinstance(other, Scalar):
-        return one if one.rank >= other.rank else other
-    if isinstance(one, Tuple) and isinstance(other, Tuple) and len(one.items) == len(other.items):
-        return Tuple(tuple(joined(a, b) for a, b in zip(one.items, other.items, strict=True)))
+    if first is None or first == second:
+        return second
+    if isinstance(first, Scalar) and isinstance(second, Scalar):
+        return first if first.rank >= second.rank else second
+    if isinstance(first, Tuple) and isinstance(second, Tuple) and len(first.items) == len(second.items):
+        return Tuple(tuple(joined(a, b) for a, b in zip(first.items, second.items, strict=True)))
     raise TranslationError(
-        f"a variable in a kernel has values of the types {one.letter} and {other.letter}", "values of one type"
+        f"a variable in a kernel has values of the types {first.letter} and {second.letter}", "values of one type"
     )
 
 

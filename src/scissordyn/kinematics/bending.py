@@ -100,16 +100,16 @@ def _is_uniform(body: Body, line: Sequence[Point]) -> bool:
     )
 
 
-def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own: bool) -> Body:
+def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, keep_frame: bool) -> Body:
     """Return one straight leg of a kinked bar as a uniform bar with its own name, points and mass.
 
-    `points` are in the frame of the kinked bar `body`, `per_length` is the mass per length [kg/m]. If `own`, the leg keeps the
-    frame of the kinked bar, whose x axis it lies on; otherwise its x axis runs from its first point to its last.
+    `points` are in the frame of the kinked bar `body`, `per_length` is the mass per length [kg/m]. With `keep_frame`, the leg
+    keeps the frame of the kinked bar, whose x axis it lies on; otherwise its x axis runs from its first point to its last.
     """
     (x, y), *_, last = points.values()
     length = math.dist((x, y), last)
-    start = (0.0, 0.0) if own else (x, y)
-    places = {key: place[0] if own else math.dist(start, place) for key, place in points.items()}
+    start = (0.0, 0.0) if keep_frame else (x, y)
+    places = {key: place[0] if keep_frame else math.dist(start, place) for key, place in points.items()}
     offset, mass = body.turned(start), per_length * length
     return dataclasses.replace(
         body,
@@ -119,7 +119,7 @@ def _leg(body: Body, name: str, points: dict[str, Point], per_length: float, own
         points={key: (place, 0.0) for key, place in places.items()},
         centre=(0.5 * (min(places.values()) + max(places.values())), 0.0),
         position=(body.placed_position[0] + offset[0], body.placed_position[1] + offset[1]),
-        angle=body.placed_angle + (0.0 if own else math.atan2(last[1] - y, last[0] - x)),
+        angle=body.placed_angle + (0.0 if keep_frame else math.atan2(last[1] - y, last[0] - x)),
         velocity=body.velocity_at(offset),
     )
 

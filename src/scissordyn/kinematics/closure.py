@@ -217,14 +217,14 @@ class Closure:
             ]
         )
 
-    def second_derivative(self, z: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the second derivative of `left_sides` at z in the directions of two changes of z, `one` and `other`."""
-        bent = self.rows @ one
+    def second_derivative(self, z: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return the second derivative of `left_sides` at z in the directions of two changes of z, `first` and `second`."""
+        curvature = self.rows @ first
         if self._has_other_kinds:
             for p, d in enumerate(self.maps(z)):
                 kind = ANGLE if self.turns[p] else LENGTH if self.lengths[p] else HALF_SQUARE
-                bent[p] = part_curvature(kind, *d, *bent[p])
-        parts = self.weight * np.sum(bent * (self.rows @ other), axis=-1)
+                curvature[p] = part_curvature(kind, *d, *curvature[p])
+        parts = self.weight * np.sum(curvature * (self.rows @ second), axis=-1)
         return np.asarray((self._sum(parts, 0) / self.scale)[self.chosen])
 
     def _sum(self, parts: np.ndarray, axis: int) -> np.ndarray:

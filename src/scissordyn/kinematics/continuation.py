@@ -103,11 +103,11 @@ def _passes_change_point(closure: Closure, inputs: AtPlace, leg: Leg, new: tuple
 
 
 def _nearest_to_singular(
-    closure: Closure, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]
+    closure: Closure, first: tuple[float, np.ndarray], second: tuple[float, np.ndarray]
 ) -> tuple[float, np.ndarray]:
     """Return the one of two positions with the smaller singular value."""
-    sizes = [np.linalg.svd(closure.jacobian(z), compute_uv=False)[-1] for _, z in (one, other)]
-    return one if sizes[0] <= sizes[1] else other
+    sizes = [np.linalg.svd(closure.jacobian(z), compute_uv=False)[-1] for _, z in (first, second)]
+    return first if sizes[0] <= sizes[1] else second
 
 
 def meeting_between(
@@ -121,11 +121,11 @@ def meeting_between(
     return Meeting(unfolded.place, unfolded.z, 0.0 if abs(unfolded.g) <= 1e-12 else abs(unfolded.g))
 
 
-def _is_saddle(closure: Closure, z: np.ndarray, found: Point) -> bool:
+def _is_saddle(closure: Closure, z: np.ndarray, point: Point) -> bool:
     """Return whether a stationary point of the unfolding is a saddle with one small singular value, near a position."""
-    values = np.linalg.svd(closure.jacobian(found.z), compute_uv=False)
+    values = np.linalg.svd(closure.jacobian(point.z), compute_uv=False)
     alone = values.size == 1 or values[-2] > 1e-4 * values[0]
-    return bool(alone and found.saddle > 0.0 and largest_turn(closure, found.z - z) <= 2.0 * TURN_MAX)
+    return bool(alone and point.saddle > 0.0 and largest_turn(closure, point.z - z) <= 2.0 * TURN_MAX)
 
 
 def _reaches_limit(closure: Closure, inputs: AtPlace, leg: Leg, place: float, longest: float) -> bool:

@@ -125,7 +125,7 @@ def follow(closure: Closure, parameter: str, inputs: AtPlace, start: np.ndarray,
     for end, last in zip(ends, (z[0], z[-1]), strict=True):
         if end is not None:
             passed.append(SingularPosition(LOCKING_KIND, end, *moving_parts(closure, last, typical)))
-    return Path(closure, parameter, place, z, tuple(sorted(passed, key=lambda each: each.place)))
+    return Path(closure, parameter, place, z, tuple(sorted(passed, key=lambda position: position.place)))
 
 
 def _typical(path: Path) -> float:
@@ -134,9 +134,9 @@ def _typical(path: Path) -> float:
     return max(float(np.median([smallest(path.closure, path.z[k]) for k in chosen])), 1e-6)
 
 
-def _meetings(path: Path, inputs: AtPlace, known: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
-    """Return the positions at which branches meet or nearly meet: the `known` ones, and those found between samples."""
-    closure, meetings = path.closure, list(known)
+def _meetings(path: Path, inputs: AtPlace, traced: list[Meeting], typical: float, ends: list[float | None]) -> list[Meeting]:
+    """Return the positions at which branches meet or nearly meet: the `traced` ones, and those found between samples."""
+    closure, meetings = path.closure, list(traced)
     last, longest = path.place.size - 1, float(np.max(np.diff(path.place), initial=0.0))
     for k in suspected_samples(measure(closure, path.z)):
         low, high = float(path.place[max(0, k - 1)]), float(path.place[min(last, k + 1)])

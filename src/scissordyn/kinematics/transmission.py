@@ -30,7 +30,7 @@ def dyads(plan: Plan) -> list[Dyad]:
     """Return the dyads of a mechanism, in the order in which its drives determine them."""
     placed = {GROUND}
     for drive in plan.drives:
-        if _pin_to_known(plan, drive.body, "", placed) is not None:
+        if _pin_to_placed(plan, drive.body, "", placed) is not None:
             placed.add(drive.body)
     slides = {guide.follower[0]: guide.direction for guide in plan.mechanism.guides if guide.body == GROUND}
     sliding = {guide.follower[0] for guide in plan.mechanism.guides if guide.aligned}
@@ -51,17 +51,17 @@ def dyads(plan: Plan) -> list[Dyad]:
         placed |= bodies
 
 
-def _next_dyad(plan: Plan, known: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
-    """Return the next dyad whose outer joints connect it to bodies of known motion, and the names of its bodies.
+def _next_dyad(plan: Plan, placed: set[str], slides: dict[str, float], sliding: set[str]) -> tuple[Dyad, set[str]] | None:
+    """Return the next dyad whose outer joints connect it to `placed` bodies of known motion, and the names of its bodies.
 
     None if there is no such dyad. `slides` gives the direction of the guide of each guided body [rad]. Bodies in `sliding`
     cannot rotate, so that any of their points moves along the guide.
     """
     for joint in plan.mechanism.joints:
         first, second = joint.bodies
-        if first in known or second in known:
+        if first in placed or second in placed:
             continue
-        pins = [_pin_to_known(plan, body, joint.name, known) for body in (first, second)]
+        pins = [_pin_to_placed(plan, body, joint.name, placed) for body in (first, second)]
         if pins[0] is not None and pins[1] is not None:
             return Dyad(joint.name, joint.journal, (pins[0], pins[1])), {first, second}
         for slider, pin in ((first, pins[1]), (second, pins[0])):
@@ -69,19 +69,19 @@ def _next_dyad(plan: Plan, known: set[str], slides: dict[str, float], sliding: s
                 return Dyad(joint.name, joint.journal, (pin,), slides[slider]), {first, second}
     for body, direction in slides.items():  # a body held by a pin and a guide
         follower = next(guide.follower for guide in plan.mechanism.guides if guide.follower[0] == body)
-        pin = None if body in known else _pin_to_known(plan, body, "", known)
+        pin = None if body in placed else _pin_to_placed(plan, body, "", placed)
         if pin is not None:
             name = next(guide.name for guide in plan.mechanism.guides if guide.follower == follower)
             return Dyad(name, follower, (pin,), direction), {body}
     return None
 
 
-def _pin_to_known(plan: Plan, body: str, but: str, known: set[str]) -> BodyPoint | None:
-    """Return the point that connects a body to a known one by a joint other than `but`; None if there is none."""
+def _pin_to_placed(plan: Plan, body: str, but: str, placed: set[str]) -> BodyPoint | None:
+    """Return the point that connects a body to a placed one by a joint other than `but`; None if there is none."""
     for joint in plan.mechanism.joints:
         if joint.name != but and body in joint.bodies:
             here, there = (joint.journal, joint.bearing) if joint.journal[0] == body else (joint.bearing, joint.journal)
-            if there[0] in known:
+            if there[0] in placed:
                 return here
     return None
 

@@ -60,11 +60,13 @@ def verified_study(study: Study, points: int) -> Study:
     """Return the study of accurate runs of the first `points` points of a study, or of `points` points of its search."""
     accurate = study.accurate
     assert accurate is not None
-    design, sampling = replace(study.design, points=points), study.sampling
+    design, sampling = study.design, study.sampling
     if study.optimisation is not None:
         design = Design("adaptive", points)
-    elif not study.factors:
-        design, sampling = study.design, replace(sampling, samples=min(points, sampling.samples))
+    elif study.factors:
+        design = replace(design, points=points)
+    else:
+        sampling = replace(sampling, samples=min(points, sampling.samples))
     return replace(
         study,
         mechanism=accurate.mechanism,
@@ -96,13 +98,15 @@ def compute_both_fidelities(
 
 def _check(study: Study, budget: float | None) -> None:
     """Raise `InputError` if accurate runs of its first cases cannot verify the study, or it cannot have a budget."""
-    verified_study(study, POINTS_MIN)  # whether the accurate mechanism has the parameters and parts
+    kind, allowed = (study.design.kind, "design") if study.factors else (study.sampling.kind, "sampling")
+    sampled = kind in VERIFIABLE_DESIGNS
+    if sampled or study.optimisation is not None:
+        verified_study(study, POINTS_MIN)  # whether the accurate mechanism has the parameters and parts
     if study.optimisation is not None:
         if budget is not None:
             raise InputError("a budget of an optimisation", "generations and population", "generations = 20")
         return
-    kind, allowed = (study.design.kind, "design") if study.factors else (study.sampling.kind, "sampling")
-    if kind not in VERIFIABLE_DESIGNS:
+    if not sampled:
         what = f"cheap runs of a {kind} {allowed}, whose first points are not a sample"
         raise InputError(what, f"a {allowed} of kind {' or '.join(VERIFIABLE_DESIGNS)}", f'kind = "{VERIFIABLE_DESIGNS[1]}"')
     if budget is not None and not study.factors:

@@ -115,6 +115,12 @@ class Design:
         if isinstance(points, bool) or not isinstance(points, int) or points < least:
             sample = "--points 32, or points = 32"
             raise InputError(f"points = {points!r} of a {self.kind} design", f"a whole number >= {least}", sample)
+        if self.kind in LEVEL_DESIGNS and points:
+            raise InputError(
+                f"points = {points} of a {self.kind} design, whose points are the levels of the parameters",
+                "a number of values for each parameter, or a sampled design",
+                "'0.1..0.4 mm, 4 values', or a sobol design",
+            )
         if self.kind in ("saltelli", "morris") and self.points < POINTS_MIN:
             what = "trajectories" if self.kind == "morris" else "base points"
             raise InputError(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-NAMES_MAX = 3  # largest number of names of parts within a line of text
+NAMES_MAX = 3  # at most this many names of parts in a line of text
 LISTED_MAX = 6  # largest number of entries in a list or row of pictures; further entries are only counted
 
 _LOADED = ": a contact that began at {speed:.3g} m/s was loaded to {force:.5g} N, not by an impact at that speed: its damping "

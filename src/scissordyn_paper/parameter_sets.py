@@ -82,7 +82,7 @@ FACTORS = (
     Factor(
         "bearing length",
         _field("bearing_length", 5e-3, 10e-3, 15e-3, 20e-3, 30e-3, 50e-3, 1.0, 1.0, words="{:g} m"),
-        "in a lost table; formulas of this school are printed with and without it, and without it 1 m is meant",
+        "in a table that is not public; related papers print the formula with and without a length, which then is 1 m",
     ),
     Factor(
         "materials",

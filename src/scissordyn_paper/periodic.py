@@ -49,7 +49,7 @@ CYCLE_INTERVALS = 4
 long transients, and number of rescalings of the small difference in each period."""
 
 DIAGRAM_VALUES, DIAGRAM_CYCLES, DIAGRAM_KEPT = 60, 160, 100
-"""For the bifurcation diagram: number of clearances, number of periods at each, and number of periods that are drawn."""
+"""Numbers of clearances, of periods at each clearance, and of drawn periods of the bifurcation diagram."""
 
 
 @dataclass(frozen=True)

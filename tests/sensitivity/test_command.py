@@ -87,7 +87,7 @@ def test_a_measure_is_needed(case, capsys):
     ("words", "told"),
     [
         (["hole.first_contact", "--by", "hole.clearance", "--set", "run.most_steps=5"], "5 steps are not enough"),
-        (["hole.first_contact", "--by", "hole"], "'hole': the name of a part, without a parameter of it"),
+        (["hole.first_contact", "--by", "hole"], "'hole' names a part, not a parameter"),
     ],
 )
 def test_refused(case, words, told, capsys):

@@ -40,7 +40,7 @@ class End(NamedTuple):
 
     body: str
     joint: str
-    point: str  # Point of the body; "" for the carrier of a guide, on which the force acts at the follower
+    point: str  # Point of the body; "" for the body that carries a guide: the force acts where the follower is
     sign: float  # 1.0 if the run reports the force on this body, -1.0 if it reports the force on the other body
     guide: Guide | None = None
     of_weld: bool = False

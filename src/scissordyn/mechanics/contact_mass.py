@@ -40,8 +40,8 @@ def contact_mass(j, S):
 def component_mass(t, i, z, S):
     """Return the effective mass of component i along its gap [kg], or its inertia [kg m^2] if the gap is an angle.
 
-    It is 0 if the gap is an angle and bars bend; damping then refers to the approach speed, as in the published law. The shapes
-    of a bar turn its cross-sections almost without inertia: the inertia would be far less than that which an impact meets.
+    The result is 0 if the gap is an angle and bars bend; damping then refers to the approach speed, as in the published law.
+    The inertia of a cross-section that the shapes of a bar turn would be far smaller than the inertia that an impact meets.
     """
     M, W = S.model, S.work
     if M.reference_of[i] >= 0 and M.bar_scale.size > 0:

@@ -105,7 +105,7 @@ def _find(mechanism: Mechanism, parameter: str) -> list[Place]:
         names = list(dict.fromkeys(part for part, _, _, kind in _named(mechanism) if kind != DRIVE))
         names += [DRIVE] * bool(mechanism.drives)
         if parameter in names:
-            what = f"'{parameter}': the name of a part, without a parameter of it"
+            what = f"'{parameter}' names a part, not a parameter"
             raise InputError(what, f"{parameter}.PARAMETER", f"a parameter path such as {PATH_EXAMPLES}")
         names += list(_numbers(mechanism))
         first, _, rest = name.partition(".")

@@ -68,7 +68,7 @@ class ClearanceJoint:
 
 @dataclass(frozen=True)
 class Channel:
-    """Magnified view of a clearance guide: its block between horizontal surfaces, in drawn half widths of the block."""
+    """Magnified view of a clearance guide: its block between horizontal surfaces; the unit is half the drawn block."""
 
     name: str  # Name of the guide
     block: np.ndarray  # (samples, corners, 2) Corners of the block in cyclic order, with magnified clearance

@@ -150,7 +150,8 @@ def test_a_bouncing_ball(name):
     dual_ball, dual = twin.address(ball.content), twin.address(content)
     misfit, control = np.zeros(1), (np.array([4]), np.array([1e-9, 0.0]), np.zeros(1, np.int64), np.ones(1, np.int64))
     integrals = np.zeros((0, 3), np.int64), np.zeros(1, np.int64), np.zeros((0, 4))
-    unwatched = np.zeros(1), np.zeros((1, 7)), np.zeros((2, 0)), np.zeros(4)
+    gaps = np.zeros((1, 8)), np.zeros((1, 4)), np.ones(1, np.int64)
+    unwatched = np.zeros(1), *gaps, np.zeros((2, 0)), np.zeros(1), np.zeros((3, 4))
     parts = state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference
     watched = Watched(
         *parts,

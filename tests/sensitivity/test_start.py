@@ -38,7 +38,7 @@ def test_a_length_whose_hundredth_part_exceeds_the_clearance(path, slope):
 def test_a_journal_that_touches_its_bearing():
     """A change in one direction ends the contact at the start, so that the derivative is that of the other direction."""
     begin = Start(flying(DISTANCE), "as-placed")
-    slopes, one_sided = sided_derivatives(begin, parameter_of(begin.mechanism, "body.ball.position.x", 1.0))
+    slopes, one_sided, _ = sided_derivatives(begin, parameter_of(begin.mechanism, "body.ball.position.x", 1.0))
     assert one_sided is not None
     assert one_sided[0] == "larger values"
     assert one_sided[1].startswith("'body.ball.position.x': a small change of it begins or ends a contact at the start")

@@ -21,6 +21,7 @@ from scissordyn.record.ideal_path import IdealPath
 from scissordyn.run.advance.driver import Driver
 from scissordyn.run.advance.interrupt import check_interrupt
 from scissordyn.run.trajectory import describe_stop, make_driver, model_failure
+from scissordyn.sensitivity.gap import EVENT, FAR, NEAR, SINCE_EVENT, SLOPES
 from scissordyn.sensitivity.hard_replay import HardWatched
 from scissordyn.sensitivity.library import DERIVATIVES, Library, library_for
 from scissordyn.sensitivity.part_error import PARTS_MAX, WEIGHT_FACTOR
@@ -69,7 +70,7 @@ class Forward:
     parts: int  # Number of parts of steps that were rejected for the errors of derivatives
     quadrature: int  # Number of parts of steps that were halved for accurate derivatives of integrals
     rough: float  # Estimated relative error of the derivatives of powers' integrals; 0 if every part is accurate
-    nearby: np.ndarray  # (parameters,) first instant at which a change may add or remove an event that nearly occurs [s]
+    limits: np.ndarray  # (3, parameters) first instants at which a change adds or removes an event, or moves it too far [s]
     doubt: np.ndarray  # (parameters,) first instant at which a change may change the mode of a hard contact in an impact [s]
     passed: tuple[np.ndarray, np.ndarray]  # Times at most `CHECK_STEPS` steps apart [s], and the states there
 
@@ -89,8 +90,12 @@ class _Pass:
         change: float,
     ) -> None:
         self.driver, _, _ = make_driver(plan, options)
-        self.change, self.doubt, self.nearby = np.array([change]), *np.full((2, len(seeds)), np.inf)
-        self.gap = np.zeros((self.driver.state.mode.size, 3 + len(seeds)))
+        self.change, self.doubt, self.limits = np.array([change]), np.full(len(seeds), np.inf), np.full((3, len(seeds)), np.inf)
+        guards, clearance = self.driver.state.mode.size, self.driver.system.content.parameters.contact["clearance"]
+        far = 0.1  # [clearances] displacement of a journal at an event up to which the gradient counts as valid
+        self.gap, self.since = np.zeros((guards, SLOPES + len(seeds))), np.full((guards, len(seeds)), np.inf)
+        self.unwatched, self.leeway = np.full(guards, -1), np.full(guards, np.inf)
+        self.unwatched[plan.hard_places], self.leeway[: clearance.size] = 1, far * clearance
         work = self.driver.system.content.work
         self.speed = np.zeros((4, work.contact.size + work.coordinate_rates.size))
         if ideal is not None:
@@ -123,6 +128,8 @@ class _Pass:
         dual["monitors"] = int(integrals or stepping is not None)
         self._put(seeds)
         self.passed = {self.driver.time: self.driver.state.y.copy()}
+        self.kernels.follow_once(self.watching, self.integration, self.system, self.seed)
+        self.start_gaps = self.gap[:, SLOPES:].copy()
 
     def _rows(self, content: Any) -> np.ndarray:
         """Return the indices of the monitored values whose maxima get derivatives: all values."""
@@ -146,7 +153,7 @@ class _Pass:
             state.clock, state.counts, state.y, state.mode, state.memory, state.mass, state.reference,
             integration.work.scaling, integration.work.slope, state.peak, integration.log, self.rows, self.misfit,
             self.parameters, self.tolerance, self.parts, self.divided, self.integrals, self.quadrature, self.rough, self.change,
-            self.gap, self.speed, self.nearby,
+            self.gap, self.since, self.unwatched, self.speed, self.leeway, self.limits,
         )  # fmt: skip
         self.watching = self.twin.address(self.watched)
         if self.driver.stepping is not None:
@@ -212,6 +219,15 @@ class _Pass:
             if progress is not None:
                 progress(driver.time)
 
+    def _limits(self) -> np.ndarray:
+        """Return `Forward.limits`: guards that are close to zero at the end count too."""
+        since = np.where(self.since == SINCE_EVENT, self.gap[:, EVENT, None], self.since)
+        self.limits[NEAR] = np.minimum(self.limits[NEAR], np.min(since, axis=0, initial=np.inf))
+        begun = self.driver.log["guard"][self.driver.log["time"] == 0.0].astype(int)
+        moved = self.change[0] * np.abs(self.start_gaps[begun]) > self.leeway[begun, None]
+        self.limits[FAR, np.any(moved, axis=0)] = 0.0
+        return self.limits
+
     def _lengthen_history(self) -> None:
         old = self.driver.state.history
         self.driver.grow(loop.HISTORY_FULL)
@@ -266,7 +282,7 @@ class _Pass:
         return Forward(
             self.driver, of(state.y)[..., part].copy(), log, peak, total, of(state.monitored)[..., part].copy(), samples,
             self.outputs(count), float(self.misfit[0]), int(self.parts[0]), int(self.quadrature[0]), rough,
-            self.nearby, self.doubt,
+            self._limits(), self.doubt,
             (np.array(list(self.passed)), np.array(list(self.passed.values()))),
         )  # fmt: skip
 
@@ -297,7 +313,7 @@ def forward(
     """Simulate with derivatives by the parameters of `seeds` (`seed.derivatives`); raise `ScissordynError` if the run fails.
 
     Integrals of powers have derivatives only with `integrals`, outputs at the samples those by parameters with maps (`Start`).
-    `change` is the relative change of a parameter for which `Forward.nearby` and `Forward.doubt` are written.
+    `change` is the relative change of a parameter for which `Forward.limits` and `Forward.doubt` are written.
     """
     if options.step is not None and not plan.hard_places:
         raise InputError("steps of a fixed size have no derivatives", "a run with error control, without 'step'")

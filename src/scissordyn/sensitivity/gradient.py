@@ -47,7 +47,7 @@ TITLE = "scissordyn gradient"  # Title of the Dataset of derivatives
 EXACT_RTOL = 1e-11  # Tolerance of runs with derivatives, which have a larger error than values
 
 
-_Seeded = tuple[Parameter, dict[str, np.ndarray]]  # a parameter, and the derivatives of the start by it
+_Seeded = tuple[Parameter, dict[str, np.ndarray], str]  # a parameter, the derivatives of the start, and their limit
 
 _Row = tuple[tuple[float, ...], tuple[bool, ...], Limit]  # derivatives, whether they are smooth, and their limit
 
@@ -267,18 +267,18 @@ def _derive(
     def finish_pass(task: tuple[int, list[_Seeded]]) -> _Pass:
         first, seeded = task[0] == 0, task[1]
         run = forward(
-            made, options, [seed for _, seed in seeded], times=times, integrals=integrals, ideal=ideal, change=change,
+            made, options, [seed for _, seed, _ in seeded], times=times, integrals=integrals, ideal=ideal, change=change,
             progress=progress if first else None,
         )  # fmt: skip
-        parameters, ended = [parameter for parameter, _ in seeded], Ended(run.driver)
+        parameters, ended = [parameter for parameter, _, _ in seeded], Ended(run.driver)
         values = [value_of_response(ended, response) for response in responses]
         path = moved_results(run, 0, 0.0, made.mechanism) if times.size else None
         curves = [] if path is None else [curve_derivatives(run, k, path, each.moved) for k, each in enumerate(parameters)]
-        rows = _rows(run, parameters, responses, values, change)
+        rows = _rows(run, seeded, responses, values, change)
         return _Pass(parameters, values, rows, run.misfit, path, curves, run.rough, run if first else None)
 
     left_out, one_sided, finished = dict[str, str](), dict[str, tuple[str, str]](), dict[int, _Pass]()
-    seeds = _seeded(made, options, by, left_out, one_sided, compared=compared, curves=times.size > 0, omits=omits)
+    seeds = _seeded(made, options, by, change, left_out, one_sided, compared=compared, curves=times.size > 0, omits=omits)
     tasks = enumerate(iter(lambda: list(islice(seeds, DERIVATIVES)), []))
     for outcome in outcomes(min(threads, passes) or 1, finish_pass, tasks):
         if outcome.error is not None:
@@ -304,21 +304,23 @@ def _derive(
 
 
 def _rows(
-    run: Forward, parameters: Sequence[Parameter], responses: Sequence[Response], values: Sequence[float], change: float
+    run: Forward, seeded: Sequence[_Seeded], responses: Sequence[Response], values: Sequence[float], change: float
 ) -> list[_Row]:
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
-    for k, parameter in enumerate(parameters):
+    for k, (parameter, _, start) in enumerate(seeded):
         own = change if parameter.has_size else 0.0
         pairs = derivatives_of(run, k, responses, values, parameter.moved, own)
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
-        rows.append((slopes, smooth, find_limit(run, k, own)))
+        rows.append((slopes, smooth, find_limit(run, k, own, start)))
     return rows
 
 
 def _within_horizon(run: Forward, options: Options, rows: Sequence[_Row]) -> list[_Row]:
     """Return the rows with limits no later than the horizon; a second run goes on only until the latest limit."""
     times, states = run.passed
+    if not any(row[2].time for row in rows):
+        return list(rows)
     kept = int(np.searchsorted(times, max(row[2].time for row in rows))) + 1
     statistics: dict[str, Any] = count_steps(run.driver.state)
     if run.driver.stepping is not None:
@@ -353,6 +355,7 @@ def _seeded(
     made: Plan,
     options: Options,
     by: Sequence[str | Parameter],
+    change: float,
     left_out: dict[str, str],
     one_sided: dict[str, tuple[str, str]],
     *,
@@ -360,7 +363,10 @@ def _seeded(
     curves: bool,
     omits: bool,
 ) -> Iterator[_Seeded]:
-    """Yield each parameter with the derivatives of the start by it; write reasons into `left_out` and `one_sided`."""
+    """Yield each parameter with the derivatives of the start by it, and the reason why they are not valid for a change there.
+
+    Write reasons into `left_out` and `one_sided`.
+    """
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None, curves)
     if not omits:  # before the first pass
@@ -369,17 +375,18 @@ def _seeded(
         path = given if isinstance(given, str) else given.path
         try:
             parameter = parameter_of(mechanism, given, size) if isinstance(given, str) else given
-            seed, side = sided_derivatives(begin, parameter)
-            if not seed:
+            found = sided_derivatives(begin, parameter)
+            if not found.slopes:
                 raise InputError(f"'{path}' does not affect this run", "a parameter that affects the run")
         except InputError as error:
             if not omits:
                 raise
             left_out[path] = error.what
             continue
-        if side is not None:
-            one_sided[parameter.path] = side
-        yield parameter, seed
+        if found.side is not None:
+            one_sided[parameter.path] = found.side
+        limit = found.start_limit(begin, parameter, change) if change and parameter.has_size else ""
+        yield parameter, found.slopes, limit
 
 
 def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:

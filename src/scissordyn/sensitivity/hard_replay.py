@@ -72,9 +72,11 @@ def follow_time_step(problem, jumps, own, run, address, system):
     r, K = open_integration(address), open_touching(own.touching)
     s, w = r.state, r.work
     clock, counts = s.clock[0], s.counts[0]
-    if run.counts[0].steps == counts.steps:
-        return FOLLOWED
     now, t, first, after = run.clock[0].time, clock.time, counts.events, run.counts[0].events
+    if run.counts[0].steps == counts.steps:
+        if run.change[0] > 0.0 and counts.steps == 0:  # before the first step
+            watch_gaps(problem, first, first, run, s, w, system, r.log)
+        return FOLLOWED
     if w.delays.size > 0 and not has_room(value_of(t), s, w):
         return FULL
     if counts.samples < r.samples.time.size and r.samples.time[counts.samples] <= t:
@@ -111,7 +113,7 @@ def follow_time_step(problem, jumps, own, run, address, system):
         strike(problem, jumps, own, run, s, w, system, K, r)
     counts.steps = run.counts[0].steps
     if run.change[0] > 0.0:
-        watch_gaps(problem, after > first, run, s, w, system)
+        watch_gaps(problem, first, after, run, s, w, system, r.log)
     return take_hard_values(first, own, run, s, w, r.log)
 
 

@@ -85,6 +85,11 @@ class Library:
         function.argtypes, function.restype = [ctypes.c_void_p] * 7 + [ctypes.c_int64], ctypes.c_int64
         return int(function(self.advance, self.follow, run, watched, integration, system, seed, most))
 
+    def follow_once(self, watched: int, integration: int, system: int, seed: np.ndarray) -> None:
+        """Prepare the repetition of the first step."""
+        kind = ctypes.CFUNCTYPE(ctypes.c_int64, *[ctypes.c_int64] * 3, ctypes.c_void_p, ctypes.c_int64)
+        kind(self.follow)(watched, integration, system, seed.ctypes.data, len(seed))
+
     def fill(self, samples: int, system: int, maps: int, record: int, counted: np.ndarray) -> None:
         """Evaluate everything at the samples (`mechanics.outputs.fill`)."""
         function = getattr(self.compiled, fill.symbol)

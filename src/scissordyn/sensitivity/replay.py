@@ -101,9 +101,12 @@ class Watched(NamedTuple):
     quadrature: I1  # (1,) number of parts of steps that were halved for the integrals
     rough: F2  # (powers, parameters) errors of the integrals' derivatives in parts that were not halved any more
     change: F1  # (1,) relative change of each parameter for which the derivatives are used; 0 to watch no gaps
-    gap: F2  # (guards, 3 + parameters) instant, value, rate and derivatives of each guard at the end of the last step
+    gap: F2  # (guards, 4 + parameters) instant, value, rate, last event and derivatives of each guard after the last step
+    since: F2  # (guards, parameters) since when the changed guard may have crossed zero [s], infinity, or `gap.SINCE_EVENT`
+    unwatched: I1  # (guards,) mode in which a guard is not watched
     speed: F2  # (4, speeds) speeds at whose zeros friction has a kink, see `reversal`
-    nearby: F1  # (parameters,) first instant at which this change may add or remove an event of a guard that nearly acts [s]
+    leeway: F1  # (guards,) displacement of a guard at an event from which a change counts as too far
+    limits: F2  # (3, parameters) first instants at which this change has a certain effect on an event, see `gap` [s]
 
 
 open_watched = opener(Watched)
@@ -183,9 +186,11 @@ def follow_step(problem, watched, address, system, seed):
     run, r = open_watched(watched), open_integration(address)
     s, w = r.state, r.work
     clock, counts = s.clock[0], s.counts[0]
-    if run.counts[0].steps == counts.steps:
-        return FOLLOWED
     now, first, after = run.clock[0].time, counts.events, run.counts[0].events
+    if run.counts[0].steps == counts.steps:
+        if run.change[0] > 0.0 and counts.steps == 0:  # before the first step
+            watch_gaps(problem, first, first, run, s, w, system, r.log)
+        return FOLLOWED
     if w.delays.size > 0 and not has_room(value_of(clock.time), s, w):
         return FULL
     w.scaling[0] = run.scaling[0]
@@ -214,7 +219,7 @@ def follow_step(problem, watched, address, system, seed):
         run.divided[0] = 1
     counts.steps = run.counts[0].steps
     if run.change[0] > 0.0:
-        watch_gaps(problem, after > first, run, s, w, system)
+        watch_gaps(problem, first, after, run, s, w, system, r.log)
     return take_values(run, s, w)
 
 

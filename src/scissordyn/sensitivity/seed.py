@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -212,27 +212,61 @@ class _Slope:
     truncated: bool
 
 
+class SidedSlopes(NamedTuple):
+    """Derivatives of the start's arrays by a parameter, divided by its scale, by name; without constant arrays.
+
+    `side` has the values for which they hold, and the reason, if they are one-sided: for a parameter at its bound, or where the
+    start jumps at its value. Up to a change by `reach` [parameter scales] the start is smooth, with the same contacts.
+    """
+
+    slopes: dict[str, np.ndarray]
+    side: tuple[str, str] | None
+    reach: float
+
+    def start_limit(self, start: Start, parameter: Parameter, change: float) -> str:
+        """Return why derivatives are not valid at the start for a change, a key of `LIMIT_REASONS`; empty if they are.
+
+        The mechanism is assembled with the changed parameter if the change exceeds those of the differences.
+        """
+        if change <= self.reach or all(name.startswith(NUMBERS) for name in self.slopes):
+            return ""
+        n, y = plan(start.mechanism).coordinates.free, start.arrays["y"]
+        slope = self.slopes.get("y", 0.0 * y)
+        signs = (1.0, -1.0) if self.side is None else (1.0,) if self.side[0] == "larger values" else (-1.0,)
+        for part in (change * sign for sign in signs):
+            try:
+                moved = _changed_arrays(start, parameter, part)["y"] - y
+            except OtherContactsError:
+                return "near"
+            except ScissordynError:
+                return "start"
+            linear = part * slope
+            for own in (slice(0, n), slice(n, 2 * n)):  # coordinates and rates
+                sizes = [np.max(np.abs(array[own]), initial=0.0) for array in (moved - linear, linear, y)]
+                if sizes[0] > 0.5 * sizes[1] + DATA_TOL * sizes[2]:
+                    return "start"
+        return ""
+
+
 def derivatives(start: Start, parameter: Parameter) -> dict[str, np.ndarray]:
     """Return the derivatives of the start's arrays by the parameter divided by its scale, by name; without constant arrays."""
-    return sided_derivatives(start, parameter)[0]
+    return sided_derivatives(start, parameter).slopes
 
 
-def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.ndarray], tuple[str, str] | None]:
-    """Return the derivatives of the start's arrays by the parameter divided by its scale, and their side with its reason.
-
-    They are one-sided for a parameter at its bound, or where the start jumps at its value; the side is None elsewhere.
-    """
+def sided_derivatives(start: Start, parameter: Parameter) -> SidedSlopes:
+    """Return the derivatives of the start's arrays by a parameter."""
     refused: InputError | None = None
     for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
-            found = _derivatives_at(start, parameter, places, weights)
+            found, reach = _derivatives_at(start, parameter, places, weights)
         except IsolatedStartError:
             raise
         except ScissordynError as error:
             if refused is None or isinstance(error, JumpError):
                 refused = error if isinstance(error, InputError) else InputError(str(error))
             continue
-        return found, None if refused is None else ("larger values" if places[-1] > 0 else "smaller values", str(refused))
+        side = None if refused is None else ("larger values" if places[-1] > 0 else "smaller values", str(refused))
+        return SidedSlopes(found, side, reach)
     assert refused is not None
     raise InputError(
         refused.what if parameter.path in refused.what else f"'{parameter.path}' cannot change alone: {refused.what}",
@@ -242,11 +276,15 @@ def sided_derivatives(start: Start, parameter: Parameter) -> tuple[dict[str, np.
 
 def _derivatives_at(
     start: Start, parameter: Parameter, places: Sequence[int], weights: Sequence[Sequence[float]]
-) -> dict[str, np.ndarray]:
-    """Return the derivatives of the start's arrays by differences, for each array with the step of its smallest error."""
+) -> tuple[dict[str, np.ndarray], float]:
+    """Return the derivatives of the start's arrays by differences, for each array with the step of its smallest error.
+
+    Return also the largest change of the shortest differences [parameter scales].
+    """
     most_steps, longest, shortest = 6, 0.5, 1.0 / 64.0  # number of tried steps, and ratios of a step to the one before
     step, best, largest = LARGEST_STEP, dict[str, _Slope](), 1.0
     for tried in range(most_steps):
+        tried_step = step
         try:
             found = _derivatives_by(start, parameter, step, places, weights)
         except OtherContactsError:
@@ -272,7 +310,7 @@ def _derivatives_at(
             f"'{parameter.path}' = {parameter.value:g}: the arrays at the start are not smooth functions of it",
             "another value of the parameter",
         )
-    return {name: slope.values for name, slope in best.items()}
+    return {name: slope.values for name, slope in best.items()}, min(map(abs, (places[-1], places[1]))) * tried_step
 
 
 def _derivatives_by(

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.stats import norm
-from scipy.stats.qmc import Halton
+from scipy.special import ndtri
 
 from scissordyn.analysis.agreement import Measured
 from scissordyn.casefile.configuration import write_configuration
@@ -85,6 +84,8 @@ def fit_parameters(
 
 def _best_start(problem: Problem, starts: int) -> Problem:
     """Return the problem with the best of several starts: that of the case, and points spread over the ranges (Halton)."""
+    from scipy.stats.qmc import Halton  # imported here: scipy.stats is slow to import, and most fits have one start
+
     low, high = np.array([_range(parameter) for parameter in problem.free]).T
     points = low + Halton(len(problem.free), seed=0).random(starts - 1) * (high - low)
     rest = problem.start()[len(problem.free) :]
@@ -215,7 +216,7 @@ def _misfits(residual: np.ndarray, headings: Sequence[str], probability: float =
 
     `correlation`: neighbouring residuals have a larger correlation.
     """
-    warnings, limit = [], norm.isf(0.5 * probability / len(residual))
+    warnings, limit = [], -ndtri(0.5 * probability / len(residual))
     for heading, column in zip(headings, residual.T, strict=True):
         square = np.sum(column**2)
         ratio, neighbours = np.max(np.abs(column)) / np.sqrt(square / len(column)), np.sum(column[1:] * column[:-1]) / square

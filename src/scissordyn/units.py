@@ -225,6 +225,14 @@ def help_of(hint: Any) -> str:
     return next((extra.help for extra in extras(hint) if getattr(extra, "help", "")), "")
 
 
+def _default_text(default: Any, longest: int = 40) -> str:
+    """Return the end of a parameter's line in a docstring; defaults of more characters than `longest` are not shown."""
+    if default is inspect.Parameter.empty:
+        return ""
+    shown = f"{default:g}" if isinstance(default, float) else repr(default)
+    return ", optional" if default in (None, "", ()) or len(shown) > longest or "<" in shown else f", default {shown}"
+
+
 Described = TypeVar("Described", bound=Callable[..., Any])
 
 
@@ -239,8 +247,7 @@ def documented(described: Described, meanings: Mapping[str, str] = MappingProxyT
         units = next((extra.units for extra in about if isinstance(extra, Pairs)), ())
         unit = " and ".join(units) or next((extra.unit for extra in about if hasattr(extra, "unit")), "1")
         meaning = help_of(hints[name]) or meanings.get(name, "")
-        optional = "" if parameter.default is parameter.empty else ", optional"
-        rows.append(f"{name} : {in_words(hints[name])}{optional}")
+        rows.append(f"{name} : {in_words(hints[name])}{_default_text(parameter.default)}")
         rows += [f"    {meaning} [{unit}]".replace(" [1]", "")] if meaning or unit != "1" else []
     end = re.search(r"\n\n(?:Returns|Raises|References)\n-|\Z", text)
     sections = [text[: end.start()], "Parameters\n----------\n" + "\n".join(rows), text[end.start() :].strip()]  # type: ignore[union-attr]

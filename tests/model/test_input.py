@@ -249,3 +249,10 @@ def test_loose_groups_of_one_size():
     joints = [sd.Revolute(f"J{k}", (f"a{k}", "p"), (f"b{k}", "p")) for k in range(12)]
     expected = [f"bodies 'a{k}', 'b{k}' are connected to each other, but to nothing else" for k in range(1, 12)]
     assert loose_bodies(sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints))) == expected
+
+
+def test_text_of_a_mechanism():
+    """Contract: a mechanism is printed as its counts of parts, and its parameters are documented with their defaults."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(1e-3)).driven(speed=1.0)
+    assert str(arm) == "Mechanism of 5 bodies, 5 ideal joints, 1 clearance joint, 1 guide, 1 drive"
+    assert "bar_length : a number, default 2" in (sd.scissor.__doc__ or "")

@@ -26,7 +26,7 @@ from scissordyn.model.coupling import CoordinateDrive, Coupling, Drive
 from scissordyn.model.joint import Guide, Revolute, Weld
 from scissordyn.model.parameter_path import changed, matching
 from scissordyn.tolerance import ROUND_OFF_TOL
-from scissordyn.units import Meaning, Quantity, check_quantities, checked, documented
+from scissordyn.units import Meaning, Quantity, check_quantities, checked, counted, documented
 
 Gravity = Annotated[float, Quantity("m/s^2", minimum=0.0, help="gravitational acceleration")]
 GravityDirection = Annotated[float, Quantity("rad", help="direction of gravity; -pi/2 is along -y")]
@@ -105,6 +105,21 @@ class Mechanism:
         )
         object.__setattr__(ideal, "clearances_closed", True)
         return ideal
+
+    def __str__(self) -> str:
+        counts = {
+            "body": len(self.bodies),
+            "ideal joint": len(self.ideal_joints),
+            "clearance joint": len(self.clearance_joints),
+            "guide": len(self.guides),
+            "drive": len(self.drives) + len(self.coordinate_drives),
+            "component": len(self.components) + len(self.rods),
+        }
+        parts = [counted(count, kind).replace("bodys", "bodies") for kind, count in counts.items() if count]
+        return f"Mechanism of {', '.join(parts)}"
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:  # IPython and Jupyter show this
+        printer.text(str(self))
 
     @cached_property
     def _bodies(self) -> dict[str, Body]:

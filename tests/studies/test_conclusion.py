@@ -90,6 +90,15 @@ def proportional(bound, points=24):
     return described, found
 
 
+def test_range_of_an_extrapolated_trend():
+    """Contract: a range of thousands is written without powers of ten."""
+    described, found = proportional(100.0)
+    varied = dataclasses.replace(described, factors=(dataclasses.replace(described.factors[0], unit="nm", scale=1e-9),))
+    (need,) = needs(varied, found, trends(varied, found), {"A.clearance": 1e-4})
+    assert "extrapolated from 1" in need.text
+    assert "e+" not in need.text
+
+
 def test_conclusion_of_an_infeasible_study():
     """Closed form: 100 N needs 25 um, below the range; the nearest point is that of the smallest clearance."""
     described, found = proportional(100.0)

@@ -239,7 +239,7 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
         text = f"{name} {side} {_rounded(scale, value)}"
         beyond = not first <= value <= last
         if beyond:
-            text += f", extrapolated from {scale.text(first, 3)} to {scale.with_unit(last, 3)}"
+            text += f", extrapolated from {float(scale.text(first, 3)):g} to {_rounded(scale, last, 3)}"
         other = next((form for form in others if beyond and trend.predicted - form.predicted < SHARE_MIN), None)
         if other is not None:
             second = other.parameter_at_bound(name, requirement.bound, numbers)
@@ -248,9 +248,9 @@ def needs(study: Study, results: xr.Dataset, fitted: Mapping[str, tuple[Trend, .
     return needs
 
 
-def _rounded(scale: Scale, value: float) -> str:
-    """Return a value from a trend with two digits and its unit."""
-    return f"{float(scale.text(value, 2)):g} {scale.unit}".rstrip()
+def _rounded(scale: Scale, value: float, digits: int = 2) -> str:
+    """Return a rounded value with its unit, without a power of ten for thousands."""
+    return f"{float(scale.text(value, digits)):g} {scale.unit}".rstrip()
 
 
 def _facts_of_requirements(

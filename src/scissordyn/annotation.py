@@ -143,7 +143,7 @@ def _entries(value: Any, inside: tuple[Any, ...]) -> tuple[Any, ...]:
     hints = inside[:1] * len(items) if inside[1:] == (Ellipsis,) else inside
     if len(items) != len(hints):
         raise MismatchError
-    entries = tuple(accepted(item, hint) for item, hint in zip(items, hints, strict=True))
+    entries = tuple(map(accepted, items, hints))
     return _unless_same(value, entries) if isinstance(value, tuple) else entries
 
 

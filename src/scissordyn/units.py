@@ -348,6 +348,7 @@ class _Declared:
     quantity: Quantity | None
     hint: Any
     field: Any
+    decided: bool  # True if the type of a value is sufficient to check it
     types: set[type] = dataclasses.field(default_factory=set)
     last: Any = dataclasses.field(default_factory=object)  # last immutable value that fits
 
@@ -359,7 +360,7 @@ class _Declared:
 
     def fits(self, value: Any) -> None:
         """Add a value that fits unchanged to the cache: its type if that is sufficient, otherwise the value itself."""
-        if self.quantity is None and _quantity(self.hint) is None and type_decides(self.hint):
+        if self.decided:
             self.types.add(type(value))
         elif value is None or type(value) in (tuple, str, int):
             self.last = value
@@ -369,18 +370,20 @@ class _Declared:
 def _declared(described: type) -> tuple[_Declared, ...]:
     """Return the fields of a dataclass that its constructor accepts, with the quantities of numbers."""
     fields, hints = [field for field in dataclasses.fields(described) if field.init], hints_of(described)
-    numbers = {field.name for field in fields if plain_hint(hints[field.name]) in (float, float | None)}
-    return tuple(
-        _Declared(field.name, _quantity(hints[field.name]) if field.name in numbers else None, hints[field.name], field)
-        for field in fields
-    )
+    parts = []
+    for field in fields:
+        hint = hints[field.name]
+        quantity = _quantity(hint)
+        kept = quantity if plain_hint(hint) in (float, float | None) else None
+        parts.append(_Declared(field.name, kept, hint, field, quantity is None and type_decides(hint)))
+    return tuple(parts)
 
 
 def _fitted(owner: str, name: str, value: Any, hint: Any, field: Any = None) -> Any:
     """Return a value converted to the Python types of its annotation; raise `InputError` if it does not fit."""
     quantity = _quantity(hint)
     try:
-        fitting = accepted(value, hint)
+        fitting = accepted(value, plain_hint(hint))  # hashes of annotations are slow
     except MismatchError:
         if quantity is not None:
             raise _out_of_bounds(owner, name, value, hint, quantity) from None

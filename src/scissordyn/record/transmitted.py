@@ -124,8 +124,9 @@ def start_end(path: Trajectory) -> float:
     table = path.contacts
     if not table.size:
         return math.inf
-    _, first = np.unique(table["joint"], return_index=True)  # contacts are in the order of their starts
-    return START_DURATION * float(np.max(table["start"][first]))
+    # contacts are in the order of their starts
+    first = dict(zip(table["joint"][::-1].tolist(), table["start"][::-1].tolist(), strict=True))
+    return START_DURATION * float(max(first.values()))
 
 
 def in_chunks(path: Trajectory, sources: Sequence[Samples]) -> Iterator[Samples]:

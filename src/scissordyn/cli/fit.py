@@ -45,7 +45,8 @@ def fit(
         ),
     ] = None,
     starts: Annotated[
-        int, Option(help="Points in the ranges from the best of which the search starts; 50 or more for impacts.", min=1)
+        int,
+        Option(help="Number of points tried in the ranges; the search starts from the best. 50 or more for impacts.", min=1),
     ] = 1,
     deviation: Annotated[
         list[str] | None,

@@ -105,7 +105,7 @@ def _range(parameter: Free) -> tuple[float, float]:
 
 
 def _replace(problem: Problem, **changes: Any) -> Problem:
-    """Return a changed problem that goes on counting the runs."""
+    """Return a changed problem with the count of runs so far."""
     new = dataclasses.replace(problem, **changes)
     new.runs = problem.runs
     return new

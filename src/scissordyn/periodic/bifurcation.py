@@ -94,11 +94,12 @@ def bifurcation(
     Returns
     -------
     Dataset
-        Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value: status ("complete",
-        "failed", "interrupted", or "pending" after Ctrl-C), cause, warnings (one a line), completed_cycles, total_steps,
-        total_events, seconds, processor_seconds. Numbers are NaN only where a cycle was not reached. Attributes: status,
-        cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings. The
-        warnings are laws outside their range in the cycles kept, and singular positions that the drives lead through.
+        Dimensions value, cycle, joint, axis; the coordinate "value" has the parameter's unit. Per value and cycle: the state
+        once a period (eccentricity, slider_position, slider_velocity, ...), and peak_force and works of the cycle. Per value:
+        status ("complete", "failed", "interrupted", or "pending" after Ctrl-C), cause, warnings (one a line), completed_cycles,
+        total_steps, total_events, seconds, processor_seconds. Numbers are NaN only where a cycle was not reached. Attributes:
+        status, cycles_per_second (of processor time), wall_seconds of this call, parameter, cycles, configuration, warnings.
+        The warnings are laws outside their range in the cycles kept, and singular positions that the drives lead through.
 
     Raises
     ------

@@ -18,7 +18,7 @@ __all__ = ["CASE"]
 NAME = "hard_limit"
 FACTORS = (1, 10, 100)  # Factors of the stiffness
 
-TOLERANCE, STEP = 1e-6, 1e-4  # Tolerance of compliant runs, step size of hard runs [s]
+TOLERANCE, STEP = 1e-6, 2.5e-5  # Tolerance of compliant runs, step size of hard runs [s]
 NEIGHBOURS = np.array([0.0, 1e-9, -1e-9, 2e-9, -2e-9])
 """Relative changes of the clearances of the compliant runs: chaos makes single runs differ, but hardly their means."""
 

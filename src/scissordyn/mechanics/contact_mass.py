@@ -5,6 +5,9 @@ A unit force with the generalized force g on the free coordinates, whose mass ma
     a = g - Phi^T (Phi Phi^T)^-1 Phi g,    1/m = a . a
 
 The constraints are kept, prescribed coordinates keep their motion, and all other contacts are open.
+
+A point of a bar that bends has little inertia of its own, less with each element or mode more; an impact moves more of the bar.
+The effective mass is therefore at least the reduced mass of both bodies, where a bar counts as a whole.
 """
 
 from __future__ import annotations
@@ -33,20 +36,21 @@ def contact_mass(j, S):
     lever = W.contact[j].lever if p.journal == 1 else 0.0
     W.load[:] = 0.0
     add_torques(j, S, -nx, -ny, -lever, moment + lever, ax, ay, bx, by, W.load, 0, S.model.n)
-    return effective_mass(S)
+    return at_least(S.parameters.whole_mass[j], effective_mass(S))
 
 
 @kernel
 def component_mass(t, i, z, S):
     """Return the effective mass of component i along its gap [kg], or its inertia [kg m^2] if the gap is an angle.
 
-    The result is 0 if the gap is an angle and bars bend; damping then refers to the approach speed, as in the published law.
-    The inertia of a cross-section that the shapes of a bar turn would be far smaller than the inertia that an impact meets.
+    The result is 0 if the gap is an angle at a bar that bends; damping then refers to the approach speed, as in the published
+    law. The inertia of a cross-section that a bar turns would be far smaller than the inertia that an impact meets.
     """
     M, W = S.model, S.work
-    if M.reference_of[i] >= 0 and M.bar_scale.size > 0:
-        return 0.0
     element, port, force = S.parameters.contact.size + i, M.component_port[i], W.other_answer
+    whole = S.parameters.whole_mass[element]
+    if M.reference_of[i] >= 0 and whole > 0.0:
+        return 0.0
     maps = map_values(element, S)
     sense(i, S, maps)
     write_context(t, i, S)
@@ -69,7 +73,13 @@ def component_mass(t, i, z, S):
     else:
         fx, fy, gx, gy, hx, hy = port_forces(port, maps, W.coordinates[i], force)
         add_forces(element, S, fx, fy, gx, gy, hx, hy, W.load, 0, M.n)
-    return effective_mass(S)
+    return at_least(whole, effective_mass(S))
+
+
+@kernel
+def at_least(whole, mass):
+    """Return an effective mass, or a greater one of whole bodies; a direction that the drives prescribe keeps its tiny mass."""
+    return mass if mass == MASS_MIN else max(mass, whole)
 
 
 @kernel

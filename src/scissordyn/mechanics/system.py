@@ -154,6 +154,7 @@ class Parameters(NamedTuple):
     breaks: F1  # instants at which a time function has a jump in a low derivative
     value: F1  # (m,) values of the constraints at t = 0
     contact: ContactArray  # (contacts,)
+    whole_mass: F1  # (contacts+components,) reduced mass of both bodies [kg] if a body is part of a bar that bends, else 0
     law: LawArray  # (laws,) of the contacts, then of the components with laws
     contour: F3  # (contacts, angles, 3) depth of a worn bearing [m], cosine and sine of the angle in the frame of its body
     journal: F2  # (contacts, angles) depth of a worn journal [m] in the frame of its body; no angles if all journals are round

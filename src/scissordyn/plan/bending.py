@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,7 @@ from scissordyn.errors import InputError
 from scissordyn.mechanics.lanes import padded
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
-from scissordyn.plan.flexible import Axis
+from scissordyn.plan.flexible import Axis, flexible_bars
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -36,6 +37,25 @@ def beams_of(mechanism: Mechanism) -> tuple[Beam, ...]:
 def bends(mechanism: Mechanism) -> bool:
     """Return whether a mechanism has beam elements or flexible bars."""
     return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
+
+
+def whole_masses(mechanism: Mechanism, attached: Iterable[Iterable[str]]) -> np.ndarray:
+    """Return the reduced mass of the bodies of each contact or component [kg]; 0 if none of them is part of a bar that bends.
+
+    `attached` has the names of the bodies. All cross-sections of a bar count together, and the ground has an infinite mass.
+    """
+    bars = dict[str, frozenset[str]]()
+    chains = [(beam.start[0], beam.end[0]) for beam in beams_of(mechanism)]
+    for chain in (*chains, *(bar.sections for bar in flexible_bars(mechanism))):
+        whole = frozenset(chain).union(*(bars.get(name, ()) for name in chain))
+        bars.update(dict.fromkeys(whole, whole))
+    mass = {body.name: body.mass for body in mechanism.bodies}
+    masses = []
+    for bodies in attached:
+        wholes = {bars.get(name, frozenset((name,))) for name in bodies if name != GROUND}
+        inverse = sum(1.0 / sum(mass[name] for name in whole) for whole in wholes)
+        masses.append(1.0 / inverse if bars.keys() & set(bodies) else 0.0)
+    return np.array(masses)
 
 
 def beam_mass(mechanism: Mechanism, natural: Natural) -> csr_array:

@@ -90,3 +90,17 @@ def test_oil_film(form, method):
     state, _, largest = differences(case, 0.05, "joint.bearing.clearance", 1e-3)
     assert run.state[:, 0] == pytest.approx(state, abs=1e-7 * np.max(np.abs(state)))
     assert run.peak[:, 0, 0] == pytest.approx(largest, abs=1e-7 * np.max(np.abs(largest)))
+
+
+def test_mass_next_to_a_straight_bar():
+    """Second formulation: angles that are zero up to round-off do not hide the derivative by the mass of a slider."""
+    crank = sd.slider_crank(crank=0.05, rod=0.3, rod_mass=0.0942, rod_inertia=7.065e-4, slider_mass=0.5, gravity=0.0)
+    bent = sd.with_bending(crank.driven(speed=30.0), "rod", bending_stiffness=11.2, axial_stiffness=8.4e6, modes=1)
+    options = {"until": 2e-3, "rtol": 1e-10, "atol": 1e-10}
+    found = sd.gradient(bent, of=["drive_work"], by=["slider.mass"], **options)
+
+    def slope(step):
+        runs = [sd.simulate(bent.replace("slider.mass", 0.5 + change), samples=2, **options) for change in (step, -step)]
+        return float(runs[0]["drive_work"][-1] - runs[1]["drive_work"][-1]) / (2.0 * step)
+
+    assert float(found["derivative"].squeeze()) == pytest.approx((4.0 * slope(2e-3) - slope(4e-3)) / 3.0, rel=1e-6)

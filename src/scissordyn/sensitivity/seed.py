@@ -54,7 +54,7 @@ FORWARD_DIFFERENCES = (
     ),
 )
 
-ANGLES = "maps.offset"  # Name of the array of bodies' angles in the frames of their families
+ANGLES = ("maps.offset", "state.reference")  # Names of arrays of angles of bodies
 NUMBERS = "parameters."  # Beginning of the names of arrays that are computed without compiling or assembling the mechanism
 
 # Central and one-sided finite differences of fourth order: weights by place in steps
@@ -422,7 +422,7 @@ def _differences(
         sixth[np.abs(sixth) <= ROUND_OFF_TOL * np.tensordot(np.abs(weights[0]), np.abs(stack), 1) / step] = 0.0
         last, before = float(np.max(np.abs(sixth - fourth))), float(np.max(np.abs(fourth - second)))
         scale = float(np.max(np.abs(array[np.isfinite(array)]), initial=0.0) + np.max(np.abs(sixth)))
-        if name == ANGLES:
+        if name in ANGLES:
             scale = max(scale, 1.0)  # [rad] angles of zero have round-off
         ratio = last / before if before > 0.0 else 0.0
         # the workspace of friction in ideal joints may be discontinuous

@@ -259,15 +259,3 @@ def test_a_start_in_contact(angle):
     assert found["limit"].values.tolist() == ["", ""]
     # a pendulum that starts at rest is pressed on its bearing in proportion to gravity
     assert found["elasticity"].sel(measure="hole.impulse", parameter="gravity").item() == pytest.approx(1.0, abs=5e-3)
-
-
-@pytest.mark.parametrize("late", [1e-10, 1e-9, 1e-8])
-def test_an_impact_just_behind_the_start_of_a_step(late):
-    """Closed form: the instant c/v of an impact, where the gap at the first trial of a shorter step is exactly zero."""
-    speed, instant = 0.4, 3e-3 + late
-    ball = disc(speed * instant, 0.6, 0.1, velocity=(speed, 0.0), angular_velocity=5.0)
-    found = sd.gradient(
-        ball, of=["hole.first_contact"], by=["hole.clearance", "body.disc.velocity.x"], until=6e-3, step=1e-5, start="as-placed"
-    )
-    assert found["value"].item() == pytest.approx(instant, abs=1e-15)
-    assert found["derivative"].values[0] == pytest.approx([1.0 / speed, -instant / speed], rel=1e-9)

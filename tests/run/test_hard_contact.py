@@ -305,3 +305,12 @@ def test_a_central_impact_at_an_end_of_a_step(step, start):
     assert run["approach_speed"].values.tolist() == pytest.approx([0.5], rel=1e-12)
     assert run["velocity"].values[-1, 0].tolist() == pytest.approx([-0.3, 0.0], rel=1e-9, abs=1e-12)
     assert run["position"].values[-1, 0, 0] == pytest.approx(0.05 - 0.3 * 0.1, rel=1e-9)
+
+
+@pytest.mark.parametrize("late", np.linspace(-3e-9, 3e-9, 7))
+def test_impact_next_to_the_end_of_a_step(late):
+    """Closed form: an impact a few nanoseconds before or after the end of a step is at the time of flight."""
+    clearance = 0.4 * (0.003 + late)
+    ball = in_bearing(sd.Clearance(clearance, contact="hard"), velocity=(0.4, 0.0)).with_parts({"gravity": 0.0})
+    run = sd.simulate(ball, until=3.5e-3, step=1e-5, samples=2, start="as-placed")
+    assert float(run["contact_start"][0]) == pytest.approx(clearance / 0.4, rel=1e-13)

@@ -280,8 +280,6 @@ def first_event(jumps, t, h, s, w, S, H, K):
             high, above, weight_above, weight_below = tried, beyond, beyond, 0.5 * weight_below
         else:
             low, weight_below, weight_above = tried, beyond, 0.5 * weight_above
-        if beyond == 0.0:
-            break
     # an impact elsewhere in the step makes the function jump; end before it
     jumped = low > near and above > JUMP_FRACTION * deep
     end = low if jumped else high

@@ -403,19 +403,24 @@ class _Descent:
         return change[: self.free]
 
     def polish(self, step: float, max_steps: int = 10, corrections: int = 3) -> None:
-        """Refine the equilibrium by longer steps, as long as each step at least halves the unbalanced force."""
+        """Refine the equilibrium by longer steps, as long as each at least halves the unbalanced force, or its corrections end.
+
+        The unbalanced force of thin bars is the round-off of their axial forces while bending is still far from equilibrium.
+        """
         state, place = self.state, self.state[: self.free]
         for _ in range(max_steps):
             before, force, turns = place.copy(), self.force, self.system.state.reference.copy()
             step = min(STEP_MAX, 3.0 * step)
-            left = self.residual(before, step)
+            left, moves = self.residual(before, step), list[float]()
             for _ in range(corrections):
                 change = self.correction(left, step)
                 if change is None or not np.linalg.norm(change) <= STEP_DISPLACEMENT_MAX * self.size:
                     break
                 place += change
                 left = self.residual(before, step)
-            if not self.force < 0.5 * force:
+                moves.append(float(np.linalg.norm(change)))
+            converged = len(moves) == corrections and moves[-1] <= 0.01 * moves[0] and self.force <= self.force_round_off()
+            if not (self.force < 0.5 * force or converged):
                 place[:], self.force = before, force
                 self.system.state.reference[:] = turns
                 functions.accept(0.0, state, self.handle.address, np.zeros(2))

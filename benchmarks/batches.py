@@ -69,7 +69,9 @@ def _row(name: str, mechanism: Mechanism, cases: int, repeats: int) -> tuple[str
             rates[key].append(1.0 / wall)
             processor[key].append(1e3 * used)
         shares.append(batches["1"].attrs["integration_seconds"] / batches["1"].attrs["seconds"])
-        same = same and all(np.array_equal(batches["1"][key].values, batches["2"][key].values) for key in MEASURES)
+        same = same and all(
+            np.array_equal(batches["1"][key].values, batches["2"][key].values, equal_nan=True) for key in MEASURES
+        )
         same = (
             same and [float(run["peak_force"].max()) for run in runs] == batches["1"]["peak_force"].values[:single, 0].tolist()
         )

@@ -23,8 +23,8 @@ def clearance(kinetic: float | None) -> sd.Clearance:
 
 
 def array(kinetic: float | None = None, units: int = 2) -> sd.Mechanism:
-    """Return an array at 150 rpm from 30 degrees with clearance at joint A."""
-    return sd.scissor(units=units).driven(speed=sd.rpm(150)).with_clearance("A", clearance(kinetic))
+    """Return an array from 30 degrees with clearance at joint A, whose tip moves as fast as that of two units at 150 rpm."""
+    return sd.scissor(units=units).driven(speed=sd.rpm(150) * 2 / units).with_clearance("A", clearance(kinetic))
 
 
 def clearance_everywhere(units: int) -> sd.Mechanism:

@@ -261,8 +261,7 @@ def least_value(
     """Find the smallest value of a parameter with which the requirements are met.
 
     Both ends of the range are simulated first, then eight values at a time between the largest failing value and the next
-    larger one. If the requirements are
-    also met in a lower range, that range is found only if a tried value lies in it.
+    larger one. If the requirements are also met in a lower range, that range is found only if a tried value lies in it.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
 
 
 def _scores(problem: Problem, jacobian: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:
-    """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p), from the Jacobian `own`."""
+    """Return the gradient J'r of each block of consecutive residuals, shape (blocks, p)."""
     sizes = [segment.record.values.size for segment in problem.segments]
     per_segment = max(1, -(-least_blocks // len(sizes)))
     scores, first = [], 0

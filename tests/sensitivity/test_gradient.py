@@ -430,10 +430,13 @@ def test_peak_before_contacts_with_large_derivatives():
 
 @pytest.mark.slow
 def test_peak_before_contacts_with_endless_derivatives():
-    """Limit: later contacts whose derivatives are 1e11 leave the largest force without derivatives, not with false ones."""
-    longest = guided(0.1)
-    assert guided(3e-3)["value"].item() == pytest.approx(longest["value"].item(), rel=1e-9)
-    assert np.isnan(longest["derivative"]).all()
+    """Limit: later contacts whose derivatives are 1e11 leave the largest force right derivatives or none, not false ones."""
+    short, longest = guided(3e-3), guided(0.1)
+    assert short["value"].item() == pytest.approx(longest["value"].item(), rel=1e-9)
+    unknown = np.isnan(longest["derivative"].values)
+    assert unknown.any()
+    np.testing.assert_allclose(longest["derivative"].values[~unknown], short["derivative"].values[~unknown], rtol=1e-4)
+    assert not longest["smooth"].any()
 
 
 def test_passes_in_any_number_of_threads(monkeypatch):

@@ -6,9 +6,10 @@ import cmath
 import math
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from itertools import combinations, permutations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from scissordyn.components.place import GROUND
+from scissordyn.model.disjoint_sets import DisjointSets
 from scissordyn.tolerance import DATA_TOL
 
 Pair = frozenset[int]  # Two pins
@@ -24,24 +25,6 @@ class Slide(NamedTuple):
     label: str
 
 
-class Classes:
-    """Disjoint sets (union-find)."""
-
-    def __init__(self) -> None:
-        self.above: dict[Any, Any] = {}
-
-    def find(self, member: Any) -> Any:
-        """Return the representative of the set of a member."""
-        while (up := self.above.get(member, member)) != member:
-            member = up
-        return member
-
-    def join(self, kept: Any, other: Any) -> None:
-        """Unite the sets of two members."""
-        kept, other = self.find(kept), self.find(other)
-        self.above[other] = self.above[kept] = kept
-
-
 class RigidSets:
     """Sets of pins that form the ground and the bodies of a sketch.
 
@@ -51,7 +34,7 @@ class RigidSets:
 
     def __init__(self, places: Mapping[int, complex]) -> None:
         self.places = places  # Positions of the pins [m]
-        self.pins, self.lengths, self.turns = Classes(), Classes(), Classes()
+        self.pins, self.lengths, self.turns = DisjointSets(), DisjointSets(), DisjointSets()
         self.bodies: list[set[int]] = [set()]  # Pins of the ground, then those of each body
         self.slides: list[Slide] = []
         self.middles: list[tuple[str, int, Pair]] = []  # Pins in the middle of pairs
@@ -150,7 +133,7 @@ class RigidSets:
 
     def couplings(self) -> list[tuple[str, int, int]]:
         """Return each pair of bodies that turn together but move apart, by index, with the label of its constraint."""
-        ground, couplings, linked = self.turns.find(GROUND), list[tuple[str, int, int]](), Classes()
+        ground, couplings, linked = self.turns.find(GROUND), list[tuple[str, int, int]](), DisjointSets()
         for label, *turns in self.relations:
             a, b = (self._body_of(turn) for turn in turns)
             if a and b and self.turns.find(turns[0]) != ground and linked.find(a) != linked.find(b):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +17,7 @@ from scissordyn.components.place import GROUND, BodyPoint, Point
 from scissordyn.errors import InputError, did_you_mean
 from scissordyn.model.body import check_place
 from scissordyn.model.coupling import CoordinateDrive, Coupling, RelativeAngle, Slide
+from scissordyn.model.disjoint_sets import DisjointSets
 from scissordyn.model.joint import Revolute
 from scissordyn.tolerance import ASSEMBLY_TOL
 
@@ -200,13 +201,15 @@ def _check_names(mechanism: Mechanism) -> None:
 
 def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point]]) -> None:
     """Raise `InputError` for a clearance joint within one rigid body, or with an ideal joint at the same points."""
-    rigid, near = _rigid_groups(mechanism), ASSEMBLY_TOL * mechanism.size
+    rigid, near = DisjointSets(), ASSEMBLY_TOL * mechanism.size
+    for weld in mechanism.welds:
+        rigid.join(weld.start[0], weld.end[0])
     ideal: dict[frozenset[str], list[Revolute]] = {}
     for joint in mechanism.ideal_joints:
         ideal.setdefault(frozenset(joint.bodies), []).append(joint)
     for joint in mechanism.clearance_joints:
         first, second = joint.bodies
-        if rigid.get(first, first) == rigid.get(second, second):
+        if rigid.find(first) == rigid.find(second):
             raise InputError(
                 f"clearance joint '{joint.name}' cannot move: welds make bodies '{first}' and '{second}' one rigid body",
                 "clearance joints between bodies that can move relative to each other",
@@ -219,20 +222,6 @@ def _check_movable(mechanism: Mechanism, points: Mapping[str, Mapping[str, Point
                     f"of bodies '{first}' and '{second}' together",
                     "one of the two joints",
                 )
-
-
-def _rigid_groups(mechanism: Mechanism) -> dict[str, str]:
-    """Return, for each body that is welded to others or to the ground, the body that represents its rigid group."""
-    return _groups((weld.start[0], weld.end[0]) for weld in mechanism.welds)
-
-
-def _groups(pairs: Iterable[tuple[str, str]], names: Iterable[str] = ()) -> dict[str, str]:
-    """Return, for each body in `pairs` or `names`, the body that represents its group; a pair is in one group."""
-    group = {name: name for name in names}
-    for first, second in pairs:
-        kept, merged = group.setdefault(first, first), group.setdefault(second, second)
-        group = {name: kept if representative == merged else representative for name, representative in group.items()}
-    return group
 
 
 def motionless(mechanism: Mechanism) -> list[str]:
@@ -257,7 +246,11 @@ def loose_bodies(mechanism: Mechanism) -> list[str]:
         *(drive.coordinate.bodies for drive in mechanism.coordinate_drives),
         *(_bodies_in(component, {*names}) for component in (*mechanism.components, *mechanism.rods)),
     ]
-    group = _groups(((bodies[0], other) for bodies in connected for other in bodies[1:]), (*names, GROUND))
+    sets = DisjointSets()
+    for first, *others in connected:
+        for other in others:
+            sets.join(first, other)
+    group = {name: sets.find(name) for name in (*names, GROUND)}
     sizes = Counter(group.values())
     main = group[GROUND] if sizes[group[GROUND]] > 1 else max(sizes, key=lambda key: (sizes[key], key != group[GROUND]))
     loose = defaultdict[str, list[str]](list)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections import defaultdict
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,9 +13,12 @@ from scissordyn.components.beam import Beam
 from scissordyn.components.elastic import node_inertia
 from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.place import GROUND
+from scissordyn.components.port.declaration import ends_of
 from scissordyn.errors import InputError
 from scissordyn.mechanics.lanes import padded
+from scissordyn.model.disjoint_sets import DisjointSets
 from scissordyn.model.mechanism import Mechanism
+from scissordyn.plan.acting import acting
 from scissordyn.plan.coordinates import Constraint, Coordinates, Natural, PointMap, combined
 from scissordyn.plan.flexible import Axis, flexible_bars
 
@@ -39,22 +43,27 @@ def bends(mechanism: Mechanism) -> bool:
     return any(isinstance(part, Beam | FlexibleBar) for part in mechanism.components)
 
 
-def whole_masses(mechanism: Mechanism, attached: Iterable[Iterable[str]]) -> np.ndarray:
-    """Return the reduced mass of the bodies of each contact or component [kg]; 0 if none of them is part of a bar that bends.
+def whole_masses(mechanism: Mechanism) -> np.ndarray:
+    """Return the reduced mass of the bodies of each contact, then of each component that the kernels read [kg].
 
-    `attached` has the names of the bodies. All cross-sections of a bar count together, and the ground has an infinite mass.
+    It is 0 for components without a gap, and if none of the bodies is part of a bar that bends. All sections of a bar count
+    together, and the ground has an infinite mass.
     """
-    bars = dict[str, frozenset[str]]()
+    contacts, components = mechanism.contacts, acting(mechanism)
+    if not bends(mechanism):
+        return np.zeros(len(contacts) + len(components))
+    bars, mass, masses = DisjointSets(), defaultdict[str, float](float), list[float]()
     chains = [(beam.start[0], beam.end[0]) for beam in beams_of(mechanism)]
     for chain in (*chains, *(bar.sections for bar in flexible_bars(mechanism))):
-        whole = frozenset(chain).union(*(bars.get(name, ()) for name in chain))
-        bars.update(dict.fromkeys(whole, whole))
-    mass = {body.name: body.mass for body in mechanism.bodies}
-    masses = []
-    for bodies in attached:
-        wholes = {bars.get(name, frozenset((name,))) for name in bodies if name != GROUND}
-        inverse = sum(1.0 / sum(mass[name] for name in whole) for whole in wholes)
-        masses.append(1.0 / inverse if bars.keys() & set(bodies) else 0.0)
+        for pair in pairwise(chain):
+            bars.join(*pair)
+    for body in mechanism.bodies:
+        mass[bars.find(body.name)] += body.mass
+    guarded = (() if part.declaration.gap is None else ends_of(part) for part in components)
+    for ends in (*(contact.ends for contact in contacts), *guarded):
+        bodies = [name for name, _ in ends if name != GROUND]
+        inverse = sum(1.0 / mass[whole] for whole in {bars.find(name) for name in bodies})
+        masses.append(1.0 / inverse if any(name in bars for name in bodies) else 0.0)
     return np.array(masses)
 
 

@@ -68,11 +68,6 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates, weight: np.n
     numbers_of = np.zeros((len(components), max([COMPONENT_PARAMETERS, *map(len, described)])))
     for i, row in enumerate(described):
         numbers_of[i, : len(row)] = row
-    ports = [(part, part.declaration.port) for part in components]
-    attached = [{body for body, _ in contact.ends} for contact in contacts]
-    attached += [
-        {*(getattr(part, key)[0] for key in port.points), *(getattr(part, key) for key in port.turning)} for part, port in ports
-    ]
     breaks = sorted({instant for motion, _ in listed for instant in breaks_of(motion)})
     return Parameters(
         weight=weight,
@@ -81,7 +76,7 @@ def make_parameters(mechanism: Mechanism, coordinates: Coordinates, weight: np.n
         breaks=np.array(breaks, float),
         value=np.array([constraint.value for constraint in coordinates.constraints], float),
         contact=surfaces,
-        whole_mass=whole_masses(mechanism, attached),
+        whole_mass=whole_masses(mechanism),
         law=law,
         contour=contour,
         journal=journal,

@@ -1,4 +1,6 @@
-"""Gauss nodes and Lagrange polynomials in decimal arithmetic, rounded once, so that they are equal on every machine.
+"""Splines through tables; Gauss nodes and Lagrange polynomials in decimal arithmetic.
+
+Those in decimal arithmetic are rounded once, so that they are equal on every machine.
 
 Eigenvalues, inverses and cosines of NumPy differ in their last digits between processors and versions. Constants of the
 compiled library must not differ.
@@ -7,12 +9,30 @@ compiled library must not differ.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from decimal import Context, Decimal, localcontext
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline, PPoly
+
 EXTENDED = Context(prec=38)  # decimal arithmetic with more than twice the digits of a float
+
+
+def quintic_spline(places: Sequence[float], values: Sequence[float]) -> PPoly:
+    """Return the spline of fifth degree through a table, as pieces of polynomials."""
+    from scipy.interpolate import PPoly, make_interp_spline  # imported here: it takes a third of a second
+
+    return PPoly.from_spline(make_interp_spline(places, values, k=5).tck)
+
+
+def periodic_spline(places: np.ndarray, values: np.ndarray) -> CubicSpline:
+    """Return the periodic cubic spline through a table whose first and last values are equal."""
+    from scipy.interpolate import CubicSpline  # imported here: it takes a third of a second
+
+    return CubicSpline(places, values, bc_type="periodic")
 
 
 def gauss_rule(points: int) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,7 @@ from scissordyn.components.port import FRAME, Output
 from scissordyn.components.port.stroke import arc
 from scissordyn.components.stop import START_DEPTH_FRACTION, push, stop_damping
 from scissordyn.errors import InputError
+from scissordyn.interpolation import periodic_spline
 from scissordyn.kernel import kernel
 from scissordyn.units import Meaning, Pairs, Quantity
 
@@ -119,12 +120,10 @@ class Cam:
     def parameters(self, start: tuple[float, ...]) -> tuple[float, ...]:
         """Return stiffness K, exponent n, damping factor xi, and the number, radii and slopes of the pitch curve's nodes."""
         angle, radius = self._pitch()
-        from scipy.interpolate import CubicSpline
-
         nodes = np.linspace(0.0, math.tau, PITCH_NODES + 1)
-        at = CubicSpline(np.append(angle, angle[0] + math.tau), np.append(radius, radius[0]), bc_type="periodic")(nodes)
+        at = periodic_spline(np.append(angle, angle[0] + math.tau), np.append(radius, radius[0]))(nodes)
         at[-1] = at[0]
-        slopes = CubicSpline(nodes, at, bc_type="periodic")(nodes, 1)
+        slopes = periodic_spline(nodes, at)(nodes, 1)
         table = np.stack([at, slopes], axis=1)[:-1].ravel()
         there = float(np.interp(math.atan2(start[1], start[0]) % math.tau, nodes, at))
         here = math.hypot(start[0], start[1])
@@ -137,10 +136,7 @@ class Cam:
 
     def _profile(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return angles, radii and their two derivatives at points of the profile."""
-        from scipy.interpolate import CubicSpline
-
-        angles, radii = np.array(self.profile, float).T
-        curve = CubicSpline(angles, radii, bc_type="periodic")
+        curve = periodic_spline(*np.array(self.profile, float).T)
         angle = self.profile[0][0] + np.linspace(0.0, math.tau, count, endpoint=False)
         return angle, curve(angle), curve(angle, 1), curve(angle, 2)
 

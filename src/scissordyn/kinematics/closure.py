@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from scissordyn.components.cam import Cam
 from scissordyn.components.place import GROUND
 from scissordyn.components.time_function import Tabulated
 from scissordyn.errors import InputError
+from scissordyn.interpolation import periodic_spline, quintic_spline
 from scissordyn.mechanics.constraint_part import ANGLE, HALF_SQUARE, LENGTH, part_curvature
 from scissordyn.mechanics.time_function import function_at, function_rows
 from scissordyn.plan.linear_constraints import origins
@@ -40,22 +42,32 @@ def table_warnings(plan: Plan, overshoot_max: float = 0.1) -> list[RunWarning]:
 
     `overshoot_max`: [range of all values] a sine with five pairs in each period overshoots by less.
     """
-    tables = [(name, np.array([function.times, function.values]), False) for name, function in _tables(plan)]
-    tables += [(f"cam '{part.name}'", np.array(part.profile).T, True) for part in plan.components if isinstance(part, Cam)]
+    tables = [(name, (function.times, function.values), False) for name, function in _tables(plan)]
+    for part in (part for part in plan.components if isinstance(part, Cam)):
+        angles, radii = zip(*part.profile, strict=True)
+        tables.append((f"cam '{part.name}'", (angles, radii), True))
     warnings = list[RunWarning]()
-    for name, (places, values), periodic in tables:
-        from scipy.interpolate import CubicSpline, make_interp_spline  # imported here: they take a third of a second
-
-        spline = CubicSpline(places, values, bc_type="periodic") if periodic else make_interp_spline(places, values, k=5)
-        between = places[:-1, None] + np.diff(places)[:, None] * np.linspace(0.0, 1.0, 10)[1:-1]
-        curve, ends = spline(between), np.sort([values[:-1], values[1:]], axis=0)[..., None]
-        overshoot = np.maximum(curve - ends[1], ends[0] - curve)
-        worst, allowed = np.argmax(overshoot), overshoot_max * np.ptp(values)
-        if allowed > 0.0 and overshoot.flat[worst] > allowed:
-            share, at = float(overshoot.flat[worst] / np.ptp(values)), float(between.flat[worst])
+    for name, table, periodic in tables:
+        share, at = _overshoot(*table, periodic=periodic)
+        if share > overshoot_max:
             place = f"{math.degrees(at):.4g} deg" if periodic else f"t = {at:.6g} s"
             warnings.append(warning("table overshoots", table=name, share=share, place=place))
     return warnings
+
+
+@lru_cache(maxsize=64)
+def _overshoot(places: tuple[float, ...], values: tuple[float, ...], *, periodic: bool) -> tuple[float, float]:
+    """Return how far the spline of a table leaves the values of two neighbouring pairs [range of all values], and where.
+
+    The last tables are kept, as the cases of a batch have the same ones.
+    """
+    at, value = np.array(places), np.array(values)
+    between = at[:-1, None] + np.diff(at)[:, None] * np.linspace(0.0, 1.0, 10)[1:-1]
+    curve = periodic_spline(at, value)(between) if periodic else quintic_spline(places, values)(between)
+    ends = np.sort([value[:-1], value[1:]], axis=0)[..., None]
+    overshoot = np.maximum(curve - ends[1], ends[0] - curve)
+    worst, whole = int(np.argmax(overshoot)), float(np.ptp(value))
+    return float(overshoot.flat[worst]) / whole if whole > 0.0 else 0.0, float(between.flat[worst])
 
 
 def _tables(plan: Plan) -> Iterator[tuple[str, Tabulated]]:

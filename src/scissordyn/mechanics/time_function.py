@@ -18,6 +18,7 @@ from scissordyn.components.time_function import (
     TimeFunction,
     Trapezoidal,
 )
+from scissordyn.interpolation import quintic_spline
 from scissordyn.kernel import F1, F2, I1, entry, equals, kernel
 from scissordyn.tolerance import ROUND_OFF_TOL
 
@@ -52,9 +53,7 @@ def function_rows(motion: TimeFunction, start: float) -> np.ndarray:
                 before, after, speed, bend, moved = after, before, -speed, -bend, -moved
             return _pieces(*pieces, (strokes * duration - begin, (before,)))
         case Tabulated():
-            from scipy.interpolate import PPoly, make_interp_spline  # imported here: it takes a third of a second
-
-            spline = PPoly.from_spline(make_interp_spline(motion.times, motion.values, k=5).tck)
+            spline = quintic_spline(motion.times, motion.values)
             inside = np.flatnonzero(np.diff(spline.x) > 0.0)
             rows = np.zeros((inside.size, PIECE_COLUMNS))
             rows[:, 0] = spline.x[inside]

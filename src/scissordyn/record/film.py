@@ -65,19 +65,17 @@ def film_variables(plan: Plan, path: Trajectory, variables: Mapping[str, Variabl
     capacity = heat_capacity * content * np.array([oil.mass_density for _, _, oil in joints])
     thickness, eccentricity = film["thickness"], variables["film_peak_eccentricity"].values
     when, largest = variables["film_peak_eccentricity_time"].values, path.peaks(JOINT_FORCE)
-    dry, mixed = thickness <= 0.0, (thickness > 0.0) & (thickness < MIXED_RATIO_MAX * rough)
-    torn = film["tension"] > np.maximum(bears, 0.0)
-    heat = direction = at_peak = share = np.full(len(joints), math.nan)
+    dry = mixed = torn = heat = direction = at_peak = share = np.full(len(joints), math.nan)
     if len(time):
-        dry, mixed, torn = (time_mean(part, time) for part in (dry, mixed, torn))
+        is_dry, is_thin = thickness <= 0.0, thickness < MIXED_RATIO_MAX * rough
+        is_torn = film["tension"] > np.maximum(bears, 0.0)
+        dry, mixed, torn = (time_mean(part, time) for part in (is_dry, is_thin & ~is_dry, is_torn))
         heat = np.trapezoid(film["power_lost"], time, axis=0)
         index = np.arange(len(joints))
         nearest, highest = (np.argmin(np.abs(time[:, None] - at), axis=0) for at in (when, largest["largest_time"]))
         direction = np.arctan2(*films["displacement"][nearest, index].T[::-1])
         at_peak, carried = thickness[highest, index], film["asperity_force"][highest, index]
         share = np.divide(carried, largest["largest"], out=np.zeros_like(carried), where=largest["largest"] > 0.0)
-    else:
-        dry = mixed = torn = heat
     sliding, squeezing = (np.max(np.abs(film[f"{name}_speed"]), axis=0, initial=0.0) for name in ("sliding", "squeeze"))
     answers = (
         ("peak_force_thickness", at_peak, "m", f"film thickness {AT_PEAK}"),

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from itertools import accumulate
-from typing import Any, get_type_hints
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from scissordyn.components.time_function import ConstantSpeed
 from scissordyn.model.clearance import ContactPoint, contact_states
 from scissordyn.model.joint import Revolute
 from scissordyn.model.mechanism import Mechanism
-from scissordyn.units import State
+from scissordyn.units import State, hints_of
 
 
 def acting(mechanism: Mechanism) -> tuple[Component, ...]:
@@ -69,10 +68,5 @@ def offsets(counts: Any) -> np.ndarray:
 
 def scratch(described: Any, shapes: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Return zero arrays for fields of a kernel's named tuple, with the declared types."""
-    declared = _declared(described)
+    declared = hints_of(described)
     return {name: np.zeros(shape, declared[name].__metadata__[0].dtype) for name, shape in shapes.items()}
-
-
-@cache
-def _declared(described: Any) -> dict[str, Any]:
-    return get_type_hints(described, include_extras=True)

@@ -448,8 +448,8 @@ def _example(name: str, value: Any, hint: Any, field: Any) -> str:
 
 
 def counted(number: int, thing: str = "contact") -> str:
-    """Return a count with its noun: "1 contact", "2 contacts"."""
-    return f"{number} {thing}" + ("" if number == 1 else "s")
+    """Return a count with its noun: "1 contact", "2 contacts", "3 bodies"."""
+    return f"{number} {thing}" if number == 1 else f"{number} " + re.sub("([^aeiou])y$", r"\1ie", thing) + "s"
 
 
 PREFIXED_UNITS = frozenset(("m", "s", "g", "N", "J", "W", "Pa", "Hz", "rad"))

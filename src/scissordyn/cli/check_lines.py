@@ -116,9 +116,8 @@ def check_lines(case: Path, changes: Sequence[str], converge: str | None, modes:
 def _parts(planned: Plan, components: Sequence[Component]) -> list[str]:
     """Return lines on the size of a mechanism, its drives, components and clearances."""
     mechanism, coordinates = planned.mechanism, planned.coordinates
-    bodies = "1 body" if len(mechanism.bodies) == 1 else f"{len(mechanism.bodies)} bodies"
     return [
-        f"Mechanism: {bodies}, {counted(len(mechanism.ideal_joints), 'ideal joint')} and "
+        f"Mechanism: {counted(len(mechanism.bodies), 'body')}, {counted(len(mechanism.ideal_joints), 'ideal joint')} and "
         f"{counted(len(mechanism.clearance_joints), 'clearance joint')}, "
         f"{counted(coordinates.free, 'free coordinate')} with {counted(len(coordinates.constraints), 'constraint')}: "
         f"{counted(planned.coordinates.mobility, 'degree')} of freedom besides the drives.",

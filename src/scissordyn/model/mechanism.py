@@ -115,7 +115,7 @@ class Mechanism:
             "drive": len(self.drives) + len(self.coordinate_drives),
             "component": len(self.components) + len(self.rods),
         }
-        parts = [counted(count, kind).replace("bodys", "bodies") for kind, count in counts.items() if count]
+        parts = [counted(count, kind) for kind, count in counts.items() if count]
         return f"Mechanism of {', '.join(parts)}"
 
     def _repr_pretty_(self, printer: Any, cycle: bool) -> None:  # IPython and Jupyter show this

@@ -246,9 +246,7 @@ def _dataset(problem: Problem, unknowns: np.ndarray, failure: str) -> xr.Dataset
     def of_parameters(numbers: Any, about: str) -> tuple[str, Any, dict[str, str]]:
         return "parameter", numbers, {"long_name": about}
 
-    warnings = _warnings(problem, failure, errors, values)
-    if not any("neighbouring residuals" in text for text in warnings):
-        warnings += _misfits(residual, problem.segments[0].record.headings)
+    warnings = _warnings(problem, failure, errors, values, residual)
     data = xr.Dataset(
         {
             "value": of_parameters(values, "fitted value, in the unit of the parameter"),
@@ -292,10 +290,13 @@ def _warnings(
     failure: str,
     errors: Uncertainty,
     values: np.ndarray,
+    residual: np.ndarray,
     correlation_max: float = 0.98,
     dependence: float = 2.0,
 ) -> list[str]:
     """Return warnings: parameters not determined or at a bound, dependent residuals, derivatives by differences.
+
+    `residual`, shape (rows, columns), is what the fitted curves differ by from the measured values.
 
     `correlation_max`: two parameters with a larger correlation are reported as hardly distinguishable.
 
@@ -335,4 +336,6 @@ def _warnings(
         warnings.append(
             f"derivatives are finite differences, which are noisy for runs with contacts: {problem.exact_derivatives_failure}"
         )
+    if not errors.dependence > dependence:
+        warnings += _misfits(residual, problem.segments[0].record.headings)
     return warnings

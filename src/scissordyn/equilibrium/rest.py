@@ -403,7 +403,7 @@ class _Descent:
         return change[: self.free]
 
     def polish(self, step: float, max_steps: int = 10, corrections: int = 3) -> None:
-        """Refine the equilibrium by longer steps, as long as each at least halves the unbalanced force, or its corrections end.
+        """Refine the equilibrium by longer steps, until one neither halves the unbalanced force nor has vanishing corrections.
 
         The unbalanced force of thin bars is the round-off of their axial forces while bending is still far from equilibrium.
         """

@@ -341,7 +341,7 @@ def figures(
 
 
 def _bands(chosen: DrawnCurves, run: Run, tangent: Tangent, change_max: float = 0.1) -> dict[str, tuple[np.ndarray, ...]]:
-    """Return instants, values and drawn changes of the curves; a change is NaN if it exceeds `far` of the curve's range.
+    """Return instants, values and drawn changes of the curves; a change is NaN if it exceeds `change_max` of the curve's range.
 
     An impact that moves in time changes a steep curve so much that its tangent is not valid there.
     """

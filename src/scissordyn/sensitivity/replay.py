@@ -33,6 +33,7 @@ from scissordyn.integrate.tableau import EXPLICIT
 from scissordyn.kernel import F1, F2, I1, I2, equals, kernel, opener, value_of
 from scissordyn.mechanics.functions import FUNCTIONS
 from scissordyn.mechanics.system import open_system
+from scissordyn.sensitivity.frozen_slopes import freeze_slopes
 from scissordyn.sensitivity.gap import watch_gaps
 from scissordyn.sensitivity.integral import add_integrals
 from scissordyn.sensitivity.part_error import PART_MIN_FRACTION, PARTS_MAX, part_error
@@ -145,25 +146,6 @@ def break_at(now, system):
         if abs(breaks[k] - now) <= ROUND_OFF_TOL * breaks[k]:
             return breaks[k]
     return math.nan
-
-
-@kernel
-def freeze(array):
-    """Remove the derivatives of an array."""
-    for k in range(array.size):
-        array[k] = value_of(array[k])
-
-
-@kernel
-def freeze_slopes(system):
-    """Remove the derivatives of the slopes of force elements, which are differences: at a kink they are nearly infinite."""
-    W = open_system(system).work
-    freeze(W.block_v)
-    freeze(W.block_x)
-    freeze(W.force_by_state)
-    freeze(W.rate_by_v)
-    freeze(W.rate_by_x)
-    freeze(W.rate_by_state)
 
 
 # Functions of a mechanism that repeat a step with dual numbers

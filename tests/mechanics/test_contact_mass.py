@@ -7,7 +7,7 @@ import pytest
 
 import scissordyn as sd
 from reference.kernels import at_start, touching
-from scissordyn.equilibrium.rest import StaticPosition, constraint_slopes, free_directions
+from scissordyn.equilibrium.static_position import StaticPosition, constraint_slopes, free_directions
 from scissordyn.integrate.integration import RESET_DATA
 from scissordyn.mechanics import functions
 from scissordyn.plan.plan import plan

@@ -15,9 +15,10 @@ from scissordyn.components.flexible_bar import FlexibleBar
 from scissordyn.components.force import Force
 from scissordyn.components.port import FRAME, LINE
 from scissordyn.components.torque import Torque
-from scissordyn.equilibrium.rest import (
+from scissordyn.equilibrium.rest import activate_closed_gaps
+from scissordyn.equilibrium.small_motion import equilibrium_pair
+from scissordyn.equilibrium.static_position import (
     StaticPosition,
-    activate_closed_gaps,
     component_maps,
     constraint_slopes,
     count_turns,
@@ -27,7 +28,6 @@ from scissordyn.equilibrium.rest import (
     has_potential,
     stiffness,
 )
-from scissordyn.equilibrium.small_motion import equilibrium_pair
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kernel import Handle

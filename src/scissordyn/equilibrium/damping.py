@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from scissordyn.components.clutch import Clutch
 from scissordyn.components.guide_friction import GuideFriction
 from scissordyn.components.pin_friction import PinFriction
-from scissordyn.equilibrium.rest import StaticPosition, has_potential
+from scissordyn.equilibrium.static_position import StaticPosition, has_potential
 from scissordyn.mechanics.system import System
 
 

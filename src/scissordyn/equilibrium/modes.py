@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from scissordyn.components.actuator import Actuator
 from scissordyn.equilibrium.damping import damped_modes, square_round_off
 from scissordyn.equilibrium.deflection import places
-from scissordyn.equilibrium.rest import StaticPosition, motions_of, stiffness_parts
 from scissordyn.equilibrium.small_motion import Position, equilibria_along_motion, equilibrium_pair, release_drives
+from scissordyn.equilibrium.static_position import StaticPosition, motions_of, stiffness_parts
 from scissordyn.errors import InputError
 from scissordyn.kinematics.closure import Inputs
 from scissordyn.laws.evaluate import elastic_force, normal_force

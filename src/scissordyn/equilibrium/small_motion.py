@@ -9,8 +9,9 @@ from typing import Any, Literal
 import numpy as np
 
 from scissordyn.components.torque import Torque
-from scissordyn.equilibrium.rest import StaticPosition, activate_closed_gaps, count_turns, equilibrium, keep_modes
+from scissordyn.equilibrium.rest import activate_closed_gaps, equilibrium, keep_modes
 from scissordyn.equilibrium.start import assembled_near, prepare_start, rest_with_clearances
+from scissordyn.equilibrium.static_position import StaticPosition, count_turns
 from scissordyn.errors import InputError
 from scissordyn.kinematics.assembly import whole_state
 from scissordyn.kinematics.closure import Inputs

@@ -13,7 +13,8 @@ from scissordyn.components.force import Force
 from scissordyn.components.place import GROUND
 from scissordyn.components.torque import Torque
 from scissordyn.equilibrium.cause import check_zero_lengths, full_coordinates
-from scissordyn.equilibrium.rest import StaticEquilibrium, StaticPosition, count_turns, equilibrium, keep_modes, turns
+from scissordyn.equilibrium.rest import StaticEquilibrium, equilibrium, keep_modes
+from scissordyn.equilibrium.static_position import StaticPosition, count_turns, turns
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import LOG_COLUMNS, RESET_DATA, RISE
 from scissordyn.kernel import Handle

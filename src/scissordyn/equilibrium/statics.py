@@ -13,8 +13,8 @@ from scissordyn.casefile.configuration import write_configuration
 from scissordyn.components.time_function import Polynomial
 from scissordyn.equilibrium.bar_extremes import bar_extremes
 from scissordyn.equilibrium.cause import describe_jam
-from scissordyn.equilibrium.rest import StaticPosition, count_turns
 from scissordyn.equilibrium.small_motion import INPUT_STEP_MAX, equilibria_along_motion
+from scissordyn.equilibrium.static_position import StaticPosition, count_turns
 from scissordyn.errors import InputError
 from scissordyn.integrate.integration import Samples
 from scissordyn.kinematics.assembly import Held, Start, assemble, whole_state

@@ -48,8 +48,9 @@ print(time.perf_counter() - began, used.ru_utime, used.ru_maxrss, os.waitstatus_
 """Program that starts and measures another; it is small, since a child's memory would include that of its parent."""
 
 
-def _process(arguments: Sequence[str], environment: Mapping[str, str]) -> Process:
-    launch = [sys.executable, "-I", "-S", "-c", LAUNCHER, *arguments]
+def process(arguments: Sequence[str], environment: Mapping[str, str], python: str = sys.executable) -> Process:
+    """Run Python with these arguments, and measure it."""
+    launch = [python, "-I", "-S", "-c", LAUNCHER, *arguments]
     inherited = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     done = subprocess.run(launch, env={**inherited, **environment}, capture_output=True, text=True, check=True)
     wall, user, memory, status = done.stdout.split()
@@ -84,7 +85,7 @@ def measure(quick: bool = False) -> str:
             for name, (arguments, _) in named.items():
                 # a user without settings or caches of matplotlib and others
                 home = {"HOME": str(Path(folder) / str(turn)), "XDG_CACHE_HOME": "", "XDG_CONFIG_HOME": ""}
-                found[name].append(_process(arguments, home if "first" in name else {}))
+                found[name].append(process(arguments, home if "first" in name else {}))
     rows = [_row(name, _median(found[name]), target) for name, (_, target) in named.items()]
     head = ["process", "wall [s]", "target [s]", "user CPU [s]", "memory [MB]", "target [MB]"]
     return "`examples/paper.toml`, medians of interleaved processes, each with all that it starts.\n\n" + table(head, rows)

@@ -10,8 +10,10 @@ import tomllib
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
+import grimp
 import pytest
 import yaml
+from benchmarks import stale
 
 import scissordyn as sd
 
@@ -134,6 +136,32 @@ def test_actions_are_pinned(path):
         assert re.fullmatch(r" # v\d+\.\d+\.\d+", behind), action
     assert text.count("actions/checkout@") == text.count("persist-credentials: false")
     assert "permissions" in yaml.safe_load(text)
+
+
+def test_measured_pages_older_than_their_subject(tmp_path, monkeypatch):
+    """Contract: listed are changes with a line in the changelog, of what a page measures, since it was measured."""
+    graph = grimp.build_graph("scissordyn", "benchmarks", cache_dir=None)
+    assert {"laws", "mechanics", "run"} <= stale.subpackages(graph, "benchmarks.film")  # by public names alone
+    assert "cli" in stale.subpackages(graph, "benchmarks.study_kills") - stale.subpackages(graph, "benchmarks.speed")
+    monkeypatch.setattr(stale, "subpackages", lambda *_: {"laws"})
+    monkeypatch.setattr(stale, "ROOT", tmp_path)
+    page = tmp_path / "page.md"
+
+    def commit(subject, *names, text=None):
+        for path in (tmp_path / name for name in names):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text or subject)
+        stale.git("add", ".")
+        stale.git("-c", "user.name=a", "-c", "user.email=a@b.c", "commit", "-qm", subject)
+
+    stale.git("init", "-q")
+    commit("measure", "page.md", text="By `python -m benchmarks.speed`.\n\nAMD, 2 cores, load 0.1; numpy 2.\n")
+    law, other, log = "src/scissordyn/laws/a.py", "src/scissordyn/plot/a.py", "CHANGELOG.md"
+    for subject, names in {"laws: a": (law, log), "laws: b": (law,), "words: c": (law, log), "plot: d": (other, log)}.items():
+        commit(subject, *names)
+    assert [line.split(None, 2)[2] for line in stale.changes(page, graph)] == ["laws: a", "measure"]
+    commit("again", "page.md", text=page.read_text().replace("0.1", "0.2"))
+    assert [line.split(None, 2)[2] for line in stale.changes(page, graph)] == ["again"]
 
 
 @pytest.mark.slow

@@ -11,11 +11,12 @@ from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.parameter_path import changed_all
 from scissordyn.plan.plan import plan
 from scissordyn.record.xarray_dataset import as_dataset
-from scissordyn.sensitivity.curve import moved_slopes
+from scissordyn.sensitivity.curve import moved_results, moved_slopes
 from scissordyn.sensitivity.forward import forward
-from scissordyn.sensitivity.gradient import check_derivable
+from scissordyn.sensitivity.gradient import check_derivable, check_repetition
 from scissordyn.sensitivity.library import DERIVATIVES
 from scissordyn.sensitivity.seed import Parameter, Start, derivatives
+from scissordyn.tolerance import ROUND_OFF_TOL
 
 
 def has_events(problem: Problem) -> bool:
@@ -48,9 +49,12 @@ def _curve_derivatives(problem: Problem, fitted: Mechanism, values: np.ndarray, 
     for first in range(0, len(seeds), DERIVATIVES):
         run = forward(tables, options, seeds[first : first + DERIVATIVES], times=times, integrals=problem.monitors)
         problem.runs += 1
+        check_repetition(run.misfit)
+        sizes = np.max(np.abs(curves(as_dataset(moved_results(run, 0, 0.0, fitted)), problem.columns)), axis=0)
         for k, parameter in enumerate(parameters[first : first + DERIVATIVES]):
             slopes_by_name = moved_slopes(run, k, parameter.moved, lambda path: {"": curves(as_dataset(path), problem.columns)})
-            slopes.append(slopes_by_name[""])
+            found = slopes_by_name[""]
+            slopes.append(np.where(np.abs(found) > ROUND_OFF_TOL * sizes, found, 0.0))
     return np.stack(slopes, axis=2)
 
 

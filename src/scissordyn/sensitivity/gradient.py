@@ -295,8 +295,7 @@ def _derive(
         assert run is not None
         rows = _within_horizon(run, replace(options, method=run.driver.method), rows)
     _check_known(responses, values)
-    if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
-        raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
+    check_repetition(misfit)
     parameters = [parameter for part in ordered for parameter in part.parameters]
     curves = [curve for part in ordered for curve in part.curves]
     rough = max(part.rough for part in ordered)
@@ -337,6 +336,12 @@ def check_derivable(made: Plan) -> None:
     """Raise `InputError` if a part of the mechanism has no derivatives yet."""
     if PYTHON:
         raise InputError("gradients need compiled kernels", "the environment variable SCISSORDYN_ENGINE not set to python")
+
+
+def check_repetition(misfit: float) -> None:
+    """Raise `ScissordynError` if a step and its repetition in dual numbers differ by more than round-off."""
+    if misfit > DATA_TOL:  # round-off is below 1e-10, another mode above 1e-3
+        raise ScissordynError(f"a step and its repetition in dual numbers differ by {misfit:.1g}")
 
 
 def _response(mechanism: Mechanism, text: str) -> Response:

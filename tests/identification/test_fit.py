@@ -6,8 +6,10 @@ import math
 import numpy as np
 import pytest
 from pendula import DOUBLE, PENDULUM, double, pendulum
+from scipy.special import stdtrit
 
 import scissordyn as sd
+import scissordyn.identification.problem as problem_module
 from scissordyn.casefile.configuration import read_configuration
 from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import Problem, free_parameter, motion
@@ -110,6 +112,33 @@ def test_what_was_measured_otherwise_settles_it(arm):
     assert 0.005 < share[1] < 0.2
 
 
+def test_a_start_far_below_the_truth(arm):
+    """Contract: a parameter that grows to ten thousand times its start is known as well as from a start nearby."""
+    data, free = record(inertia=0.0009, damping=0.0012), ["pivot.damping", "arm.inertia", "arm.angle"]
+    far = sd.fit(sd.Case(arm.mechanism.replace("pivot.damping", 1.2e-7), arm.run), data, free)
+    near = sd.fit(arm, data, free)
+    np.testing.assert_allclose(far["value"], near["value"], rtol=1e-5)
+    np.testing.assert_allclose(far["standard_error"], near["standard_error"], rtol=1e-2)
+    assert json.loads(far.attrs["warnings"]) == []
+
+
+def test_weights_of_few_values(arm):
+    """Closed form: each variance is a sum of squares by its degrees of freedom, which add up to values less parameters.
+
+    The intervals have those of one column, which are fewer than the sum, 10 - 3. A warning gives them.
+    """
+    times = np.linspace(0.3, 2.0, 5)
+    noise = np.array([2e-3, 2e-2]) * np.random.default_rng(2).standard_normal((5, 2))
+    values = pendulum(times, angle=-0.6, inertia=0.0009, damping=0.0012) + noise
+    few = sd.Measured(times, ("angle of arm", "angular_velocity of arm"), values, ("rad", "rad/s"))
+    one = sd.fit(arm, few, ["arm.inertia", "pivot.damping", "arm.angle"])
+    degrees = np.sum(one["residual"].values ** 2, axis=0) / one["deviation"].values ** 2
+    assert degrees.sum() == pytest.approx(10 - 3, rel=0.1)
+    width = (one["high"] - one["value"]).values / one["standard_error"].values
+    assert width == pytest.approx(stdtrit(degrees.min(), 0.975), rel=0.05)
+    assert f"has {degrees.min():.1f} degrees of freedom: the intervals may be too narrow" in one.attrs["warnings"]
+
+
 def test_segments_start_where_their_data_say(arm):
     """Cross-check: three segments, each with a start of its own, give the same numbers; the record begins at 60 s."""
     said = sd.fit(arm, record(inertia=0.0009, damping=0.0012, start=60.0), ["arm.inertia", "pivot.damping"], segment=1.0)
@@ -180,9 +209,25 @@ def test_intervals_hold_the_truth(arm):
     assert held >= 35
 
 
+def test_all_runs_are_counted(arm, monkeypatch):
+    """Contract: the count of runs has those that estimate starts; the short one that lists the quantities is left out."""
+    counted = []
+    compute = problem_module.compute
+    monkeypatch.setattr(problem_module, "compute", lambda *given, **named: counted.append(1) or compute(*given, **named))
+    said = sd.fit(arm, record(until=1.0, count=31), ["arm.inertia"], segment=0.5)
+    assert json.loads(said.attrs["statistics"])["runs"] == len(counted) - 1
+
+
+def test_no_evaluation(arm):
+    """Bad input: one line for a search without evaluations."""
+    with pytest.raises(sd.InputError, match="most = 0; expected at least one evaluation"):
+        sd.fit(arm, record(), ["arm.inertia"], most=0)
+
+
 @pytest.mark.parametrize(
     ("free", "said"),
     [
+        ({"arm.inertia": None, "body.arm.inertia": None}, "'arm.inertia' and 'body.arm.inertia' are the same parameter"),
         ({"arm.inertai": None}, "did you mean 'inertia'"),
         ({"arm.inertia": (1.0, 2.0)}, "outside its range"),
         ({"arm.angular_velocity": None}, "has no value in this mechanism"),

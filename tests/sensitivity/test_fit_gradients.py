@@ -65,6 +65,15 @@ def test_parameters_of_a_record():
     assert statistics["runs"] <= 20
 
 
+@pytest.mark.parametrize("free", [["ball.inertia"], ["ball.inertia", "ball.velocity.x"]])
+def test_a_parameter_without_effect(free):
+    """Contract: it keeps its value, to 1 % of round-off in the derivatives by the others, and is not determined."""
+    found = sd.fit(sd.Case(bouncing(), OPTIONS), record(), free, deviations=dict.fromkeys(record().headings, 1e-5))
+    assert found["value"].values == pytest.approx([1e-3, 0.3][: len(free)], rel=1e-6)
+    assert np.isinf(found["standard_error"].values).tolist() == [True, False][: len(free)]
+    assert "'ball.inertia' cannot be determined" in found.attrs["warnings"]
+
+
 def test_differences_are_used_with_a_reason():
     """Contract: a run with steps of a fixed size."""
     mechanism = bouncing()

@@ -7,7 +7,6 @@ import json
 import math
 import time as clocks
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,10 +20,10 @@ from scissordyn.errors import InputError, did_you_mean
 from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import FailedRunError, Free, Problem, Segment, columns_of, records_of
 from scissordyn.identification.start import check_autonomous, column_deviations, prepare_segments
-from scissordyn.identification.uncertainty import Uncertainty, uncertainty
+from scissordyn.identification.uncertainty import Uncertainty, column_degrees, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.tolerance import CONFIDENCE_LEVEL
+from scissordyn.tolerance import CONFIDENCE_LEVEL, DATA_TOL
 
 
 def units_by_heading(mechanism: Mechanism, options: Options) -> dict[str, str]:
@@ -52,26 +51,33 @@ def fit_parameters(
     began = clocks.perf_counter()
     if not free:
         raise InputError("no free parameter is given", "at least one parameter", "--free 'arm.inertia'")
-    names = [parameter.path for parameter in free]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"the free parameter '{name}' is given twice", "each parameter once")
+    if most < 1:
+        raise InputError(f"most = {most}", "at least one evaluation of the residuals", "most=100")
+    paths_by_route: dict[Any, str] = {}
+    for parameter in free:
+        for place in parameter.places:
+            if other := paths_by_route.get(place.path):
+                raise InputError(f"'{other}' and '{parameter.path}' are the same parameter", "each parameter once")
+            paths_by_route[place.path] = parameter.path
     if segment is not None:
         check_autonomous(mechanism)
     segments, columns, options = prepare_segments(mechanism, options, records, segment=segment)
     problem = Problem(
         mechanism, options, free, segments, columns, _known_deviations(records[0], deviations), _jumps(segments, jump)
     )
-    rows = sum(piece.record.values.size for piece in segments)
-    if rows <= problem.unknowns:
-        raise InputError(f"{rows} measured values for {problem.unknowns} unknowns", "more data, or fewer free parameters")
+    problem.runs = sum(piece.runs for piece in segments)
+    if problem.measured <= problem.unknowns:
+        raise InputError(
+            f"{problem.measured} measured values for {problem.unknowns} unknowns", "more data, or fewer free parameters"
+        )
     if starts > 1:
         problem = _best_start(problem, starts)
         if progress is not None:
             start_text = ", ".join(f"{parameter.path} = {parameter.start:.6g}" for parameter in problem.free)
             progress(f"{starts} starts: the best is {start_text}")
-    problem, unknowns, solution = _solve(problem, weights=not deviations, most=most, progress=progress)
-    failure = "" if solution.status > 0 else f"{most} evaluations were not enough"
+    problem, unknowns, solution, settled = _solve(problem, weights=not deviations, most=most, progress=progress)
+    failure = "" if settled else "the standard deviations of the columns still change"
+    failure = failure if solution.status > 0 else f"{most} evaluations were not enough"
     data = _dataset(problem, unknowns, failure)
     counts: dict[str, Any] = {
         "runs": problem.runs,
@@ -112,11 +118,12 @@ def _replace(problem: Problem, **changes: Any) -> Problem:
 
 
 def _solve(
-    problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None
-) -> tuple[Problem, np.ndarray, OptimizeResult]:
+    problem: Problem, *, weights: bool, most: int, progress: Callable[[str], None] | None, most_rounds: int = 20
+) -> tuple[Problem, np.ndarray, OptimizeResult, bool]:
     """Solve the least-squares problem with at most `most` evaluations; return the problem, the unknowns and SciPy's result.
 
-    With `weights`, the solution is repeated with the standard deviation of each quantity estimated from its residuals.
+    With `weights`, the solution is repeated with the standard deviation of each quantity estimated from its residuals, until
+    they change by less than 5 %, at most `most_rounds` times. Return also whether they do.
     """
     unknowns = problem.start()
     try:
@@ -124,36 +131,45 @@ def _solve(
     except FailedRunError as failed:
         raise InputError(f"the first run of the fit fails: {failed}", "a case that runs over the time of the data") from None
     if weights:
-        problem = _replace(problem, deviation=_deviations(problem, unknowns))
-    for round_ in range(3 if weights else 1):
-        solution = least_squares(
-            problem.residuals,
-            unknowns,
-            jac=partial(jacobian, problem),
-            bounds=problem.bounds(),
-            x_scale="jac",
-            gtol=None,
-            max_nfev=most,
-        )
+        problem = _replace(problem, deviation=_deviations(problem, unknowns), estimated=True)
+    for round_ in range(most_rounds if weights else 1):
+        solution = _search(problem, unknowns, most)
         unknowns = solution.x
         if progress is not None:
             progress(f"round {round_ + 1}: {solution.nfev} evaluations, {problem.runs} runs, chi^2 = {2.0 * solution.cost:.6g}")
         if not weights:
-            break
-        new = _deviations(problem, unknowns)
+            return problem, unknowns, solution, True
+        new = _deviations(problem, unknowns, solution.jac)
         if np.all(np.abs(new / problem.deviation - 1.0) < 0.05):  # the standard deviations have converged
-            break
+            return problem, unknowns, solution, True
         problem = _replace(problem, deviation=new)
-    return problem, unknowns, solution
+    return problem, unknowns, solution, False
 
 
-def _deviations(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
-    """Return the root mean square residual of each quantity, in its unit, at least 1e-9 of its measured range."""
+def _search(problem: Problem, start: np.ndarray, most: int) -> OptimizeResult:
+    """Solve the least-squares problem with given weights; a parameter that the data do not determine stays at its start."""
+    holding = DATA_TOL * np.eye(len(problem.free), problem.unknowns)
+
+    def residuals(unknowns: np.ndarray) -> np.ndarray:
+        return np.append(problem.residuals(unknowns), holding @ (unknowns - start))
+
+    def slopes(unknowns: np.ndarray) -> np.ndarray:
+        return np.concatenate([jacobian(problem, unknowns), holding])
+
+    return least_squares(residuals, start, jac=slopes, bounds=problem.bounds(), x_scale="jac", gtol=None, max_nfev=most)
+
+
+def _deviations(problem: Problem, unknowns: np.ndarray, jacobian: np.ndarray | None = None) -> np.ndarray:
+    """Return the standard deviation of the residuals of each quantity, in its unit, at least 1e-9 of its measured range.
+
+    With the Jacobian at a solution, their sum of squares is divided by their degrees of freedom, otherwise by their number.
+    """
     measured = np.concatenate([segment.record.values for segment in problem.segments])
     weighted = problem.residuals(unknowns)[: measured.size].reshape(measured.shape)
     span = np.ptp(measured, axis=0)
     least = 1e-9 * np.where(span > 0.0, span, 1.0)
-    return np.asarray(np.maximum(np.sqrt(np.mean(weighted**2, axis=0)) * problem.deviation, least))
+    degrees = len(measured) if jacobian is None else column_degrees(problem, jacobian)
+    return np.asarray(np.maximum(np.sqrt(np.sum(weighted**2, axis=0) / degrees) * problem.deviation, least))
 
 
 def _known_deviations(record: Measured, deviations: Mapping[str, float] | None) -> np.ndarray:
@@ -218,7 +234,7 @@ def _misfits(residual: np.ndarray, headings: Sequence[str], probability: float =
     """
     warnings, limit = [], -ndtri(0.5 * probability / len(residual))
     for heading, column in zip(headings, residual.T, strict=True):
-        square = np.sum(column**2)
+        square = max(float(np.sum(column**2)), 1e-300)  # a run may be its record
         ratio, neighbours = np.max(np.abs(column)) / np.sqrt(square / len(column)), np.sum(column[1:] * column[:-1]) / square
         if ratio > limit:
             warnings.append(
@@ -293,6 +309,7 @@ def _warnings(
     residual: np.ndarray,
     correlation_max: float = 0.98,
     dependence: float = 2.0,
+    fewest_degrees: float = 5.0,
 ) -> list[str]:
     """Return warnings: parameters not determined or at a bound, dependent residuals, derivatives by differences.
 
@@ -301,6 +318,8 @@ def _warnings(
     `correlation_max`: two parameters with a larger correlation are reported as hardly distinguishable.
 
     `dependence`: ratio of errors with and without dependent residuals above which a warning is given.
+
+    `fewest_degrees`: degrees of freedom of one of several columns below which a warning is given.
     """
     free, warnings = problem.free, [f"the search did not end: {failure}"] if failure else []
     for direction in errors.undetermined:
@@ -317,6 +336,11 @@ def _warnings(
         warnings.append(
             f"neighbouring residuals depend on each other and widen the intervals by a factor of {errors.dependence:.1f}: "
             f"{MISFIT_CAUSES}"
+        )
+    if problem.estimated and problem.deviation.size > 1 and errors.degrees < fewest_degrees:
+        warnings.append(
+            f"the standard deviation of a column has {errors.degrees:.1f} degrees of freedom: the intervals may be too narrow; "
+            "more data, or known standard deviations of the columns"
         )
     correlation = errors.correlation
     for i in range(len(free)):

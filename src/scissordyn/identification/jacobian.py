@@ -35,8 +35,7 @@ def jacobian(problem: Problem, unknowns: np.ndarray, *, accurate: bool = False) 
     matrix = np.zeros((reference.size, problem.unknowns))
     for column in range(problem.unknowns):
         width = 1e-4 if accurate else DIFFERENCE_FRACTION  # accurate: the error of central differences is quadratic in it
-        # the step of an estimated start value is absolute for a small value, relative for a large one
-        width *= max(1.0, abs(unknowns[column])) if column >= len(problem.free) else 1.0
+        width *= max(1.0, abs(unknowns[column]))  # the step is absolute for a small unknown, relative for a large one
         ends: list[tuple[float, np.ndarray]] = []
         for sense in (1.0, -1.0):
             moved = unknowns.copy()

@@ -131,6 +131,7 @@ class Segment:
     chart: Chart | None  # Coordinates of the estimated start; None if the case gives the start
     turns: np.ndarray  # (columns,) Full turns to add to the angles of the run [rad]; 0 for other quantities
     follows: bool = False  # True if this segment continues the previous one
+    runs: int = 0  # Number of runs that estimated the start
 
 
 def records_of(segments: Sequence[Segment]) -> dict[str, Any]:
@@ -168,6 +169,7 @@ class Problem:
     deviation: np.ndarray  # (columns,) Standard deviations of the measured quantities
     # Standard deviations that weight jumps of the state between segments, in the order of `STATE_VARIABLES`; None: no penalty
     jumps: np.ndarray | None = None
+    estimated: bool = False  # True if the standard deviations were estimated from the residuals
     runs: int = field(default=0, init=False)
     derivatives: str = field(default="", init=False)  # "exact" or "differences"; "" before the first Jacobian
     # The last unknowns, which may be none, and their runs; None before the first
@@ -186,6 +188,11 @@ class Problem:
     def unknowns(self) -> int:
         """Number of unknowns: free parameters and coordinates of the starts of segments."""
         return int(self.offsets[-1])
+
+    @property
+    def measured(self) -> int:
+        """Number of measured values; their residuals come first."""
+        return sum(segment.record.values.size for segment in self.segments)
 
     def start(self) -> np.ndarray:
         """Return the unknowns at the start of the search: the parameters of the case, and the estimated starts."""
@@ -239,7 +246,7 @@ class Problem:
         try:
             return self.join_residuals(self.run_segments(unknowns), unknowns)
         except FailedRunError:
-            rows = sum(segment.record.values.size for segment in self.segments)
+            rows = self.measured
             rows += 0 if self.jumps is None else self.jumps.size * sum(segment.follows for segment in self.segments)
             return np.full(rows + len(self.prior_indices), 1e3)  # large residuals make the search reject this trial
 

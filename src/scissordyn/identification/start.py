@@ -116,7 +116,7 @@ def estimate_start(
     tuple
         The segment with its estimated start, and the bodies at its end.
     """
-    placed = with_start_states(mechanism, _measured_bodies(record, guess))
+    placed, runs = with_start_states(mechanism, _measured_bodies(record, guess)), 1
     try:
         for window in windows:
             chart = chart_of(placed)
@@ -127,7 +127,7 @@ def estimate_start(
             solution = least_squares(
                 problem.residuals, np.zeros(chart.size), jac=partial(jacobian, problem), x_scale="jac", max_nfev=30
             )
-            placed = chart.mechanism_at(mechanism, solution.x)
+            placed, runs = chart.mechanism_at(mechanism, solution.x), runs + 1 + problem.runs
         chart = chart_of(placed)
         run = motion(chart.mechanism, options, record.time - record.time[0])
     except FailedRunError as failed:
@@ -136,7 +136,7 @@ def estimate_start(
             "shorter segments, or a case whose bodies are placed near the start of the data",
         ) from None
     turns = _whole_turns(record, curves(run, columns))
-    return Segment(record, chart, turns), _bodies_at_end(chart.mechanism.bodies, run)
+    return Segment(record, chart, turns, runs=runs), _bodies_at_end(chart.mechanism.bodies, run)
 
 
 def _whole_turns(record: Measured, shown: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from scissordyn.identification.jacobian import jacobian
 from scissordyn.identification.problem import Problem
-from scissordyn.tolerance import CONFIDENCE_LEVEL
+from scissordyn.tolerance import CONFIDENCE_LEVEL, DATA_TOL
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,7 @@ class Uncertainty:
     # Undetermined directions: relative changes of parameters that leave all measured curves unchanged
     undetermined: list[dict[int, float]]
     chi_square: float  # Sum of squared weighted residuals divided by the degrees of freedom
+    degrees: float  # Degrees of freedom of the standard deviations of the intervals
 
     @property
     def correlation(self) -> np.ndarray:
@@ -39,22 +40,27 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
     The starts of the segments are eliminated; J is the Jacobian that remains for the parameters. Two covariances are formed.
     s^2 (J'J)^-1 is valid for independent residuals. (J'J)^-1 (sum of g g') (J'J)^-1, with g = J'r for each of at least 24
     blocks of consecutive residuals (Liang and Zeger 1986, doi:10.1093/biomet/73.1.13), is valid for residuals that depend on
-    each other within blocks, as they do if the model is not exact. The larger error is used, with Student's t.
+    each other within blocks, as they do if the model is not exact. The larger error is used, with Student's t. If the standard
+    deviations of the quantities are estimated, it has the fewest degrees of freedom of one quantity.
     """
     count = len(problem.free)
     residual = problem.residuals(unknowns)
     matrix = jacobian(problem, unknowns, accurate=True)
-    of_parameters, starts = matrix[:, :count], matrix[:, count:]
+    # a parameter that has become larger than its scale is measured by its value
+    size = np.maximum(1.0, np.abs(unknowns[:count]))
+    of_parameters, starts = matrix[:, :count] * size, matrix[:, count:]
     if starts.shape[1]:
         basis = np.linalg.qr(starts)[0]
         of_parameters = of_parameters - basis @ (basis.T @ of_parameters)
     _, sizes, rows = np.linalg.svd(of_parameters, full_matrices=False)
-    degrees = max(1, residual.size - problem.unknowns)
+    degrees = float(max(1, residual.size - problem.unknowns))
     chi_square = float(residual @ residual / degrees)
     noise = np.sqrt(chi_square)
-    # small singular values are errors of the derivatives; a standard error above the scale means undetermined
+    # small singular values are errors of the derivatives; a standard error above the parameter's size means undetermined
     determined = (sizes > 1e-6 * sizes[0]) & (sizes > noise)
     inverse = rows[determined].T / sizes[determined] ** 2 @ rows[determined]
+    if problem.estimated:  # the standard deviation of one quantity may decide
+        degrees = float(np.min(column_degrees(problem, matrix)))
     scores = _scores(problem, of_parameters, residual)
     blocks = len(scores)
     robust = inverse @ (scores.T @ scores) @ inverse * (blocks / (blocks - 1.0))
@@ -64,7 +70,7 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         stdtrit(degrees, 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(np.diag(plain)),
         stdtrit(max(1, blocks - 1), 0.5 + 0.5 * CONFIDENCE_LEVEL) * np.sqrt(np.diag(robust)),
     )
-    scale = problem.scale
+    scale = problem.scale * size
     lost = np.sqrt(np.sum(rows[~determined] ** 2, axis=0)) > 0.01
     factor = np.maximum(1.0, ratio)
     covariance = plain * np.outer(factor, factor)
@@ -75,7 +81,19 @@ def uncertainty(problem: Problem, unknowns: np.ndarray) -> Uncertainty:
         dependence=float(np.max(ratio[~lost], initial=0.0)),
         undetermined=[_direction(row) for row in rows[~determined]],
         chi_square=chi_square,
+        degrees=degrees,
     )
+
+
+def column_degrees(problem: Problem, jacobian: np.ndarray) -> np.ndarray:
+    """Return the degrees of freedom of the residuals of each quantity: their number minus the sum of their leverages.
+
+    `jacobian` is that of the residuals by the unknowns, at the solution.
+    """
+    basis, sizes, _ = np.linalg.svd(jacobian, full_matrices=False)
+    leverages = np.sum(basis[:, sizes > DATA_TOL * sizes.max(initial=0.0)] ** 2, axis=1)
+    rows = leverages[: problem.measured].reshape(-1, problem.deviation.size)
+    return np.asarray(np.maximum(len(rows) - rows.sum(axis=0), DATA_TOL))
 
 
 def _scores(problem: Problem, jacobian: np.ndarray, residual: np.ndarray, least_blocks: int = 24) -> np.ndarray:

@@ -91,6 +91,42 @@ def test_bands_are_derivatives_over_time(case):
         assert band["size"] == pytest.approx(wanted, rel=1e-4, abs=1e-6 * wanted.max())
 
 
+def test_bands_do_not_show_the_tolerance(case):
+    """Identity: bands of a coarse run are as wide as those of an accurate one; they had the difference between both runs."""
+    wide = []
+    for rtol in (1e-9, 1e-3):
+        options = case.options
+        run = sd.simulate(case.mechanism, until=options.until, samples=options.samples, start=options.start, rtol=rtol)
+        outcome = Outcome(1, case, run)
+        found = last(Order(outcome, (CLEARANCE,), CLEARANCE)).tangent(run)
+        assert found is not None
+        moved, drawn = found.run["slider_position"].values, run["slider_position"].values
+        wide.append(np.interp(np.linspace(0.0, UNTIL, 101), found.run["time"].values, moved - drawn[: moved.size]))
+    np.testing.assert_allclose(wide[1], wide[0], rtol=0.0, atol=1e-6 * np.max(np.abs(wide[0])))
+
+
+def test_a_number_that_is_zero(case):
+    """Contract: it has no influence in percent and no band, with the reason; alone it is the reason of the page."""
+    level = case.changed({"structure.gravity": "9.81 m/s^2", "structure.gravity_direction": "0 deg"})
+    outcome, key = ran(level), "structure.gravity_direction"
+    found = last(Order(outcome, (SPEED, key), key))
+    assert found.plain()["rows"][key] == {"why": "it is zero, and no change is a percentage of zero"}
+    assert found.tangent(outcome.curves) is None
+    assert "no change is a percentage of zero" in last(Order(outcome, (key,), key)).plain()["reason"]
+
+
+def test_step_of_a_case_is_not_used(case):
+    """Contract: a note says so, except with hard contact, which uses it."""
+    from scissordyn.casefile.code import Code
+
+    text = SHORT.replace("[run]", '[run]\nstep = "5 us"')
+    stepped = Case("case.toml", text, Code(Path()))
+    assert "without the step of the case" in last(Order(ran(stepped), (SPEED,), "")).plain()["note"]
+    hard = Case("case.toml", text.replace(' mm"', ' mm"\ncontact = "hard"'), Code(Path()))
+    assert not last(Order(ran(hard), (SPEED,), "")).plain()["note"]
+    assert not last(Order(ran(case), (SPEED,), "")).plain()["note"]
+
+
 def test_band_has_a_gap_where_a_change_is_not_small(case):
     """Contract: a curve whose change is beyond a tenth of its range has no band there, and none at all after its limit."""
     outcome = ran(case)

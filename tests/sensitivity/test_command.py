@@ -77,6 +77,15 @@ def test_json_of_all_parameters(case, capsys):
     assert of["derivative"]["body.ball.velocity.x"] == pytest.approx(-4e-3, rel=1e-9)
 
 
+def test_step_of_the_case_is_not_used(case, capsys):
+    """Contract: a warning says so; hard contact uses it."""
+    words = ["gradient", case, "--of", "hole.first_contact", "--by", "hole.clearance", "--set", "run.step=0.1 ms"]
+    assert status_of(words) == 0
+    assert "Warning: the step of the case is not used" in capsys.readouterr().out.replace("\n", " ")
+    assert status_of([*words, "--set", "clearance.0.contact=hard"]) == 0
+    assert "Warning" not in capsys.readouterr().out
+
+
 def test_a_measure_is_needed(case, capsys):
     """Contract: one line says what is missing."""
     assert status_of(["gradient", case, "--by", "hole.clearance"]) == 2

@@ -53,6 +53,15 @@ def journals():
     return sd.Mechanism(bodies=tuple(bodies), joints=tuple(joints), ground=(("hole", (0.0, 0.0)),), gravity=0.0)
 
 
+def test_no_elasticity_at_zero():
+    """Contract: a parameter or a measure that is zero has a derivative, but no relative change."""
+    of, by = ["peak_force", "friction_loss"], ["gravity", "Flores.clearance"]
+    found = sd.gradient(journals().replace("gravity_direction", 0.0), of=of, by=by, until=4e-3, start="as-placed")
+    assert np.isfinite(found["derivative"].values).all()
+    assert found["derivative"].sel(measure="peak_force", parameter="gravity").item() != 0.0
+    assert np.isnan(found["elasticity"].values).tolist() == [[True, False], [True, True]]
+
+
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_slopes_of_forces_vanish_at_their_largest_values(method):
     """Identity: the largest force has the derivative of the force at its instant, where the force's slope is zero."""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 OPTIONS_EXAMPLE = "--of 'A.peak_force' --by 'A.clearance'"
 
+STEP_WARNING = "the step of the case is not used: values and derivatives are those of a run with error control"
+
 
 def gradient(
     case: CaseFile,
@@ -52,7 +54,7 @@ def gradient(
     check_run(output, case, "-o gradient.nc")
     check_picture(plot, case, "gradient.png")
     read, last = read_case(case, change or []), read_option(until, "--until")
-    exact = exact_options(read.run)
+    exact, steps = exact_options(read.run), bool(plan(read.mechanism).hard_places)
     derivatives = compute(
         read.mechanism,
         of=of,
@@ -63,8 +65,11 @@ def gradient(
         atol=exact.atol,
         method=exact.method,
         most_steps=exact.most_steps,
-        step=read.run.step if plan(read.mechanism).hard_places else None,
+        step=read.run.step if steps else None,
     )
+    if read.run.step is not None and not steps:
+        warnings = [*json.loads(derivatives.attrs["warnings"]), STEP_WARNING]
+        derivatives.attrs["warnings"] = json.dumps(warnings)
     if as_json:
         print_json(_record(derivatives))
     else:

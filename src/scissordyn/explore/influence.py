@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
+STEP_NOTE = "the run of the derivatives has error control, without the step of the case"
+
+ZERO_REASON = "it is zero, and no change is a percentage of zero"
+
 
 def measures(summary: Summary, mechanism: Mechanism) -> dict[str, str]:
     """Return the measures of the answers that have derivatives, with their labels."""
@@ -84,6 +88,7 @@ class Influence:
         return {
             "run": self.order.outcome.number,
             "reason": self.error,
+            "note": STEP_NOTE if _ignores_step(self.order.outcome.case) else "",
             "change": self.order.change,
             "measures": names,
             "rows": rows,
@@ -102,7 +107,7 @@ class Influence:
         step = self.order.change * float(row["parameter_value"])
         kept = drawn["time"].values <= float(row["valid_until"])
         moved = {
-            name: (row[name].dims, (row[name] + step * row[f"{name}_derivative"]).values[kept])
+            name: (row[name].dims, drawn[name].values[kept] + step * row[f"{name}_derivative"].values[kept])
             for name in (str(name) for name in drawn)
             if f"{name}_derivative" in row and row[name].dims == drawn[name].dims
         }
@@ -171,18 +176,27 @@ def _influence(order: Order) -> Influence:
 
     if order.outcome.run is None or order.outcome.run.attrs["status"] != "complete":
         raise InputError("the run is not complete", "a run that reaches its end")
-    names = list(measures(order.outcome.summary, order.outcome.case.mechanism))
-    derivatives = _derived(order, names, order.keys, np.zeros(0))
-    return Influence(order, answers=derivatives, left_out=json.loads(derivatives.attrs["left_out"]))
+    case = order.outcome.case
+    names = list(measures(order.outcome.summary, case.mechanism))
+    zeros = dict.fromkeys((key for key in order.keys if case.field(key).value == (0.0,)), ZERO_REASON)
+    if len(zeros) == len(order.keys):
+        raise InputError(f"each number is left out: {ZERO_REASON}", "a number that is not zero")
+    derivatives = _derived(order, names, [key for key in order.keys if key not in zeros], np.zeros(0))
+    return Influence(order, answers=derivatives, left_out=zeros | json.loads(derivatives.attrs["left_out"]))
+
+
+def _ignores_step(case: Case) -> bool:
+    """Return True for a case with a step of a fixed size whose contacts need error control."""
+    hard = any(joint.clearance and joint.clearance.contact == "hard" for joint in case.mechanism.contacts)
+    return case.options.step is not None and not hard
 
 
 def _derived(order: Order, of: Sequence[str], keys: Sequence[str], times: np.ndarray) -> xr.Dataset:
     from scissordyn.model.options import Options
     from scissordyn.sensitivity.gradient import compute_gradient
 
-    case, tight = order.outcome.case, 1e-11
-    run, hard = case.options, any(joint.clearance and joint.clearance.contact == "hard" for joint in case.mechanism.contacts)
-    step = run.step if hard else None  # compliant contacts need error control
+    case, run, tight = order.outcome.case, order.outcome.case.options, 1e-11
+    step = None if _ignores_step(case) else run.step
     options = Options(run.until, run.start, 2, tight, None, run.method, run.most_steps, "located", step=step)
     by = [parameter_of_field(case, key) for key in keys if case.field(key).range is not None]
     return compute_gradient(case.mechanism, of, by, options, order.change, times)

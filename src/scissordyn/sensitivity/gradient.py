@@ -138,9 +138,10 @@ def gradient(
     -------
     Dataset
         Along `measure` and `parameter`: `value` and `parameter_value` in SI units, `derivative`, `elasticity` (relative
-        change per relative change), `valid_until` [s], and `smooth`, which is False if another part has the same largest
-        value, now or after a change by `change`. With `trajectory` also the variables over time, such as `normal_force`, and
-        their derivatives in SI units, such as `normal_force_derivative`, with the dimension `parameter` at the end.
+        change per relative change, NaN if one of both values is zero), `valid_until` [s], and `smooth`, which is False if
+        another part has the same largest value, now or after a change by `change`. With `trajectory` also the variables over
+        time, such as `normal_force`, and their derivatives in SI units, such as `normal_force_derivative`, with the dimension
+        `parameter` at the end.
 
     Raises
     ------
@@ -423,6 +424,7 @@ def _dataset(mechanism: Mechanism, responses: Sequence[Response], derived: _Deri
     derivative = derived.slopes / np.array([parameter.scale for parameter in parameters])
     with np.errstate(divide="ignore", invalid="ignore"):
         elasticity = derivative * numbers / values[:, None]
+    elasticity[:, numbers == 0.0], elasticity[values == 0.0] = np.nan, np.nan  # no change is a fraction of zero
     both = ("measure", "parameter")
     return xr.Dataset(
         {

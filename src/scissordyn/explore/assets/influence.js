@@ -25,7 +25,7 @@ export function influence(send, sorted) {
     sort.disabled = !known;
     sort.title = `sort the sliders by influence on ${answer.selectedOptions[0]?.text}`;
     words.textContent = !on.checked ? "" : !current ? "computing …" : found.reason ? `not available: ${found.reason}`
-      : "change of the answer if the number grows by 1 %; click a bar to draw the change of the curves";
+      : `change of the answer if the number grows by 1 %; click a bar to draw the change of the curves${found.note && `; ${found.note}`}`;
     for (const [key, cell] of cells) {
       const row = known && found.rows[key], value = percent(key);
       cell.hidden = !row;
@@ -36,7 +36,7 @@ export function influence(send, sorted) {
       bar.firstChild.style.cssText = `width: ${wide}%; left: ${value < 0 ? 50 - wide : 50}%; background: var(--sd-${value < 0 ? "orange" : "blue"})`;
       text.textContent = Number.isFinite(value) ? `${value < 0 ? "\u2212" : "+"}${Math.abs(value).toPrecision(3)} %` : "-";
       if (row.until) text.append(element("small", {}, `until ${row.until}`));
-      cell.title = row.why || (!Number.isFinite(value) ? "no derivative: the largest value is at a kink, or the number is zero" : row.until ? `later, a change of ${100 * found.change} % is not small any more` : "");
+      cell.title = row.why || (!Number.isFinite(value) ? "no derivative: the largest value is at a kink, or the answer is zero" : row.until ? `later, a change of ${100 * found.change} % is not small any more` : "");
     }
   }
   return {

@@ -129,7 +129,13 @@ def vectorized(function: Callable[..., Any]) -> Any:
 
     The compiler does not inline such a kernel: it must do more than a call costs.
     """
-    function.vectorized = True  # type: ignore[attr-defined]
+    function.prefix = "VECTORIZED "  # type: ignore[attr-defined]
+    return function
+
+
+def vectorized_loops(function: Callable[..., Any]) -> Any:
+    """Mark a kernel with long loops over lanes, which the compiler itself has to vectorize, otherwise as `vectorized`."""
+    function.prefix = "VECTORIZED_LOOPS "  # type: ignore[attr-defined]
     return function
 
 

@@ -7,11 +7,14 @@
 #endif
 
 /* Versions of a function for processors with and without wide vectors; the loader chooses one. Neither contracts products and
-   sums, so that both give the same bits. */
+   sums, so that both give the same bits. GCC vectorizes loops over arrays that could overlap only with -O3, which makes loops
+   that are written for whole vectors slower. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define VECTORIZED __attribute__((target_clones("avx2", "default")))
+#define VECTORIZED_LOOPS __attribute__((target_clones("avx2", "default"), optimize("O3")))
 #else
 #define VECTORIZED
+#define VECTORIZED_LOOPS
 #endif
 
 static double whole_power(double x, int64_t n) {

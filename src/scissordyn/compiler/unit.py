@@ -174,7 +174,7 @@ class Unit:
                 word = re.sub(r"\W", "_", function.__name__)
                 number = self.names[word] = self.names.get(word, 0) + 1
                 name = f"k_{word}" + (f"_{number}" if number > 1 else "")
-            self.translated[key] = _Translated(name, body, "VECTORIZED " if hasattr(function, "vectorized") else "")
+            self.translated[key] = _Translated(name, body, getattr(function, "prefix", ""))
         return self.translated[key]
 
     def _at_address(self, arguments: list[Value]) -> Value:

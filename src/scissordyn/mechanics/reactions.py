@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scissordyn.kernel import F1, F2, F3, I1, entry, kernel
+from scissordyn.kernel import F1, F2, F3, I1, entry, kernel, vectorized_loops
 from scissordyn.mechanics import band
 from scissordyn.mechanics.balance import Balance
 from scissordyn.mechanics.band import width
@@ -62,11 +62,10 @@ def body_rows(B, body, first, lanes, direction, position, rows):
             rows[2, i - start, lane] = (ax * fy - ay * fx + B.direction[i, 2]) / B.length if turns else 0.0
 
 
-@kernel
-def normal_equations(
-    B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, applied_load, matrix, rows, right, load
-):
+@vectorized_loops
+def normal_equations(B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, applied_load, W):
     """Write the normal equations at some instants: `matrix` (unknowns, band + 1, lanes) from the diagonal down, and `load`."""
+    matrix, rows, right, load = W.matrix, W.rows, W.right, W.load
     matrix[:, :, :] = 0.0
     load[:, :] = 0.0
     for body in range(B.mass.size):
@@ -86,7 +85,7 @@ def normal_equations(
                             matrix[row, below, lane] += rows[r, i - start, lane] * rows[r, k - start, lane]
 
 
-@kernel
+@vectorized_loops
 def solve_lanes(reach, matrix, load):
     """Solve symmetric positive definite banded equations for all lanes, in place: L D L^T without row exchanges."""
     size, lanes = matrix.shape[0], matrix.shape[2]
@@ -190,29 +189,18 @@ def careful(reach, lanes, lane, matrix, load, full, pivots, work, probe, x):
                 x[row] = math.nan
 
 
-@kernel
-def keep(W):
-    """Copy the matrix and the loads before the solution overwrites them."""
-    for row in range(W.load.shape[0]):
-        for lane in range(W.load.shape[1]):
-            W.kept_load[row, lane] = W.load[row, lane]
-            for below in range(W.kept.shape[1]):
-                W.kept[row, below, lane] = W.matrix[row, below, lane]
-
-
 class Scratch(NamedTuple):
     """Scratch arrays of `fill`, which solves the balances of the bodies for the reactions."""
 
     matrix: F3
-    kept: F3
     rows: F3
     right: F2
     load: F2
-    kept_load: F2
     full: F2
     pivots: I1
     work: F1
     probe: F1
+    determined: I1  # (lanes,) 1 if every reaction is
 
 
 @entry
@@ -232,33 +220,24 @@ def fill(
     first = 0
     while first < out.shape[0]:
         lanes = min(INSTANT_LANES, out.shape[0] - first)
-        normal_equations(
-            B,
-            first,
-            lanes,
-            gravity,
-            direction,
-            position,
-            acceleration,
-            angular_acceleration,
-            applied_load,
-            W.matrix,
-            W.rows,
-            W.right,
-            W.load,
-        )
+        normal_equations(B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, applied_load, W)
         for lane in range(lanes, INSTANT_LANES):  # empty lanes must have a nonzero divisor
             for row in range(size):
                 W.matrix[row, 0, lane] = 1.0
-        keep(W)
         solve_lanes(reach, W.matrix, W.load)
+        undetermined = False
         for lane in range(lanes):
             smallest = largest = W.matrix[0, 0, lane]
             for row in range(size):
                 out[first + lane, row] = W.load[row, lane]
                 smallest, largest = min(smallest, W.matrix[row, 0, lane]), max(largest, W.matrix[row, 0, lane])
-            if not smallest > DETERMINED_RATIO_MIN * largest:
-                careful(reach, lanes, lane, W.kept, W.kept_load, W.full, W.pivots, W.work, W.probe, out[first + lane])
+            W.determined[lane] = 1 if smallest > DETERMINED_RATIO_MIN * largest else 0
+            undetermined = undetermined or W.determined[lane] == 0
+        if undetermined:  # the solution has overwritten the equations
+            normal_equations(B, first, lanes, gravity, direction, position, acceleration, angular_acceleration, applied_load, W)
+        for lane in range(lanes):
+            if W.determined[lane] == 0:
+                careful(reach, lanes, lane, W.matrix, W.load, W.full, W.pivots, W.work, W.probe, out[first + lane])
         first += lanes
 
 
@@ -280,15 +259,14 @@ def solve_reactions(parts: Balance, gravity: np.ndarray, outputs: Record) -> Rea
         widest, reach = int(np.max(np.diff(parts.start))), parts.band
         work = Scratch(
             matrix=np.zeros((unknowns, 2 * reach + 1, INSTANT_LANES)),
-            kept=np.zeros((unknowns, reach + 1, INSTANT_LANES)),
             rows=np.zeros((3, widest, INSTANT_LANES)),
             right=np.zeros((3, INSTANT_LANES)),
             load=np.zeros((unknowns, INSTANT_LANES)),
-            kept_load=np.zeros((unknowns, INSTANT_LANES)),
             full=np.zeros((unknowns, width(reach, reach))),
             pivots=np.zeros(2 * unknowns, np.int64),
             work=np.zeros(unknowns),
             probe=np.zeros(unknowns),
+            determined=np.zeros(INSTANT_LANES, np.int64),
         )
         motion = outputs.direction, outputs.position, outputs.acceleration, outputs.angular_acceleration, outputs.load
         fill(parts, gravity, *motion, work, values)

@@ -227,7 +227,7 @@ def test_no_evaluation(arm):
 @pytest.mark.parametrize(
     ("free", "said"),
     [
-        ({"arm.inertia": None, "body.arm.inertia": None}, "'arm.inertia' and 'body.arm.inertia' are the same parameter"),
+        ({"arm.inertia": None, "body.arm.inertia": None}, "'arm.inertia' and 'body.arm.inertia' change the same value"),
         ({"arm.inertai": None}, "did you mean 'inertia'"),
         ({"arm.inertia": (1.0, 2.0)}, "outside its range"),
         ({"arm.angular_velocity": None}, "has no value in this mechanism"),

@@ -70,6 +70,20 @@ def test_reasons(tmp_path):
     )
 
 
+def test_a_number_without_effect():
+    """Contract: the direction of a gravity of zero has no derivatives, and the answers give the reason."""
+    ball = sd.Body("ball", 1.0, 1e-3, points={"centre": (0.0, 0.0)}, position=(0.0, 0.0), velocity=(0.5, 0.0))
+    hole = sd.Revolute("hole", ("ball", "centre"), ("ground", "middle"), clearance=sd.Clearance(1e-3))
+    free = sd.Mechanism(bodies=(ball,), joints=(hole,), ground=(("middle", (0.0, 0.0)),), gravity=0.0)
+    vary = {"gravity_direction": (0.1, 0.2), "ball.velocity.x": (0.4, 0.6)}
+    options = sd.Options(4e-3, "as-placed")
+    found = sd.study(free, vary, options=options, measures=["hole.peak_force"], points=4, gradients=True)
+    slopes = found.points["derivative"].sel(derivative_of="hole.peak_force")
+    assert np.isnan(slopes.values).tolist() == [[True, False]] * 4
+    reason = "no derivative of hole.peak_force by gravity_direction: 'gravity_direction' does not affect this run"
+    assert len(found.warnings[reason]) == 4
+
+
 def test_beyond_the_limit():
     """Contract: derivatives of a long run are not used beyond the instant until which they are valid."""
     found = studied(4, ["A.peak_force"], until=0.05, gradients=True)
@@ -89,3 +103,12 @@ def test_refusals(options, reason):
     """Contract: a study whose cases have no derivatives of their own is refused in one line."""
     with pytest.raises(sd.InputError, match=re.escape(reason)):
         studied(4, gradients=True, **options)
+
+
+def test_two_names_of_one_number():
+    """Contract: they are refused in any study, names that share a number if there are derivatives."""
+    arm = sd.scissor(units=2).with_clearance("A", sd.Clearance(0.5e-3)).driven(speed=sd.rpm(150))
+    for first, gradients in (("joint.A.clearance", False), ("joint.all.clearance", True)):
+        vary = {first: (3e-4, 5e-4), "A.clearance": (3e-4, 5e-4)}
+        with pytest.raises(sd.InputError, match=f"'{first}' and 'A.clearance' change the same value"):
+            sd.study(arm, vary, until=1e-3, points=4, gradients=gradients)

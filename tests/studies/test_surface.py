@@ -35,6 +35,21 @@ def slopes(x):
     return np.stack([across, up], axis=1)
 
 
+@pytest.mark.parametrize("known", [False, True])
+def test_equal_points_are_left_out_together(known):
+    """Identity: a point that was computed twice has the same prediction without its data as one that was computed once.
+
+    Each of equal values predicted the other, so that a surface of noise had no error.
+    """
+    x, lengths = points(16)[:12], NOT_LOGARITHMIC
+    noise = np.random.default_rng(4).standard_normal(12)
+    once, twice = (
+        Surface(np.tile(x, (n, 1)), np.tile(noise, n), lengths, np.tile(slopes(x), (n, 1)) if known else None) for n in (1, 2)
+    )
+    assert max(once.predicted, twice.predicted) < 0.5
+    assert twice.left_out[:12] == pytest.approx(twice.left_out[12:], rel=1e-6)
+
+
 def test_prediction_of_a_smooth_function():
     """Closed form: 32 points predict others of sin x cos y to 2 %, and reproduce themselves."""
     x = points(32)

@@ -23,6 +23,7 @@ from scissordyn.identification.start import check_autonomous, column_deviations,
 from scissordyn.identification.uncertainty import Uncertainty, column_degrees, uncertainty
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
+from scissordyn.model.parameter_path import check_distinct
 from scissordyn.tolerance import CONFIDENCE_LEVEL, DATA_TOL
 
 
@@ -53,12 +54,7 @@ def fit_parameters(
         raise InputError("no free parameter is given", "at least one parameter", "--free 'arm.inertia'")
     if most < 1:
         raise InputError(f"most = {most}", "at least one evaluation of the residuals", "most=100")
-    paths_by_route: dict[Any, str] = {}
-    for parameter in free:
-        for place in parameter.places:
-            if other := paths_by_route.get(place.path):
-                raise InputError(f"'{other}' and '{parameter.path}' are the same parameter", "each parameter once")
-            paths_by_route[place.path] = parameter.path
+    check_distinct(mechanism, (parameter.path for parameter in free), disjoint=True)
     if segment is not None:
         check_autonomous(mechanism)
     segments, columns, options = prepare_segments(mechanism, options, records, segment=segment)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from scissordyn.errors import InputError, did_you_mean
@@ -206,6 +207,14 @@ def changed_all(
             new[str(field)] = replaced(new.get(str(field), getattr(mechanism, str(field))), path, value)
     # numbers are checked by their part; names are unchanged
     return mechanism.with_parts(new, check=not numbers)
+
+
+def check_distinct(mechanism: Mechanism, paths: Iterable[str], *, disjoint: bool = False) -> None:
+    """Raise `InputError` if all values of one path are those of a later path; with `disjoint`, if two paths share a value."""
+    routes = {path: {place.path for place in find(mechanism, path)} for path in paths}
+    for (path, own), (other, further) in combinations(routes.items(), 2):
+        if own <= further or (disjoint and own & further):
+            raise InputError(f"'{path}' and '{other}' change the same value", "different parameters, each once")
 
 
 def _check_independent(place: Place, parameter: str) -> None:

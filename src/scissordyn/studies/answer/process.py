@@ -46,17 +46,18 @@ class Process:
         return across @ self.weights, np.sqrt(self.variance * np.maximum(1.0 + self.noise[0] - explained, 0.0))
 
     def left_out(self) -> np.ndarray:
-        """Return the prediction of each point's value without its value and derivatives, shape (n,), in closed form.
+        """Return the prediction of each value without the values and derivatives at its point, shape (n,), in closed form.
 
-        With the inverse K of the covariance, it is the value minus the first entry of (K_pp)^-1 (K data)_p of the point's
-        data p (Rasmussen and Williams, equation 5.12, for blocks).
+        With the inverse K of the covariance, it is the value minus its entry of (K_pp)^-1 (K data)_p of all data p at the point
+        (Rasmussen and Williams, equation 5.12, for blocks).
         """
         inverse = cho_solve(self._factor, np.eye(self.data.size))
         point = np.nonzero(self.is_observed)[1]
         predictions = np.empty(len(self.x))
         for k in range(len(self.x)):
-            data = np.flatnonzero(point == k)
-            predictions[k] = self.data[data[0]] - np.linalg.solve(inverse[np.ix_(data, data)], self.weights[data])[0]
+            data = np.flatnonzero(np.all(self.x == self.x[k], axis=1)[point])
+            errors = np.linalg.solve(inverse[np.ix_(data, data)], self.weights[data])
+            predictions[k] = self.data[k] - errors[np.searchsorted(data, k)]  # values come first
         return predictions
 
     def _matrix(self, chosen: np.ndarray) -> np.ndarray:

@@ -71,10 +71,12 @@ def between_points(study: Study, points: xr.Dataset, response: str) -> Surface |
     is_finite = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
     slopes = slopes_of_points(points, response, names)[is_finite]
     sizes = [np.unique(column_of[is_finite]).size for column_of in x.T]
-    data_count = is_finite.sum() + np.isfinite(slopes).sum()
+    points_apart = len(np.unique(x[is_finite], axis=0))
+    data_count = points_apart + np.isfinite(slopes).sum()
     if (
         not max(POINTS_MIN, 2 * len(names) + 2) <= data_count
-        or not POINTS_MIN // 2 <= is_finite.sum() <= SURFACE_DATA_MAX
+        or points_apart < POINTS_MIN // 2
+        or is_finite.sum() > SURFACE_DATA_MAX
         or min(sizes) < 2
         or np.ptp(values[is_finite]) == 0.0
     ):

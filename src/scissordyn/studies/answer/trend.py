@@ -154,7 +154,8 @@ def fit_trends(
     Shapes: `x` (n, parameters), `values` (n,), `groups` (n,), `slopes` (n, parameters), NaN where they are unknown.
     """
     is_finite = np.isfinite(values) & np.all(np.isfinite(x), axis=1)
-    x, values, groups = x[is_finite], values[is_finite], np.unique(groups[is_finite], return_inverse=True)[1]
+    x, values, groups = x[is_finite], values[is_finite], groups[is_finite]
+    groups = _joined(np.unique(groups, return_inverse=True)[1], x)
     varies = [k for k in range(x.shape[1]) if values.size and np.ptp(x[:, k]) > 0.0]
     x, names = x[:, varies], tuple(names[k] for k in varies)
     unknown = np.full(x.shape, np.nan)
@@ -175,6 +176,15 @@ def fit_trends(
 
     best = [max((trend for trend in fitted if trend.form == form), key=better) for form in forms if fitted]
     return tuple(sorted(best, key=lambda trend: -better(trend)))
+
+
+def _joined(groups: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Return the group indices of cases, in which groups with a point (row of `x`) in common are one."""
+    point = np.unique(x, axis=0, return_inverse=True)[1].ravel()
+    first_of_point, first = np.full(len(x), len(x)), np.arange(len(x))
+    np.minimum.at(first_of_point, point, groups)
+    np.minimum.at(first, groups, first_of_point[point])
+    return np.unique(first[groups], return_inverse=True)[1]
 
 
 def _fit(

@@ -20,7 +20,7 @@ from scissordyn.file.provenance import provenance
 from scissordyn.lifetime.response import WearLife
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.model.options import Options
-from scissordyn.model.parameter_path import changed_all, number
+from scissordyn.model.parameter_path import changed_all, check_distinct, number
 from scissordyn.model.record import source_of
 from scissordyn.model.wear import Wear
 from scissordyn.plugin.user_file import file_digest, load_function, split_reference
@@ -169,14 +169,14 @@ class Study:
         if self.optimisation is not None:
             raise InputError("gradients of a study with goals", "a search along derivatives", 'method = "gradient"')
         if differs := next((factor for factor in self.varied if factor.texts or factor.of), None):
-            what = "a deviation" if differs.of else "a value that only the case file has"
-            raise InputError(
-                f"gradients of a study with '{differs.path}', {what}", "numbers of the mechanism, and their ranges"
-            )
+            what = f"'{differs.path}', {'a deviation' if differs.of else 'a value that only the case file has'}"
+            raise InputError(f"gradients of a study with {what}", "numbers of the mechanism, and their ranges")
 
     def _check_mechanism(self, mechanism: Mechanism) -> None:
         """Raise `InputError` if a mechanism lacks a varied parameter or a measured part, or does not admit a value."""
         chosen = {factor.path: factor.variation for factor in self.factors}
+        slopes = self.gradients or bool(self.optimisation and self.optimisation.method == "gradient")
+        check_distinct(mechanism, [factor.path for factor in self.varied if not factor.texts], disjoint=slopes)
         for factor in (varied for varied in self.varied if not varied.texts):
             quantity = number(mechanism, factor.path).quantity
             assert quantity is not None

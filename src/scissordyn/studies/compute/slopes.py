@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -73,7 +74,8 @@ def _slopes(study: Study, mechanism: Mechanism, values: Mapping[str, float]) -> 
     except ScissordynError as error:
         reason = error.what if isinstance(error, InputError) else str(error)
         return slopes, dict.fromkeys(values, reason)
-    reasons = dict[str, str]()
+    left_out = json.loads(exact.attrs["left_out"])
+    reasons = {f"{name} by {path}": reason for name in values for path, reason in left_out.items()}
     for k, path in enumerate(exact["parameter"].values.tolist()):
         part = exact.isel(parameter=k)
         limit, until = str(part["limit"].item()), float(part["valid_until"])

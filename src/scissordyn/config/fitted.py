@@ -388,18 +388,19 @@ def fit_parts(mechanism: Mechanism, turn: float, parts: Iterable[str], changes: 
     drive = changes("drive", _move(_without_round_off(start), _without_round_off(start + turn), "rad"))
     motion = instance(DriveTable, drive, {}).motion()
     assert isinstance(motion, Cycloidal), "the only motion of this table"
-    if set(names) & set(MOTORS) and not set(names) & set(STOPS) and Stroke(mechanism, motion).is_limited:
+    stroke = Stroke(mechanism, motion)
+    if set(names) & set(MOTORS) and not set(names) & set(STOPS) and stroke.is_limited:
         names.append(STOPS[0])  # a motor would drive the structure through its singular position
     tables: dict[str, Given] = {}
     for name in sorted(
         names, key=lambda part: part not in LOAD_TABLES
     ):  # loads first, because the servo and springs depend on the mass of the structure
         section = SECTIONS[name]
-        tables[section] = changes(section, _in_units(section, PART_VALUES[name](Stroke(mechanism, motion))[name]))
+        tables[section] = changes(section, _in_units(section, PART_VALUES[name](stroke)[name]))
         if name in LOAD_TABLES:
             add, where = (with_payload, "at") if name == "payload" else (with_panels, "bodies")
             mass = LOAD_TABLES[name].declared_keys()["mass"].read(tables[section]["mass"], {})
-            mechanism = add(mechanism, tables[section][where], mass)
+            stroke = Stroke(add(stroke.mechanism, tables[section][where], mass), motion)
     if not set(names) & set(DRIVING_PARTS):
         tables["drive"] = drive
     tables["run"] = {"until": rounded_text(1.1 * motion.duration, "s")}

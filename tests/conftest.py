@@ -1,6 +1,7 @@
 """Fixtures of many tests: the paper's array and its runs, each computed once, a browser, and commands with what they print."""
 
 import gc
+import os
 import sys
 from collections import Counter
 
@@ -79,10 +80,11 @@ def browser():
 
 @pytest.fixture(autouse=True, scope="session")
 def quick_library(tmp_path_factory):
-    """Compile libraries in dual numbers without optimisation, and apart from those of the user."""
+    """Compile libraries in dual numbers with little optimisation, once for all workers, and apart from those of the user."""
+    folder = tmp_path_factory.getbasetemp()
     patch = pytest.MonkeyPatch()
-    patch.setattr(library, "_flags", lambda width: ("-O0",))
-    patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+    patch.setattr(library, "_flags", lambda width: ("-O1", *library.VECTOR_FLAGS.get(width, ())))
+    patch.setenv("XDG_CACHE_HOME", str((folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "cache"))
     yield
     patch.undo()
 

@@ -97,7 +97,7 @@ class AverageFlow:
     The conductance is the cube of the mean gap at each place, the squeeze the derivative of the mean gap by time.
     """
 
-    def __init__(self, one, e, around=480, along=24):
+    def __init__(self, one, e, around, along):
         edge = np.linspace(-1.0, 1.0, around + 1)
         self.edge = math.pi * np.sinh(2.0 * edge) / math.sinh(2.0)  # from the thin side
         self.theta, self.width = 0.5 * (self.edge[1:] + self.edge[:-1]), np.diff(self.edge)
@@ -132,7 +132,7 @@ class AverageFlow:
         for _ in range(60):
             inside = np.flatnonzero(film)
             pressure[:] = 0.0
-            pressure[inside] = spsolve(self.matrix[inside][:, inside], source[inside])
+            pressure[inside] = spsolve(self.matrix[inside][:, inside], source[inside], permc_spec="MMD_AT_PLUS_A")
             now = np.where(film, pressure > 0.0, self.matrix @ pressure - source > 1e-12 * np.abs(source).max())
             if np.array_equal(now, film):
                 break
@@ -152,7 +152,8 @@ def test_film_and_asperities_against_an_average_flow_program(x, rate, speed):
     """
     one = Film("film", *BEARING, viscosity=0.1, clearance=4e-4, roughness=ROUGHNESS)
     e = one.clearance - x * ROUGHNESS
-    wanted, found = AverageFlow(one, e).force(rate, speed), acting(one, e, rate, speed)[:2]
+    cells = (480, 24) if x >= 4.0 else (240, 12)  # their errors are 0.04 % and 0.3 % of the force
+    wanted, found = AverageFlow(one, e, *cells).force(rate, speed), acting(one, e, rate, speed)[:2]
     error = 0.001 if x >= 4.0 else 0.026 if any(rate) else 0.075
     assert np.linalg.norm(found - wanted) < error * np.linalg.norm(wanted)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -31,10 +32,17 @@ def film(model: str = "finite", **given) -> Film:
     )
 
 
+@cache
+def numbers_of(one: Film) -> tuple[tuple[float, ...], np.ndarray]:
+    """Return the parameters of a film's kernel before its table, and all of them."""
+    numbers = one.parameters((0.0, 0.0, 0.0))
+    return numbers[:FIRST_TABLE_VALUE], np.array(numbers)
+
+
 def acting(one: Film, x, y, x_rate=0.0, y_rate=0.0, speed=0.0):
     """Return force, torque, energy, power lost, thickness, pressure, ..., and last the force of the asperities."""
-    numbers = one.parameters((0.0, 0.0, 0.0))
-    return plain(x, y, 0.0, x_rate, y_rate, speed, 0.0, *numbers[:FIRST_TABLE_VALUE], np.array(numbers))
+    first, row = numbers_of(one)
+    return plain(x, y, 0.0, x_rate, y_rate, speed, 0.0, *first, row)
 
 
 @pytest.mark.parametrize("seed", range(20))

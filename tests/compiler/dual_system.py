@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+from functools import cache
 from types import SimpleNamespace
 from typing import Annotated, Any, get_origin, get_type_hints
 
@@ -13,6 +14,7 @@ from benchmarks import bits
 import scissordyn as sd
 from scissordyn.compiler.c import load_source
 from scissordyn.compiler.unit import Unit
+from scissordyn.components.recipes import catalogue_recipes
 from scissordyn.kernel import Entry
 from scissordyn.mechanics import functions
 from scissordyn.mechanics.system import LAW_KERNELS
@@ -31,6 +33,17 @@ def number_type(derivatives: int) -> Any:
     return type("Dual", (ctypes.Structure,), {"_fields_": [("numbers", ctypes.c_double * (derivatives + 1))]})
 
 
+@cache
+def library_of(flags: tuple[str, ...]) -> tuple[ctypes.CDLL, Any]:
+    """Return the library of the kernels of all elements of the catalogues, and its right-hand side."""
+    unit, entry = Unit(derivatives=DERIVATIVES), Entry(functions.rate.python)
+    unit.entry(entry)
+    for recipe in catalogue_recipes():
+        unit.kernel(recipe)
+    compiled = load_source(unit.text(), *flags)
+    return compiled, getattr(compiled, entry.symbol)
+
+
 class DualSystem:
     """Right-hand side of a mechanism, compiled with derivatives.
 
@@ -43,19 +56,15 @@ class DualSystem:
     """
 
     def __init__(self, content: Any, *flags: str) -> None:
-        unit, entry = Unit(derivatives=DERIVATIVES), Entry(functions.rate.python)
-        unit.entry(entry)
         pointers = {int(pointer) for owner, names in POINTERS for name in names for pointer in _integers(content, owner, name)}
-        recipes = {pointer: RECIPES[pointer] for pointer in pointers if pointer}
-        for recipe in recipes.values():
-            unit.kernel(recipe)
-        compiled = load_source(unit.text(), *flags)
-        self.rate = getattr(compiled, entry.symbol)
+        compiled, self.rate = library_of(flags)
         number, pointer, whole = number_type(DERIVATIVES), ctypes.c_void_p, ctypes.c_int64
         self.rate.argtypes, self.rate.restype = [number, pointer, whole, whole, pointer, whole], None
         self.number = number
         self.pointers = {
-            pointer: ctypes.cast(getattr(compiled, recipe.symbol), ctypes.c_void_p).value for pointer, recipe in recipes.items()
+            pointer: ctypes.cast(getattr(compiled, RECIPES[pointer].symbol), ctypes.c_void_p).value
+            for pointer in pointers
+            if pointer
         }
 
     def jacobian(self, t: float, y: np.ndarray, content: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -159,27 +159,20 @@ def test_whole_runs_are_the_same_in_python(names):
 
 
 def machines():
+    """Return mechanisms with all kinds of tables; `exchange/test_fmu.py` follows the motions of six others."""
     loose = sd.Clearance(4e-4, friction=sd.LuGre(kinetic=0.05))
-    crank = sd.slider_crank(slider_inertia=1e-4)
+    oil = sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05))
     channel = sd.GuideClearance(2e-4, length=0.04, width=0.02, friction=sd.Ambrosio(kinetic=0.1))
     spring = sd.Spring("spring", ("rod", "end"), ("ground", "origin"), stiffness=400.0, free_length=0.1, damping=3.0)
     stop = sd.AngleStop("stop", "rod", angle=-0.3)
-    servo = sd.slider_crank().with_clearance("crank pin", loose)
-    arm = sd.scissor(units=2).with_clearance("A", loose)
+    crank = sd.slider_crank(slider_inertia=1e-4)
+    parts = sd.slider_crank().with_parts({"components": (spring, stop)}).with_clearance("all", loose)
+    arm = sd.with_bending(sd.scissor(units=2), "all", section="tube 60x60x1.5 mm", material="aluminium", mass="section")
     return {
-        "slider-crank": sd.slider_crank().with_clearance("all", loose).driven(speed=100.0),
         "channel": crank.with_clearance("guide", channel).driven(speed=50.0),
-        "parts": sd.Mechanism(
-            crank.bodies, crank.joints, crank.guides, ground=crank.ground, components=(spring, stop), input_body="crank"
-        ),
-        "servo": servo.controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
-        "scissor": arm.driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.5)),
-        "bars that bend": sd.with_bending(arm, "all", section="tube 60x60x1.5 mm", material="aluminium", mass="section").driven(
-            speed=3.0
-        ),
-        "oil": sd.slider_crank()
-        .with_clearance("slider pin", sd.Clearance(1e-4, lubrication=sd.Lubrication(viscosity=0.05)))
-        .driven(speed=60.0),
+        "parts": parts.controlled(sd.PID(50.0, 3.0, 20.0), reference=sd.Harmonic(0.3, 0.2, 10.0)),
+        "bars that bend": arm.with_clearance("A", loose).driven(sd.Cycloidal(sd.degrees(30), sd.degrees(60), 0.5)),
+        "oil": sd.slider_crank().with_clearance("slider pin", oil).driven(speed=60.0),
     }
 
 

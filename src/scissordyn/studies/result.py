@@ -269,8 +269,9 @@ class StudyResult:
                 order = ["accurate violation", f"accurate {self.study.goals[0].label}"]
                 place = int(self.confirmed.sort_values(order).index[0])
         if place < 0:
-            several = len(self.study.goals)
-            what = f"the best point for {several} goals" if several > 1 else "the best of points that all failed"
+            if len(self.study.goals) == 1:
+                raise InputError("no point has a value of the goal and of all requirements", "other ranges", "result.causes")
+            what = f"the best point for {len(self.study.goals)} goals"
             raise InputError(what, "one goal; of several there is a front", "result.front")
         return {path: float(points[path][place]) for path in self.study.paths}
 

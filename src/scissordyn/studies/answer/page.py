@@ -205,6 +205,8 @@ def _about_search(ended: Mapping[str, Any]) -> list[str]:
     lines = [f"Search along derivatives: {counted(ended['gradients'], 'further run')} with exact derivatives."]
     if ended["differences"]:
         lines.append(f"{counted(ended['differences'], 'gradient')} by differences of points: {'; '.join(ended['reasons'])}.")
+    if ended["failure"]:
+        return [*lines, f"The search has ended without an optimum ({ended['failure']}): try other ranges."]
     return lines if ended["converged"] else [*lines, "The search has not converged: more generations continue it."]
 
 

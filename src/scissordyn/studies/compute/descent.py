@@ -13,7 +13,7 @@ from scissordyn.studies.ask.design import quantiles
 
 DIFFERENCE_STEP = 1e-3  # [ranges] Step of the differences of points, whose goals have errors of about the runs' tolerance
 QUANTILE_STEP = 1e-6  # [-] Step of the differences of quantile functions, which are smooth
-GOAL_TOL = 1e-8  # Relative change of the goal below which the search ends; runs have errors of this size
+GOAL_TOL = 1e-8  # Relative change of the goal, and sum of violations, below which the search ends; errors of runs are similar
 
 
 class _MissingPointError(Exception):
@@ -37,6 +37,7 @@ class Descent:
         self.slopes: dict[bytes, np.ndarray] = {}  # their exact derivatives
         self.reasons: dict[bytes, str] = {}  # why a point has no exact derivatives
         self.converged = False
+        self.failure = ""  # why the search has ended without an optimum
 
     def ask(self) -> np.ndarray:
         """Return the next point, shape (1, factors), or no point at the end of the search."""
@@ -44,7 +45,9 @@ class Descent:
 
         constraints: Any = []
         if self.study.requirements:
-            constraints = [{"type": "ineq", "fun": lambda u: self._result(u)[1:], "jac": lambda u: self._slopes(u)[1:]}]
+            # margins of twice the tolerance, so that the point at which the search ends meets all requirements
+            inner = {"fun": lambda u: self._result(u)[1:] - 2.0 * GOAL_TOL, "jac": lambda u: self._slopes(u)[1:]}
+            constraints = [{"type": "ineq", **inner}]
         try:
             optimum = minimize(  # type: ignore[call-overload]
                 lambda u: self._result(u)[0],
@@ -57,7 +60,10 @@ class Descent:
             )
         except _MissingPointError as missing:
             return missing.point[None]
-        self.converged = bool(optimum.success)
+        goal, margins = self.results[np.clip(optimum.x, 0.0, 1.0).tobytes()]
+        has_value = bool(np.isfinite(goal) and np.isfinite(margins).all())
+        self.converged = bool(optimum.success) and has_value
+        self.failure = "" if self.converged else str(optimum.message) if has_value else "the last point has no value"
         return np.empty((0, self.count))
 
     def tell(self, point: np.ndarray, goal: float, margins: np.ndarray) -> None:
@@ -69,6 +75,7 @@ class Descent:
         reasons = list(dict.fromkeys(self.reasons.values()))
         return {
             "converged": self.converged,
+            "failure": self.failure,
             "gradients": len(self.slopes),
             "differences": len(self.reasons),
             "reasons": reasons,

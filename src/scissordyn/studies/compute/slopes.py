@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -12,7 +11,7 @@ import xarray as xr
 from scissordyn.errors import InputError, ScissordynError
 from scissordyn.model.mechanism import Mechanism
 from scissordyn.run.response import Response
-from scissordyn.sensitivity.gradient import compute_gradient, difference_text
+from scissordyn.sensitivity.gradient import compute_gradient, difference_text, exact_options
 from scissordyn.sensitivity.limit import LIMIT_REASONS
 from scissordyn.sensitivity.measure import check_measure
 from scissordyn.studies.ask.description import Study
@@ -67,10 +66,8 @@ def _reason(run: xr.Dataset, response: Response) -> dict[str, str]:
 def _slopes(study: Study, mechanism: Mechanism, values: Mapping[str, float]) -> tuple[np.ndarray, dict[str, str]]:
     """Return the valid derivatives of responses by the varied numbers, and the reasons why others are not valid."""
     slopes = np.full((len(values), len(study.factor_names)), np.nan)
-    # at the tolerance of the study, whose derivatives have errors far below those of a surface
-    options = replace(study.options, events="located", trust=False)
     try:
-        exact = compute_gradient(mechanism, list(values), study.factor_names, options, CHANGE, np.zeros(0))
+        exact = compute_gradient(mechanism, list(values), study.factor_names, exact_options(study.options), CHANGE, np.zeros(0))
     except ScissordynError as error:
         reason = error.what if isinstance(error, InputError) else str(error)
         return slopes, dict.fromkeys(values, reason)

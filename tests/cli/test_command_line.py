@@ -227,16 +227,6 @@ def test_check_takes_what_a_run_takes(folder, answer):
     assert "Warning: without clearance: the mechanism as placed cannot be assembled" in answer("check", "loop.toml")
 
 
-@pytest.mark.parametrize(
-    "structure", ["scissor", "polar", "ring", "mast", "slider-crank", "four-bar", "n-four-bar", "mechanism"]
-)
-def test_new_prints_a_case_that_can_be_checked(folder, capsys, structure):
-    """Contract: the printed case file is accepted."""
-    assert status_of(["new", structure]) == 0
-    (folder / "case.toml").write_text(capsys.readouterr().out)
-    assert status_of(["check", "case.toml"]) == 0
-
-
 @pytest.mark.parametrize("name", ["film.gif", "film.html"])
 def test_a_film_is_made_when_asked_for(folder, capsys, name):
     """Contract: the file that is named is there, of its kind, and nothing else."""

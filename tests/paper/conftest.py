@@ -1,7 +1,11 @@
 """The paper's runs, computed once."""
 
+from contextlib import contextmanager
+
 import pytest
 
+import scissordyn as sd
+from scissordyn_paper import cache
 from scissordyn_paper.cases import DEFAULT, every_case
 from scissordyn_paper.runs import fetch_runs
 
@@ -20,6 +24,31 @@ def runs_folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def runs(runs_folder):
+def remembered():
+    """Return a context in which a result that was saved or read is not read again, and the results by their paths."""
+    known = {}
+
+    def read(path):
+        if path not in known:
+            known[path] = sd.load(path)
+        return known[path]
+
+    def write(result, path, **options):
+        known[path] = result
+        return sd.save(result, path, **options)
+
+    @contextmanager
+    def remember():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(cache, "load", read)
+            patch.setattr(cache, "save", write)
+            yield patch
+
+    return remember
+
+
+@pytest.fixture(scope="session")
+def runs(runs_folder, remembered):
     """Return the paper's runs of the default choice."""
-    return fetch_runs(every_case(DEFAULT), runs_folder, engine=1)
+    with remembered():
+        return fetch_runs(every_case(DEFAULT), runs_folder, engine=1)

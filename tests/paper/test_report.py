@@ -13,7 +13,7 @@ import scissordyn as sd
 from scissordyn import processor
 from scissordyn.cli import paper as command
 from scissordyn.cli.option import EngineOptions
-from scissordyn_paper import cache, controlled, periodic
+from scissordyn_paper import controlled, periodic
 from scissordyn_paper import reproduce as module
 from scissordyn_paper.cases import CLEARANCES, CONTROLLED, DEFAULT, FRICTION, SPEEDS
 from scissordyn_paper.explanation import EXPLANATIONS, STATEMENTS, explanation, summary
@@ -35,17 +35,9 @@ BADGES = 2 * len(CHECKS) + PERIODIC_CHECKS
 
 
 @pytest.fixture(scope="module")
-def report(runs, runs_folder, few_periods):
-    """Return the report on the default choice, with short periodic runs; each stored result is read once."""
-    known = {runs_folder / f"{case.name}.nc": run for case, run in runs.items()}
-
-    def read(path):
-        if path not in known:
-            known[path] = sd.load(path)
-        return known[path]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cache, "load", read)
+def report(runs, runs_folder, few_periods, remembered):
+    """Return the report on the default choice, with short periodic runs; no stored result is read again."""
+    with remembered() as patch:
         for name, count in few_periods.items():
             patch.setattr(periodic, name, count)
         short = dataclasses.replace(controlled.MANOEUVRES["periodic"], until=2.0, samples=1001, after=0.5)

@@ -4,6 +4,10 @@
    come first: compilers copy a struct from its start in the widest registers, and the processor waits for a number that is
    read in other pieces than it was written. */
 
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
 #if defined(__AVX512F__) && DERIVATIVES % 8 == 0
 #define PACKED 8
 #elif defined(__AVX__) && DERIVATIVES % 4 == 0
@@ -18,6 +22,17 @@ typedef int64_t mask __attribute__((vector_size(8 * PACKED), aligned(8)));
 #define PACKS (DERIVATIVES / PACKED)
 
 typedef struct { pack d[PACKS]; double v; } dual;
+
+/* a b + c for derivatives, rounded once where the processor can; values are never contracted */
+static inline pack fused(pack a, double b, pack c) {
+#if PACKED == 8
+    return (pack)_mm512_fmadd_pd((__m512d)a, _mm512_set1_pd(b), (__m512d)c);
+#elif PACKED == 4 && defined(__FMA__)
+    return (pack)_mm256_fmadd_pd((__m256d)a, _mm256_set1_pd(b), (__m256d)c);
+#else
+    return a * b + c;
+#endif
+}
 
 /* y(a, b), with the slope of each pack k; a part that does not change contributes nothing, even if its slope is infinite */
 #define OPERATION(name, first, second, value, slope) \
@@ -55,10 +70,21 @@ static inline dual as_dual(double x) {
     return y;
 }
 
+/* Whether a pack has a number other than zero */
+static inline int changes(pack d) {
+#if PACKED == 8
+    return _mm512_cmp_pd_mask((__m512d)d, _mm512_setzero_pd(), _CMP_NEQ_UQ) != 0;
+#elif PACKED == 4
+    return _mm256_movemask_pd(_mm256_cmp_pd((__m256d)d, _mm256_setzero_pd(), _CMP_NEQ_UQ)) != 0;
+#else
+    return d[0] != 0.0 || d[1] != 0.0;
+#endif
+}
+
 static inline int equals(dual a, double value) {
     if (a.v != value) return 0;
-    for (int k = 0; k < DERIVATIVES; k++)
-        if (a.d[k / PACKED][k % PACKED] != 0.0) return 0;
+    for (int k = 0; k < PACKS; k++)
+        if (changes(a.d[k])) return 0;
     return 1;
 }
 
@@ -74,10 +100,10 @@ OPERATION(add_fd, double, dual, a + b.v, b.d[k])
 OPERATION(subtract_dd, dual, dual, a.v - b.v, a.d[k] - b.d[k])
 OPERATION(subtract_df, dual, double, a.v - b, a.d[k])
 OPERATION(subtract_fd, double, dual, a - b.v, -b.d[k])
-OPERATION(multiply_dd, dual, dual, a.v * b.v, a.d[k] * b.v + a.v * b.d[k])
+OPERATION(multiply_dd, dual, dual, a.v * b.v, fused(a.d[k], b.v, a.v * b.d[k]))
 OPERATION(multiply_df, dual, double, a.v * b, a.d[k] * b)
 OPERATION(multiply_fd, double, dual, a * b.v, a * b.d[k])
-OPERATION(divide_dd, dual, dual, a.v / b.v, (a.d[k] - y.v * b.d[k]) * (1.0 / b.v))
+OPERATION(divide_dd, dual, dual, a.v / b.v, fused(b.d[k], -y.v, a.d[k]) * (1.0 / b.v))
 OPERATION(divide_df, dual, double, a.v / b, a.d[k] * (1.0 / b))
 OPERATION(divide_fd, double, dual, a / b.v, (-y.v / b.v) * b.d[k])
 OPERATION(floor_division_dual, dual, dual, floor_division_floats(a.v, b.v), (pack){0.0})

@@ -59,7 +59,7 @@ KINDS: Mapping[str, tuple[type, ...]] = {
 One loop for all contacts would be slower: the compiler inlines a function that is called once.
 """
 
-VECTOR_FLAGS = {8: ("-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl"), 4: ("-mavx2",)}
+VECTOR_FLAGS = {8: ("-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl"), 4: ("-mavx2", "-mfma")}
 """Compiler flags of x86-64 processors by the number of doubles in a vector; all other processors need none."""
 
 

@@ -14,7 +14,7 @@ from scissordyn.explore.answers import cards
 from scissordyn.laws.elastic.persson import Persson
 from scissordyn.plan.plan import plan
 from scissordyn.record.sampling import equally_spaced, spread_samples, time_mean
-from scissordyn.record.summary import at_limit
+from scissordyn.record.summary import PointAnswer, at_limit
 from scissordyn.record.warn import EXPLANATION_PREFIX, force_at_equal_energy, warning_lines
 from scissordyn.record.xarray_dataset import as_dataset
 from scissordyn.run.instants import SAMPLES_MAX, add_recorded_samples, choose_rows
@@ -267,3 +267,14 @@ def test_means_and_frames_of_samples():
     assert spread_samples(time, 2).tolist() == [0, 5]
     assert spread_samples(np.linspace(0.0, 1.0, 11), 3).tolist() == [0, 5, 10]
     assert spread_samples(np.array([0.0, 0.48, 0.5, 0.52, 1.0]), 3).tolist() == [0, 2, 4]
+
+
+@pytest.mark.parametrize(
+    ("servo", "shown"),
+    [(7e-9, ", by bending"), (2e-4, " (servo 200 µm, bending 36 mm)"), (40.0, ", by servo")],
+)
+def test_contributions_to_a_deviation(servo, shown):
+    """Contract: those below a thousandth of the largest, such as errors of the integration, are not shown."""
+    parts = {"servo": servo, "bending": 0.036, "clearance": 0.0}
+    answer = PointAnswer("tip", 0.036, 0.8, None, None, 0.0, parts, dict.fromkeys(parts, 0.0))
+    assert str(answer) == f"Tracked point tip: off by up to 36 mm, at 800 ms{shown}; 0 m at the end; no tolerance is given."

@@ -81,10 +81,11 @@ class PointAnswer(Answer):
 
 
 def _parts(sizes: dict[str, float]) -> str:
-    """Return the contributions to a deviation as text; empty if there is only one."""
-    nonzero = {name: size for name, size in sizes.items() if size != 0.0}
-    text = ", ".join(f"{name} {short(size, 'm')}" for name, size in nonzero.items())
-    return f" ({text})" if len(nonzero) > 1 else f", by {next(iter(nonzero))}" if nonzero else ""
+    """Return the contributions to a deviation as text, without those that are negligible; empty if all are zero."""
+    least = REPORTED_FRACTION * max(sizes.values(), default=0.0)
+    shown = {name: size for name, size in sizes.items() if size > least}
+    text = ", ".join(f"{name} {short(size, 'm')}" for name, size in shown.items())
+    return f" ({text})" if len(shown) > 1 else f", by {next(iter(shown))}" if shown else ""
 
 
 @dataclass(frozen=True)

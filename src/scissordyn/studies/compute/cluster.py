@@ -22,8 +22,8 @@ from scissordyn.studies.compute.jobs import ANSWER_SECONDS_MAX, Jobs, remove_lef
 CERTIFICATE_ATTRIBUTES = ("_job_ca_file", "_job_cert", "_job_key")
 """Attributes of dask-jobqueue with temporary files of certificates, which it would keep until this process ends."""
 
-LOGGERS = ("distributed", "tornado.application", "asyncio")
-"""Loggers that print a traceback of each task that is cancelled, as by Ctrl-C when all workers are gone."""
+LOGGERS = ("distributed", "distributed.client", "tornado.application", "asyncio")
+"""Loggers, each with a level of its own, that print lost results and a traceback of each task that is cancelled."""
 
 
 @contextmanager

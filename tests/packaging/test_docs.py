@@ -162,6 +162,8 @@ def test_every_public_name_is_documented_and_shown():
     used = set().union(*(used_names(code_of(page)) for page in executed()))
     for one in sd.__all__:
         assert getattr(sd, one).__doc__, one
+        text = re.sub(r"``.+?``", "", getattr(sd, one).__doc__)
+        assert not re.search(r"(?<!\w)\|\w[^|]*\|", text), f"'{one}': bars outside of a literal name a substitution"
         assert ("", one) in used, f"'{one}' is in no example"
     documented = set()
     for modules in generate.MODULES.values():

@@ -76,7 +76,7 @@ def modes(
     -------
     Dataset
         Coordinates: mode, body, axis. `frequency` [Hz] and `angular_frequency` [rad/s]; a negative value is minus the growth
-        rate of an unstable position, which flutter has twice. `damping_ratio` is -Re(s)/|s|, above 1 for an overdamped mode
+        rate of an unstable position, which flutter has twice. `damping_ratio` is ``-Re(s)/|s|``, above 1 for an overdamped mode
         (minus half the sum of both real s over the root of their product), negative for an oscillation that grows, and NaN
         without a restoring force. `damped_frequency` [Hz] is Im(s)/(2 pi), 0 for a mode that does not oscillate. `shape`
         (displacements of mass centres) and `rotation` of the bodies are scaled to a largest displacement of 1 m, or to a

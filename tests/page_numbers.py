@@ -155,12 +155,8 @@ def typed_blocks(page: str) -> list[Block]:
 
 
 def differing(shown: str, printed: str) -> list[str]:
-    """Return the parts of a printed block, between lines of dots, that a program does not print to the digits shown."""
-    return [
-        part
-        for part in re.split(r"^ *\.\.\.$|\.\.\.", shown, flags=re.MULTILINE)
-        if part.strip() and not _within(part, printed)
-    ]
+    """Return the parts of a printed block, between dots that stand alone, that a program does not print to the digits shown."""
+    return [part for part in re.split(r"(?<!\S)\.\.\.(?!\S)", shown) if part.strip() and not _within(part, printed)]
 
 
 def _within(part: str, printed: str) -> bool:

@@ -138,11 +138,12 @@ def explicit_step(problem, T, t, h, s, w, S):
     factor = speed(w.scaling[0], 0.0)
     for i in range(s.y.size):
         w.stages[0, i] = factor * w.slope[i]
-    for q in range(s.total.size):
-        w.power[0, q] = factor * w.power_at_start[q]
-    for row in range(s.monitored.shape[0]):
-        for q in range(s.monitored.shape[1]):
-            w.monitored[0, row, q] = s.monitored[row, q]
+    if s.clock[0].monitors == 1:
+        for q in range(s.total.size):
+            w.power[0, q] = factor * w.power_at_start[q]
+        for row in range(s.monitored.shape[0]):
+            for q in range(s.monitored.shape[1]):
+                w.monitored[0, row, q] = s.monitored[row, q]
     for stage in range(1, T.stages + 1):
         target = w.new if stage == T.stages else w.inside
         stage_state(T, stage, h, s.y, w.stages, target)

@@ -391,11 +391,12 @@ def carry_on(T, s, w):
     last, inverse = T.stages, 1.0 / speed(w.scaling[0], 1.0)
     for i in range(s.y.size):
         w.slope[i] = inverse * w.stages[last, i]
-    for q in range(s.total.size):
-        w.power_at_start[q] = inverse * w.power[last, q]
-    for row in range(s.monitored.shape[0]):
-        for q in range(s.monitored.shape[1]):
-            s.monitored[row, q] = w.monitored[last, row, q]
+    if s.clock[0].monitors == 1:
+        for q in range(s.total.size):
+            w.power_at_start[q] = inverse * w.power[last, q]
+        for row in range(s.monitored.shape[0]):
+            for q in range(s.monitored.shape[1]):
+                s.monitored[row, q] = w.monitored[last, row, q]
     s.clock[0].prepared = 1
 
 

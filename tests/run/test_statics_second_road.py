@@ -133,7 +133,7 @@ def rubbed(sense):
 def test_springs_and_curves():
     """Identity: virtual work and equilibrium with springs of all kinds; reported energies are those of the work."""
     mechanism = sprung()
-    forces = sd.statics(mechanism, until=1.0, points=161)
+    forces = sd.statics(mechanism, until=1.0, points=81)
     assert max(Balance(forces, mechanism).residual()) < 1e-12
     work = VirtualWork(forces, mechanism)
     assert work.imbalance() < 1e-7
@@ -146,7 +146,7 @@ def test_springs_and_curves():
 def test_friction_up_and_down(sense):
     """Identity: virtual work and equilibrium with friction. Closed form: friction circle, Coulomb's law, force of a seal."""
     mechanism = rubbed(sense)
-    forces = sd.statics(mechanism, until=1.0, points=161, friction=sense)
+    forces = sd.statics(mechanism, until=1.0, points=81, friction=sense)
     assert max(Balance(forces, mechanism).residual()) < 1e-12
     assert not forces["angular_velocity"].values.any()
     work = VirtualWork(forces, mechanism)
@@ -162,7 +162,7 @@ def test_friction_up_and_down(sense):
         np.testing.assert_allclose(torque, radius * math.sin(math.atan(friction)) * sizes[pin], rtol=1e-9)
     along = np.abs(forces["guide_friction_force"].sel(axis="x").values[:, 0])
     np.testing.assert_allclose(along, 0.15 * sizes["guide"], rtol=1e-9)
-    still = sd.statics(mechanism, until=1.0, points=161)
+    still = sd.statics(mechanism, until=1.0, points=81)
     seal = forces["gas_spring_force"].values[:, 0] - still["gas_spring_force"].values[:, 0]
     np.testing.assert_allclose(seal, sign * 25.0 * np.sign(np.gradient(forces["slider_position"].values)), rtol=1e-9)
 

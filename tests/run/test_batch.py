@@ -203,9 +203,9 @@ def test_deviations_from_a_path_with_a_jerk():
         }
     )
     opening = opening.with_clearance("A", sd.Clearance(0.2e-3)).track("tip", "unit 1/bar 1", "end")
-    run = sd.simulate(opening, until=0.3)
+    run = sd.simulate(opening, until=0.2)
     assert "deviations of tracked points err by up to" in run.attrs["warnings"]
-    batch = sd.simulate_many(opening, {"A.clearance": [0.2e-3]}, until=0.3, measures=("peak_track_deviation",))
+    batch = sd.simulate_many(opening, {"A.clearance": [0.2e-3]}, until=0.2, measures=("peak_track_deviation",))
     assert batch["cause"].item() == ""
     assert batch["peak_track_deviation"].values[0] == pytest.approx(run["peak_track_deviation"].values, rel=1e-12)
     assert "deviations of tracked points err by up to" in batch["warnings"].item()

@@ -96,20 +96,6 @@ def test_tilting_until_it_jams():
     assert touching.tolist() == [True, False, True, False]
 
 
-def test_sliding_block_slows_down():
-    """Closed form: while every corner slides forward, m (v - v_0) = -mu times the impulse of the surfaces, m (g t + v_y)."""
-    mu, speed = 0.2, 1.0
-    run = sd.simulate(
-        block(velocity=(speed, 0.0), gravity=9.81, friction=Threlfall(mu, 1e-3)), until=0.3, rtol=1e-10, atol=1e-10
-    )
-    velocity = run["velocity"].sel(body="block").values
-    assert np.min(velocity[:, 0]) > 0.3
-    expected = speed - mu * (9.81 * run["time"].values + velocity[:, 1])
-    np.testing.assert_allclose(velocity[:, 0], expected, atol=1e-9)
-    # and on average as a sliding block in equilibrium: a = -mu g
-    assert velocity[-1, 0] == pytest.approx(speed - mu * 9.81 * 0.3, abs=mu * 0.15)
-
-
 def test_against_a_block_in_x_y_and_angle():
     """Cross-check by a second formulation: starts and approach speeds of twenty contacts of a block with friction."""
     centre, mu, ramp = (0.01, -0.004), 0.1, 1e-2

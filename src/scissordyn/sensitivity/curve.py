@@ -52,10 +52,10 @@ def moved_results(run: Forward, parameter: int, step: float, mechanism: Mechanis
 def _moved(values: np.ndarray, slopes: np.ndarray, parameter: int, step: float) -> np.ndarray:
     if values.dtype.names is None:
         return np.asarray(values + step * slopes[..., parameter])
-    found = values.copy()
+    changed = values.copy()
     for name in values.dtype.names:
-        found[name] += step * slopes[name][..., parameter]
-    return found
+        changed[name] += step * slopes[name][..., parameter]
+    return changed
 
 
 def curve_names(found: Results) -> Iterator[str]:

@@ -293,10 +293,10 @@ def _part(duals: np.ndarray, which: int | slice) -> np.ndarray:
         return duals[..., which]
     parts = {name: duals[name][..., which] for name in duals.dtype.names}
     kinds = [(name, float, part.shape[duals.ndim :]) for name, part in parts.items()]
-    found = np.zeros(duals.shape, kinds)
+    copy = np.zeros(duals.shape, kinds)
     for name, part in parts.items():
-        found[name] = part
-    return found
+        copy[name] = part
+    return copy
 
 
 def forward(

@@ -188,23 +188,23 @@ def compute_gradient(
 
     With `omits`, parameters without derivatives are left out instead of raising `InputError`.
     """
-    began, made = clocks.perf_counter(), plan(mechanism)
-    check_derivable(made)
+    began, tables = clocks.perf_counter(), plan(mechanism)
+    check_derivable(tables)
     responses = [_response(mechanism, text) for text in of]
-    derived = _derive(made, options, responses, by, change, progress, times, omits=omits, threads=threads)
+    derived = _derive(tables, options, responses, by, change, progress, times, omits=omits, threads=threads)
     _check_contacts(derived.parameters, [row[2].change for row in derived.rows], change)
-    found = _dataset(mechanism, responses, derived)
+    gradient = _dataset(mechanism, responses, derived)
     if derived.path is not None:
-        found = found.merge(_curves(derived))
+        gradient = gradient.merge(_curves(derived))
     seconds = clocks.perf_counter() - began
-    found.attrs = {
+    gradient.attrs = {
         "title": TITLE,
         "configuration": write_configuration(mechanism, options),
         "left_out": json.dumps(derived.left_out),
-        "warnings": json.dumps(gradient_warnings(found, change, derived.rough, derived.one_sided)),
+        "warnings": json.dumps(gradient_warnings(gradient, change, derived.rough, derived.one_sided)),
         "statistics": json.dumps({"runs": derived.runs, "seconds": seconds, "misfit": derived.misfit}),
     }
-    return found
+    return gradient
 
 
 def exact_options(options: Options) -> Options:
@@ -220,15 +220,15 @@ def slopes_of(
 
     Raise `ScissordynError` if one of them does not exist, or if its value is not the expected one.
     """
-    made = plan(mechanism)
-    check_derivable(made)
+    tables = plan(mechanism)
+    check_derivable(tables)
     for response in responses:
         check_measure(response)
     # without a change: the instants until which the gradient is valid are not used
-    derived = _derive(made, options, responses, by, 0.0, None, np.zeros(0), omits=False)
+    derived = _derive(tables, options, responses, by, 0.0, None, np.zeros(0), omits=False)
     slopes = derived.slopes / [parameter.scale for parameter in derived.parameters]
-    for response, row, value, known in zip(responses, slopes, derived.values.tolist(), expected, strict=True):
-        if differs := difference_text(value, known):
+    for response, row, value, expected_value in zip(responses, slopes, derived.values.tolist(), expected, strict=True):
+        if differs := difference_text(value, expected_value):
             raise ScissordynError(f"'{response.name}' {differs}")
         if not np.isfinite(row).all():
             raise ScissordynError(f"'{response.name}' has its largest value at a kink")
@@ -274,7 +274,7 @@ def _derive(
         parameters, ended = [parameter for parameter, _, _ in seeded], Ended(run.driver)
         values = [value_of_response(ended, response) for response in responses]
         path = moved_results(run, 0, 0.0, made.mechanism) if times.size else None
-        curves = [] if path is None else [curve_derivatives(run, k, path, each.moved) for k, each in enumerate(parameters)]
+        curves = [] if path is None else [curve_derivatives(run, k, path, moving.moved) for k, moving in enumerate(parameters)]
         rows = _rows(run, seeded, responses, values, change)
         return _Pass(parameters, values, rows, run.misfit, path, curves, run.rough, run if first else None)
 
@@ -309,10 +309,10 @@ def _rows(
     """Return the derivatives of the responses by each parameter of a run, whether they are smooth, and their limit."""
     rows = list[_Row]()
     for k, (parameter, _, start) in enumerate(seeded):
-        own = change if parameter.has_size else 0.0
-        pairs = derivatives_of(run, k, responses, values, parameter.moved, own)
+        size = change if parameter.has_size else 0.0
+        pairs = derivatives_of(run, k, responses, values, parameter.moved, size)
         slopes, smooth = tuple(slope for slope, _ in pairs), tuple(both for _, both in pairs)
-        rows.append((slopes, smooth, find_limit(run, k, own, start)))
+        rows.append((slopes, smooth, find_limit(run, k, size, start)))
     return rows
 
 
@@ -376,23 +376,23 @@ def _seeded(
     mechanism, size = made.mechanism, made.coordinates.size
     begin = Start(mechanism, options.start, options if compared else None, curves)
     if not omits:  # before the first pass
-        by = [parameter_of(mechanism, given, size) if isinstance(given, str) else given for given in by]
-    for given in by:
-        path = given if isinstance(given, str) else given.path
+        by = [parameter_of(mechanism, named, size) if isinstance(named, str) else named for named in by]
+    for named in by:
+        path = named if isinstance(named, str) else named.path
         try:
-            parameter = parameter_of(mechanism, given, size) if isinstance(given, str) else given
-            found = sided_derivatives(begin, parameter)
-            if not found.slopes:
+            parameter = parameter_of(mechanism, named, size) if isinstance(named, str) else named
+            sided = sided_derivatives(begin, parameter)
+            if not sided.slopes:
                 raise InputError(f"'{path}' does not affect this run", "a parameter that affects the run")
         except InputError as error:
             if not omits:
                 raise
             left_out[path] = error.what
             continue
-        if found.side is not None:
-            one_sided[parameter.path] = found.side
-        limit = found.start_limit(begin, parameter, change) if change and parameter.has_size else ""
-        yield parameter, found.slopes, limit
+        if sided.side is not None:
+            one_sided[parameter.path] = sided.side
+        limit = sided.start_limit(begin, parameter, change) if change and parameter.has_size else ""
+        yield parameter, sided.slopes, limit
 
 
 def _check_known(responses: Sequence[Response], values: np.ndarray) -> None:
@@ -458,10 +458,10 @@ def _curves(derived: _Derived) -> xr.Dataset:
     assert derived.path is not None
     path = as_dataset(derived.path)
     names, scales = list(curve_names(derived.path)), [parameter.scale for parameter in derived.parameters]
-    found = path[names]
-    found.attrs = {}
+    selected = path[names]
+    selected.attrs = {}
     for name in names:
         slopes = np.stack([part[name] / scale for part, scale in zip(derived.curves, scales, strict=True)], axis=-1)
         text = f"derivative of '{name}', in its unit per unit of the parameter"
-        found[f"{name}_derivative"] = ((*path[name].dims, "parameter"), slopes, {"long_name": text})
-    return found.rename(unit="scissor_unit") if "unit" in found.dims else found  # `unit` is that of a measure
+        selected[f"{name}_derivative"] = ((*path[name].dims, "parameter"), slopes, {"long_name": text})
+    return selected.rename(unit="scissor_unit") if "unit" in selected.dims else selected  # `unit` is that of a measure

@@ -62,8 +62,8 @@ open_hard_watched = opener(HardWatched)
 
 def follow_hard(watched: int, address: int, system: int, seed: F1) -> int:
     """Repeat the last step of a run with hard contacts by `follow_time_step`; return its status."""
-    own = open_hard_watched(watched)
-    return follow_time_step(MECHANICS, HARD, own, open_watched(own.run), address, system)
+    arrays = open_hard_watched(watched)
+    return follow_time_step(MECHANICS, HARD, arrays, open_watched(arrays.run), address, system)
 
 
 @kernel

@@ -166,8 +166,8 @@ def compile_all(folder: Path, target: str = "") -> None:
             for kind, source in sources.items()
             for width in widths
         ]
-    for each in begun:
-        each.result()
+    for compilation in begun:
+        compilation.result()
 
 
 def source_of(kind: str) -> str:

@@ -65,14 +65,14 @@ def _order_limit(log: np.ndarray, shift: np.ndarray, end: float, far: float = 0.
 
     `far`: [durations of the contact] Change of the time between the event and the contact up to which both count as unchanged.
     """
-    found, before = math.inf, log["time"] < end
+    first, before = math.inf, log["time"] < end
     for guard in np.unique(log["guard"]):
-        own, others = np.flatnonzero(log["guard"] == guard), (log["guard"] != guard) & before
+        own_events, others = np.flatnonzero(log["guard"] == guard), (log["guard"] != guard) & before
         time, moves = log["time"][others], shift[others]
-        for begin, close in pairwise(own):
+        for begin, close in pairwise(own_events):
             start, stop = log["time"][[begin, close]]
             apart = np.maximum(np.abs(moves - shift[begin]), np.abs(moves - shift[close]))
             meets = (time > start - apart) & (time < stop + apart) & (apart > far * (stop - start))
             if before[begin] and log["mode"][begin] == RISE and np.any(meets):
-                found = min(found, start - abs(shift[begin]), float(np.min((time - np.abs(moves))[meets])))
-    return max(found, 0.0)
+                first = min(first, start - abs(shift[begin]), float(np.min((time - np.abs(moves))[meets])))
+    return max(first, 0.0)

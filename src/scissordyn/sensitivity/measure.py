@@ -59,8 +59,8 @@ def value_of_response(ended: Ended, response: Response) -> float:
     if response.part:
         labels = parts_of(ended.mechanism)[MEASURES[response.measure].dims[0]]
         return float(values[labels.index(response.part)])
-    known = values[~np.isnan(values)]
-    return float((np.min if response.smallest else np.max)(known)) if known.size else math.nan
+    numbers = values[~np.isnan(values)]
+    return float((np.min if response.smallest else np.max)(numbers)) if numbers.size else math.nan
 
 
 @contextmanager
@@ -149,10 +149,10 @@ def _moved_values(run: Forward, parameter: int, responses: Sequence[Response], s
 
 def _mass_slope(run: Forward, response: Response, mechanism: Callable[[float], Mechanism], step: float) -> float:
     """Return the derivative of the mass, which does not depend on the run, by parameter / scale."""
-    slope, made = 0.0, run.driver.plan
+    slope, tables = 0.0, run.driver.plan
     mass = value_of_response(Ended(run.driver), response)
     for weight, _, changed in weighted_mechanisms(mechanism, step):
         run.driver.plan = plan(changed)
         slope += weight * (value_of_response(Ended(run.driver), response) - mass)
-    run.driver.plan = made
+    run.driver.plan = tables
     return slope

@@ -66,9 +66,9 @@ def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
     complete(problem, T, t, h, s, w, system)
     start = place(w.scaling[0], min(max((when - value_of(t)) / value_of(h), 0.0), 1.0))
     before = start
-    found, slope_before = slope_at(problem, T, row, before, t, h, s, w, system, seed)
+    largest, slope_before = slope_at(problem, T, row, before, t, h, s, w, system, seed)
     theta = start + (SLOPE_PROBE if start < 0.5 else -SLOPE_PROBE)
-    found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
+    largest, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
     steepest = max(abs(slope), abs(slope_before))
     smooth = (slope - slope_before) * (theta - before) < 0.0
     for _ in range(PEAK_ROOT_STEPS):
@@ -77,12 +77,12 @@ def follow_peak(problem, T, row, when, t, h, now, s, w, system, seed):
         root = theta - slope * (theta - before) / (slope - slope_before)
         before, slope_before, theta = theta, slope, root
         if abs(theta - start) <= PEAK_MOVED_MAX:
-            found, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
+            largest, slope = slope_at(problem, T, row, theta, t, h, s, w, system, seed)
     if not smooth or not abs(theta - start) <= PEAK_MOVED_MAX or abs(slope) > SLOPE_TOL * steepest:
         if when == now:
-            found = probed(problem, t + h, w.new, row, w, system)
+            largest = probed(problem, t + h, w.new, row, w, system)
         elif when == value_of(t):
-            found = probed(problem, t, s.y, row, w, system)
+            largest = probed(problem, t, s.y, row, w, system)
         else:
-            found = value_on_plateau(problem, T, row, start, t, h, s, w, system, seed)
-    s.peak[row, LARGEST] = found
+            largest = value_on_plateau(problem, T, row, start, t, h, s, w, system, seed)
+    s.peak[row, LARGEST] = largest

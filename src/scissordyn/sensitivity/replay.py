@@ -248,10 +248,10 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
         w.scaling[0] = scaling
         t = clock.time
         h = with_value(end - t, left) if last else with_value(0.0 * t, size)
-        made = attempt(problem, T, t, h, s, w, system)
+        completed = attempt(problem, T, t, h, s, w, system)
         problem.sliding(system, run.speed[END])
         reverses = reverses or count_reversals(run.speed) > 0
-        error = part_error(T, h, reverses, run, s, w) if made else math.inf
+        error = part_error(T, h, reverses, run, s, w) if completed else math.inf
         grow = step_factor(T, error)
         if scaling != EVEN:
             grow *= grow
@@ -261,7 +261,7 @@ def repeat_step(problem, T, guard, now, run, s, w, system, samples, seed):
                 problem.freeze(system)
                 frozen = True
                 continue
-            kinked = made and not kinked and count_reversals(run.speed) > 0
+            kinked = completed and not kinked and count_reversals(run.speed) > 0
             if kinked:  # the next part ends just before the kink, the one after it just behind the kink
                 size = max(shortest, first_reversal(problem, T, t, h, run.speed, s, w, system) - 0.5 * shortest)
             else:

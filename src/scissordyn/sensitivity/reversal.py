@@ -37,19 +37,19 @@ def count_reversals(speeds):
 def reversal(problem, T, k, t, h, speeds, s, w, system):
     """Return the stretched time (0 to 1) at which a speed reverses within a step, by the Illinois method."""
     evaluations = 8
-    one, at_one, other, at_other = 0.0, speeds[START, k], 1.0, speeds[END, k]
+    older, at_older, newer, at_newer = 0.0, speeds[START, k], 1.0, speeds[END, k]
     for _ in range(evaluations):
-        theta = (one * at_other - other * at_one) / (at_other - at_one)
+        theta = (older * at_newer - newer * at_older) / (at_newer - at_older)
         rates_inside(problem, T, theta, t, h, s, w, system)
         problem.sliding(system, speeds[INSIDE])
         if speeds[INSIDE, k] == 0.0:
             return theta
-        if speeds[INSIDE, k] * at_other < 0.0:
-            one, at_one = other, at_other
+        if speeds[INSIDE, k] * at_newer < 0.0:
+            older, at_older = newer, at_newer
         else:
-            at_one = 0.5 * at_one
-        other, at_other = theta, speeds[INSIDE, k]
-    return other
+            at_older = 0.5 * at_older
+        newer, at_newer = theta, speeds[INSIDE, k]
+    return newer
 
 
 @kernel

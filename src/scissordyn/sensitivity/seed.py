@@ -146,13 +146,13 @@ class Start:
 
     def arrays_of(self, mechanism: Mechanism) -> dict[str, np.ndarray]:
         """Return the arrays at the start of a mechanism, which differs from this one by the value of a parameter."""
-        made = plan(mechanism)
-        arrays = arrays_at_start(made, self.kind)
+        tables = plan(mechanism)
+        arrays = arrays_at_start(tables, self.kind)
         if self.compared is not None:
-            path = ideal_path(made, self.compared)
+            path = ideal_path(tables, self.compared)
             arrays["parameters.ideal"], arrays["parameters.ideal_step"] = path.table, np.array([path.step])
         if self.curves:
-            arrays.update(_arrays("maps.", made.maps))
+            arrays.update(_arrays("maps.", tables.maps))
         return arrays
 
 
@@ -241,8 +241,8 @@ class SidedSlopes(NamedTuple):
             except ScissordynError:
                 return "start"
             linear = part * slope
-            for own in (slice(0, n), slice(n, 2 * n)):  # coordinates and rates
-                sizes = [np.max(np.abs(array[own]), initial=0.0) for array in (moved - linear, linear, y)]
+            for part_of_state in (slice(0, n), slice(n, 2 * n)):  # coordinates and rates
+                sizes = [np.max(np.abs(array[part_of_state]), initial=0.0) for array in (moved - linear, linear, y)]
                 if sizes[0] > 0.5 * sizes[1] + DATA_TOL * sizes[2]:
                     return "start"
         return ""
@@ -258,7 +258,7 @@ def sided_derivatives(start: Start, parameter: Parameter) -> SidedSlopes:
     refused: InputError | None = None
     for places, weights in (CENTRAL_DIFFERENCES, FORWARD_DIFFERENCES, _mirrored(FORWARD_DIFFERENCES)):
         try:
-            found, reach = _derivatives_at(start, parameter, places, weights)
+            slopes, reach = _derivatives_at(start, parameter, places, weights)
         except IsolatedStartError:
             raise
         except ScissordynError as error:
@@ -266,7 +266,7 @@ def sided_derivatives(start: Start, parameter: Parameter) -> SidedSlopes:
                 refused = error if isinstance(error, InputError) else InputError(str(error))
             continue
         side = None if refused is None else ("larger values" if places[-1] > 0 else "smaller values", str(refused))
-        return SidedSlopes(found, side, reach)
+        return SidedSlopes(slopes, side, reach)
     assert refused is not None
     raise InputError(
         refused.what if parameter.path in refused.what else f"'{parameter.path}' cannot change alone: {refused.what}",
@@ -286,7 +286,7 @@ def _derivatives_at(
     for tried in range(most_steps):
         tried_step = step
         try:
-            found = _derivatives_by(start, parameter, step, places, weights)
+            slopes_by_name = _derivatives_by(start, parameter, step, places, weights)
         except OtherContactsError:
             if best or tried == most_steps - 1:
                 raise
@@ -297,10 +297,12 @@ def _derivatives_at(
                 raise
             step *= shortest
             continue
-        for name, slope in found.items():
+        for name, slope in slopes_by_name.items():
             if name not in best or slope.error < best[name].error:
                 best[name] = slope
-        largest = max((slope.error for slope in found.values() if slope.truncated or slope.error > DATA_TOL), default=0.0)
+        largest = max(
+            (slope.error for slope in slopes_by_name.values() if slope.truncated or slope.error > DATA_TOL), default=0.0
+        )
         accurate = all(slope.error <= DATA_TOL for slope in best.values())
         if largest <= STEP_ROUND_OFF or (accurate and tried >= 2):
             break
@@ -317,16 +319,16 @@ def _derivatives_by(
     start: Start, parameter: Parameter, step: float, places: Sequence[int], weights: Sequence[Sequence[float]]
 ) -> dict[str, _Slope]:
     """Return the derivatives of the arrays by differences with a step [parameter scales]."""
-    known = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
+    changed = {place: _changed_arrays(start, parameter, place * step) for place in (places[-1], places[1])}
     # in a shorter step round-off hides a bend
-    slopes = _linear_slopes(start.arrays, known, step) if step == LARGEST_STEP else None
+    slopes = _linear_slopes(start.arrays, changed, step) if step == LARGEST_STEP else None
     if slopes is not None:
         return {name: _Slope(values, 0.0, False) for name, values in slopes.items()}
     constant = start.has_plain_numbers and not any(
-        _is_changed(start.arrays, known.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
+        _is_changed(start.arrays, changed.values(), name) for name in start.arrays if not name.startswith(NUMBERS)
     )
     several = [
-        known[place] if place in known else _changed_arrays(start, parameter, place * step, constant=constant)
+        changed[place] if place in changed else _changed_arrays(start, parameter, place * step, constant=constant)
         for place in places
     ]
     if places[0] != 0 and _is_isolated(start.arrays["y"], [arrays["y"] for arrays in several]):
@@ -358,23 +360,25 @@ def _linear_slopes(
 
     The second divided difference of an array that is not linear exceeds the round-off of its three values.
     """
-    (far, one), (near, other) = known.items()
+    (far, far_arrays), (near, near_arrays) = known.items()
     from_base = far * near > 0  # both on one side
     roundings = 4.0  # number of them by which a linear array may differ from a line
-    found = dict[str, np.ndarray]()
+    slopes = dict[str, np.ndarray]()
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size or not _is_changed(base, known.values(), name):
             continue
         with np.errstate(invalid="ignore"):
-            terms = near * one[name], -far * other[name], (far - near) * array
+            terms = near * far_arrays[name], -far * near_arrays[name], (far - near) * array
             bend, size = np.abs(sum(terms)), sum(map(np.abs, terms))
-            slope = (one[name] - (array if from_base else other[name])) / ((far if from_base else far - near) * step)
+            slope = (far_arrays[name] - (array if from_base else near_arrays[name])) / (
+                (far if from_base else far - near) * step
+            )
         if np.any(bend > roundings * np.finfo(float).eps * size):
             return None
         slope[~np.isfinite(slope)] = 0.0
         if np.any(slope):
-            found[name] = slope
-    return found
+            slopes[name] = slope
+    return slopes
 
 
 def _mirrored(scheme: Any) -> Any:
@@ -390,11 +394,11 @@ def _changed_arrays(start: Start, parameter: Parameter, part: float, *, constant
         return {**start.arrays, **start.numbers_of(parameter.moved(part))}
     arrays = start.arrays_of(parameter.moved(part))
     for name, array in start.arrays.items():
-        found = arrays[name]
-        if found is array:  # a table that both mechanisms share
+        changed = arrays[name]
+        if changed is array:  # a table that both mechanisms share
             continue
-        if found.shape != array.shape or (array.dtype.kind == "i" and found.tobytes() != array.tobytes()):
-            if name == "state.mode" and found.shape == array.shape:
+        if changed.shape != array.shape or (array.dtype.kind == "i" and changed.tobytes() != array.tobytes()):
+            if name == "state.mode" and changed.shape == array.shape:
                 raise OtherContactsError(
                     f"'{parameter.path}': a small change of it begins or ends a contact at the start",
                     "another start of the run",
@@ -407,7 +411,7 @@ def _differences(
     base: dict[str, np.ndarray], several: Sequence[dict[str, np.ndarray]], weights: Sequence[Sequence[float]], step: float
 ) -> dict[str, _Slope]:
     most_ratio = 0.25  # largest ratio of the distance between orders 4 and 6 to that between 2 and 4 if a shorter step helps
-    found = dict[str, _Slope]()
+    slopes = dict[str, _Slope]()
     for name, array in base.items():
         if array.dtype.kind != "f" or not array.size:
             continue
@@ -428,5 +432,5 @@ def _differences(
         # the workspace of friction in ideal joints may be discontinuous
         error = min(1.0, ratio) * last / scale if scale > 0.0 and "friction" not in name else 0.0
         # the ratio of round-off is about 1
-        found[name] = _Slope(sixth, error, ratio < most_ratio)
-    return found
+        slopes[name] = _Slope(sixth, error, ratio < most_ratio)
+    return slopes

@@ -24,10 +24,11 @@ ROUNDS = 7
 HERE = Path(__file__).parent.parent
 
 TEXT = """Whole runs by `sd.simulate`, and the compiled loop alone in parentheses: medians of {rounds} rounds in which processes
-of the versions alternate, each the median of up to 15 runs after a first one, or one run of more than 0.1 s. Versions are named by their date. Steps:
-accepted and rejected. Slider-crank: `flores-slider-crank` of the zoo at the tolerance at which its orbit has an error of 0.1 %
-of the clearance (../../validation.md). Array: `examples/paper.toml` without friction. Lift: `examples/lift.toml`, 0.05 mm at
-all nine pins, restitution 0.9, kinetic coefficient 0.12, rtol = 1e-5."""
+of the versions alternate, each the median of up to 15 runs after a first one, or one run of more than 0.1 s. Versions
+are named by their date. Steps: accepted and rejected. Slider-crank: `flores-slider-crank` of the zoo at the tolerance
+at which its orbit has an error of 0.1 % of the clearance (../../validation.md). Array: `examples/paper.toml` without
+friction. Lift: `examples/lift.toml`, 0.05 mm at all nine pins, restitution 0.9, kinetic coefficient 0.12, rtol =
+1e-5."""
 
 LOOSE = '[{ joint = "all", clearance = "0.05 mm", restitution = 0.9, friction = %s }]'
 """Clearance at all pins of the lift, with a friction law."""

@@ -54,8 +54,9 @@ def test_influence_is_the_gradient(case):
     by = ["drive.speed", "A.clearance", *parts]
     exact = sd.gradient(case.mechanism, of=of, by=by, until=UNTIL, start=case.options.start)["elasticity"].values
     rows = found["rows"]
-    assert rows[SPEED]["elasticity"] == pytest.approx(exact[:, 0], rel=1e-9)
-    assert rows[CLEARANCE]["elasticity"] == pytest.approx(exact[:, 1], rel=1e-9)
+    # other parameters in a pass divide its steps in other parts: each value has an error of 1e-8
+    assert rows[SPEED]["elasticity"] == pytest.approx(exact[:, 0], rel=1e-8)
+    assert rows[CLEARANCE]["elasticity"] == pytest.approx(exact[:, 1], rel=1e-8)
     assert rows[MASS]["elasticity"] == pytest.approx(exact[:, 2:].sum(axis=1), rel=1e-6)
 
 

@@ -55,7 +55,8 @@ def test_part_of_a_run_has_no_summary(weak):
     for part in (weak.isel(time=slice(1000)), weak.isel(time=slice(1, None)), weak.isel(time=7), weak.isel(time=[])):
         with one_line_error("summary of part of a run"):
             part.scissordyn.summary()
-    assert weak.isel(time=slice(None, None, 100)).scissordyn.summary().force == weak.scissordyn.summary().force
+    few = weak.isel(time=slice(None, None, 100))
+    assert repr(few.scissordyn.summary().force) == repr(weak.scissordyn.summary().force)  # NaN is not equal to itself
     assert len(sd.plot.track(weak, end=0.05)) == 1
 
 

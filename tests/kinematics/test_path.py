@@ -90,3 +90,13 @@ def test_reactions_of_an_ideal_mechanism():
     found, fine = sd.ideal_kinematics(crank, until=0.06), sd.simulate(crank, until=0.06, samples=100_001)
     force = np.linalg.norm(fine["reaction"].transpose("time", "joint", "axis").values, axis=2)
     np.testing.assert_allclose(found["peak_reaction"], np.nanmax(force, axis=0), rtol=1e-6)
+
+
+@pytest.mark.parametrize("duration", [2e4, 1e5, 1e6])
+def test_drive_that_moves_by_round_off(duration):
+    """Limit: the path of a drive that moves by the last digits of its angle is one position."""
+    angle = math.radians(15.0)
+    drive = sd.Cycloidal(angle, math.radians(60.0), duration=duration)
+    found = path_of(plan(sd.mast(units=5, angle=angle).driven(drive)), 1.0)
+    assert found.place == pytest.approx(angle, rel=1e-9)
+    assert np.isfinite(found.z).all()

@@ -14,7 +14,7 @@ import numpy as np
 
 from scissordyn.kinematics.closure import Closure
 from scissordyn.kinematics.unfolding import INPUT_STEP_FRACTION, Point, Unfolding
-from scissordyn.tolerance import DATA_TOL
+from scissordyn.tolerance import DATA_TOL, ROUND_OFF_TOL
 
 TURN_MAX = 0.15  # [rad] Largest rotation of a body in one step along a path
 CORRECTION_FRACTION = 0.3  # Largest Newton correction of a predicted position, relative to the step; a larger one may be a jump
@@ -43,7 +43,7 @@ def walk(closure: Closure, inputs: AtPlace, start: np.ndarray, first: float, las
     """Follow the positions from `start` (nZ,) at one value of the path parameter to another value."""
     leg = Leg([(float(first), start)])
     span = abs(last - first)
-    if span == 0.0:
+    if span <= ROUND_OFF_TOL * max(abs(first), abs(last)):
         return leg
     sign, side = math.copysign(1.0, last - first), _determinant_sign(closure, start)
     step = longest = _longest_step(closure, inputs, first, last)
